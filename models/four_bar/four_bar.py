@@ -1,0 +1,201 @@
+"""The four-bar linkage: lengths, coupler point, branch, and what its links and joints are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.batch import finite, joined
+from ...framework.errors import FrameError
+from .closure import BRANCHES, Closure
+from .motion import LINKS, FourBarMotion
+
+if TYPE_CHECKING:
+    from ...elements import Beam
+
+Array = NDArray[np.float64]
+
+JOINTS = ("B", "D", "E")
+
+
+def _bar() -> Beam:
+    from ...elements import Beam, Material, Rectangle
+
+    return Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=2e11, nu=0.3, density=7850.0))
+
+
+@dataclass(frozen=True, eq=False)
+class FourBar:
+    """Planar four-bar linkage A B D E with a point P on its coupler.
+
+    The drive is at A = (0, 0), the rocker's pivot at E = (ground, 0); crank A-B, coupler B-D, rocker E-D. Without
+    arguments it is the symmetric linkage of the accuracy paper. Every number may be an array; all broadcast.
+
+    Parameters
+    ----------
+    crank, coupler, rocker, ground
+        Lengths a, b, c, d > 0, (...).
+    point
+        Position (x, y) of P in the coupler's axes: origin B, x towards D. Each may be an array.
+    branch
+        Where D lies: ``"open"``, to the left of the diagonal from B to E; ``"crossed"``, to its right;
+        ``"parallel"``, to the left while the crank pin is above the ground line and to the right while it is below,
+        so that a parallelogram stays one through its change points; ``"antiparallel"``, the reverse.
+        Where None: parallel if opposite links are equal, open otherwise.
+    beam
+        Beam of every link, or a mapping from ``"crank"``, ``"coupler"``, ``"rocker"`` to beams.
+    stiffness
+        Stiffness ``ktx kty ktz krx kry krz`` (..., 6) of every passive joint, in global axes, or a mapping from
+        ``"B"``, ``"D"``, ``"E"``; ``inf`` is ideal, 0 is free.
+
+    Raises
+    ------
+    FrameError
+        If a length is not positive and finite, shapes do not broadcast, or a branch, link or joint is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> four_bar = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0, point=(3.5, 0.0))
+    >>> motion = four_bar.move(np.radians(30.0))
+    >>> bool(abs(np.degrees(motion.angle("rocker")) - 117.286) < 1e-3)
+    True
+    """
+
+    crank: ArrayLike = 0.1
+    coupler: ArrayLike = 0.2
+    rocker: ArrayLike = 0.1
+    ground: ArrayLike = 0.2
+    point: tuple[ArrayLike, ArrayLike] = (0.1, 0.0)
+    branch: str | None = None
+    beam: Beam | Mapping[str, Beam] = field(default_factory=_bar)
+    stiffness: ArrayLike | Mapping[str, ArrayLike] = (2e11, 2e11, 2e11, 2e11, 2e11, 0.0)
+
+    def __post_init__(self) -> None:
+        shapes: dict[str, tuple[int, ...]] = {}
+        for name, value in self._numbers().items():
+            joined(name, value.shape, shapes)
+            shapes[name] = value.shape
+        a, b, c, d = self.lengths
+        if self.branch is None:
+            object.__setattr__(self, "branch", "parallel" if np.all(a == c) and np.all(b == d) else "open")
+        if self.branch not in BRANCHES:
+            raise FrameError(f"branch of the four-bar is {self.branch!r}: choose one of {', '.join(BRANCHES)}")
+        for what, given, known in (("beam", self.beam, LINKS), ("stiffness", self.stiffness, JOINTS)):
+            if isinstance(given, Mapping) and set(given) != set(known):
+                raise FrameError(f"{what} of the four-bar is given for {sorted(given)}: give one for each of {known}")
+        for joint in JOINTS:
+            self.joint_stiffness(joint)
+
+    def _numbers(self) -> dict[str, Array]:
+        numbers = {}
+        for name in (*LINKS, "ground"):
+            value = finite(getattr(self, name), f"{name} of the four-bar")
+            if np.any(value <= 0.0):
+                raise FrameError(f"{name} of the four-bar is {value[value <= 0.0].flat[0]}: give a positive length")
+            numbers[name] = value
+        if not isinstance(self.point, tuple) or len(self.point) != 2:
+            raise FrameError(f"point of the four-bar is {self.point!r}: give a pair (x, y) in the coupler's axes")
+        return numbers | {f"point {axis}": finite(v, f"point {axis}") for axis, v in zip("xy", self.point, strict=True)}
+
+    @property
+    def lengths(self) -> tuple[Array, Array, Array, Array]:
+        """Lengths of crank, coupler, rocker and ground, each (...)."""
+        a, b, c, d = (np.asarray(getattr(self, name), dtype=np.float64) for name in (*LINKS, "ground"))
+        return a, b, c, d
+
+    def link_beam(self, link: str) -> Beam:
+        """Beam of ``"crank"``, ``"coupler"`` or ``"rocker"``."""
+        return self.beam[link] if isinstance(self.beam, Mapping) else self.beam
+
+    def joint_stiffness(self, joint: str) -> Array:
+        """Stiffness (..., 6) of joint ``"B"``, ``"D"`` or ``"E"``."""
+        given = self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness
+        value = np.asarray(given, dtype=np.float64)
+        if value.ndim == 0 or value.shape[-1] != 6 or np.isnan(value).any() or np.any(value < 0.0):
+            raise FrameError(f"stiffness of joint {joint!r} is {given!r}: give six values between 0 and inf, (..., 6)")
+        return value
+
+    def _closure(self, theta: ArrayLike) -> Closure:
+        angle = finite(theta, "drive angle theta")
+        joined("drive angle theta", angle.shape, {name: v.shape for name, v in self._numbers().items()})
+        return Closure(*self.lengths, angle, str(self.branch))
+
+    def gap(self, theta: ArrayLike) -> Array:
+        """Distance that coupler and rocker lack to close the loop at drive angles `theta`, (...); 0 where it closes.
+
+        Parameters
+        ----------
+        theta
+            Drive angles, radians, (...).
+
+        Returns
+        -------
+        ndarray
+            Gap, (...), in units of length.
+        """
+        return self._closure(theta).gap
+
+    def assembles(self, theta: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the four-bar can be assembled at drive angles `theta`, (...).
+
+        Parameters
+        ----------
+        theta
+            Drive angles, radians, (...).
+
+        Returns
+        -------
+        ndarray
+            True where it can, (...).
+        """
+        return np.asarray(self.gap(theta) == 0.0)
+
+    def move(self, theta: ArrayLike, rate: ArrayLike = 0.0, acceleration: ArrayLike = 0.0) -> FourBarMotion:
+        """Motion of the linkage at drive angles, in closed form.
+
+        Parameters
+        ----------
+        theta
+            Drive angles, radians, (...).
+        rate
+            Drive rates, radians per time, (...).
+        acceleration
+            Drive accelerations, radians per time squared, (...).
+
+        Returns
+        -------
+        FourBarMotion
+            Positions, velocities, accelerations of its points and links.
+
+        Raises
+        ------
+        FrameError
+            If it cannot be assembled at a pose: naming the pose and the gap.
+        """
+        closure = self._closure(theta)
+        rates = finite(rate, "drive rate"), finite(acceleration, "drive acceleration")
+        _refuse_gap(closure)
+        shapes = {"drive angle theta": np.shape(closure.gap)}
+        for name, value in zip(("drive rate", "drive acceleration"), rates, strict=True):
+            joined(name, value.shape, shapes)
+            shapes[name] = value.shape
+        return FourBarMotion(self, closure, *rates)
+
+
+def _refuse_gap(closure: Closure) -> None:
+    gap = closure.gap
+    if not np.any(gap > 0.0):
+        return
+    worst = np.unravel_index(np.argmax(gap), gap.shape)
+    theta = np.degrees(np.broadcast_to(closure.theta, gap.shape)[worst])
+    where = f"pose {', '.join(str(int(i)) for i in worst)} (theta = {theta:.6g} deg)" if worst else f"{theta:.6g} deg"
+    raise FrameError(
+        f"the four-bar cannot be assembled at {where}: coupler and rocker leave a gap of {gap[worst]:.6g}"
+        f" ({np.count_nonzero(gap)} of {gap.size} poses are out of reach);"
+        " change a length, or keep to the poses where assembles(theta) is true"
+    )

@@ -1,0 +1,195 @@
+"""Reactions in the joints and the torque of the drive: the rigid linkage in dynamic equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.batch import finite
+from ...framework.errors import FrameError
+from .motion import LINKS, FourBarMotion
+
+Array = NDArray[np.float64]
+Pair = tuple[ArrayLike, ArrayLike]
+
+REACTIONS = ("A", "B", "D", "E")
+
+# Joints of each link, with the sign that a reaction has on it: +1 on the earlier link of the chain, -1 on the later.
+ENDS = {"crank": (("A", 1.0), ("B", 1.0)), "coupler": (("B", -1.0), ("D", 1.0)), "rocker": (("D", -1.0), ("E", 1.0))}
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """What a rigid link weighs and what acts on it; every number may be an array.
+
+    Parameters
+    ----------
+    mass
+        Mass, (...).
+    centre
+        Centre of mass (x, y) in the link's axes (crank: A towards B, coupler: B towards D, rocker: E towards D).
+    inertia
+        Moment of inertia about the centre of mass, (...).
+    force
+        External force (fx, fy), global components.
+    at
+        Point (x, y), in the link's axes, on which the force acts; the centre of mass where None.
+    torque
+        External torque about z, (...).
+
+    Raises
+    ------
+    FrameError
+        If a number is not finite, or mass or inertia is negative.
+    """
+
+    mass: ArrayLike = 0.0
+    centre: Pair = (0.0, 0.0)
+    inertia: ArrayLike = 0.0
+    force: Pair = (0.0, 0.0)
+    at: Pair | None = None
+    torque: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "inertia", "torque"):
+            value = finite(getattr(self, name), f"{name} of the link")
+            if name != "torque" and np.any(value < 0.0):
+                raise FrameError(f"{name} of the link is {value[value < 0.0].flat[0]}: give zero or more")
+        for name in ("centre", "force", "at"):
+            pair = getattr(self, name)
+            if pair is None and name == "at":
+                continue
+            if not isinstance(pair, tuple) or len(pair) != 2:
+                raise FrameError(f"{name} of the link is {pair!r}: give a pair (x, y)")
+            for component in pair:
+                finite(component, f"{name} of the link")
+
+
+@dataclass(frozen=True, eq=False)
+class Kinetostatics:
+    """Joint reactions and drive torque of a four-bar; made by `FourBarMotion.reactions`.
+
+    Attributes
+    ----------
+    motion
+        The motion that they belong to.
+    unknowns
+        Ax Ay Bx By Dx Dy Ex Ey Ts, (..., 9); NaN where `status` is not ``"regular"``.
+    """
+
+    motion: FourBarMotion
+    unknowns: Array
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """``"regular"``, or why there is no answer, (...)."""
+        return np.broadcast_to(self.motion.status, self.unknowns.shape[:-1])
+
+    @property
+    def drive_torque(self) -> Array:
+        """Torque of the drive on the crank, positive about z, (...)."""
+        return self.unknowns[..., 8]
+
+    def reaction(self, joint: str) -> Array:
+        """Force in a joint, global components, (..., 3).
+
+        A: on the crank, by the ground. B: on the crank, by the coupler. D: on the coupler, by the rocker.
+        E: on the rocker, by the ground. (F12, F32, F43, F14 in Norton's notation, force of the first index on the
+        second.) At B, D and E it is what the frame's `joint_force` shows.
+
+        Parameters
+        ----------
+        joint
+            ``"A"``, ``"B"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            Force, (..., 3).
+        """
+        if joint not in REACTIONS:
+            raise FrameError(f"the four-bar has no joint {joint!r}: choose one of {', '.join(REACTIONS)}")
+        force = np.zeros((*self.unknowns.shape[:-1], 3))
+        column = 2 * REACTIONS.index(joint)
+        force[..., :2] = self.unknowns[..., column : column + 2]
+        return force
+
+
+def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Link, gravity: Pair) -> Kinetostatics:
+    """Solve the linkage's nine equations of dynamic equilibrium, Eq. (1)-(4) of the accuracy paper.
+
+    For each link, with G its centre of mass, a its acceleration and α the link's angular acceleration, forces R at
+    its two joints, external force F at the point p, torque T, and the drive torque Ts on the crank alone:
+
+        ΣR           = m a − m g − F                       (two components)
+        Σ(r − G) × R [+ Ts] = I α − T − (p − G) × F
+
+    The right side holds the inertia forces (1) and torques (2) with their signs reversed; the left side is
+    [L][F_B] of (4), derived here anew, as the signs and arms printed in (3) are not consistent.
+
+    Parameters
+    ----------
+    motion
+        Motion of the linkage, batch shape (...).
+    crank, coupler, rocker
+        Mass, centre, inertia and external load of each link.
+    gravity
+        Acceleration of gravity (gx, gy).
+
+    Returns
+    -------
+    Kinetostatics
+        Eight reaction components and the drive torque, over the batch; NaN where coupler and rocker lie in line,
+        as no finite reactions hold the linkage there.
+
+    Examples
+    --------
+    >>> from linkframe.models import FourBar, Link
+    >>> motion = FourBar().move(np.radians(90.0))
+    >>> motion.reactions(coupler=Link(force=(0.0, 100.0), at=(0.1, 0.0))).reaction("D").round(9)
+    array([ 0., -50.,  0.])
+    """
+    links = dict(zip(LINKS, (crank, coupler, rocker), strict=True))
+    weight = [finite(g, "gravity") for g in gravity]
+    rows: list[Array] = []
+    sides: list[Array] = []
+    for name, link in links.items():
+        rows += _left(motion, name, link)
+        sides += _right(motion, name, link, weight)
+    shape = np.broadcast_shapes(motion.shape, *(side.shape for side in sides), *(row.shape[:-1] for row in rows))
+    left = np.stack([np.broadcast_to(row, (*shape, 9)) for row in rows], axis=-2)
+    right = np.stack([np.broadcast_to(side, shape) for side in sides], axis=-1)
+    singular = np.broadcast_to(motion.singular, shape)
+    left = np.where(singular[..., None, None], np.eye(9), left)
+    right = np.where(singular[..., None], np.nan, right)
+    return Kinetostatics(motion, np.linalg.solve(left, right[..., None])[..., 0])
+
+
+def _left(motion: FourBarMotion, name: str, link: Link) -> list[Array]:
+    """Rows x, y and moment of one link in [L], each (..., 9)."""
+    centre = motion.position_on(name, *link.centre)
+    rows = np.zeros((3, *centre.shape[:-1], 9))
+    for joint, sign in ENDS[name]:
+        column = 2 * REACTIONS.index(joint)
+        arm = motion.position(joint) - centre
+        rows[0, ..., column] = rows[1, ..., column + 1] = sign
+        rows[2, ..., column] = -sign * arm[..., 1]
+        rows[2, ..., column + 1] = sign * arm[..., 0]
+    if name == "crank":
+        rows[2, ..., 8] = 1.0
+    return list(rows)
+
+
+def _right(motion: FourBarMotion, name: str, link: Link, gravity: list[Array]) -> list[Array]:
+    """Right side x, y and moment of one link, each (...)."""
+    mass, inertia, torque = (np.asarray(v, dtype=np.float64) for v in (link.mass, link.inertia, link.torque))
+    fx, fy = (np.asarray(component, dtype=np.float64) for component in link.force)
+    accelerates = motion.acceleration_on(name, *link.centre)
+    arm = motion.position_on(name, *(link.at or link.centre)) - motion.position_on(name, *link.centre)
+    return [
+        mass * (accelerates[..., 0] - gravity[0]) - fx,
+        mass * (accelerates[..., 1] - gravity[1]) - fy,
+        inertia * motion.angular_acceleration(name) - torque - (arm[..., 0] * fy - arm[..., 1] * fx),
+    ]

@@ -1,0 +1,306 @@
+"""Where the points and links of a four-bar are, how fast they move and how they accelerate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.errors import FrameError
+from ..planar import Complex, vector
+from .closure import Closure
+
+if TYPE_CHECKING:
+    from ...framework import Frame
+    from .four_bar import FourBar
+    from .kinetostatics import Kinetostatics, Link
+
+Array = NDArray[np.float64]
+
+LINKS = ("crank", "coupler", "rocker")
+SINGULAR = "singular: coupler and rocker in line"
+
+
+@dataclass(frozen=True, eq=False)
+class FourBarMotion:
+    """Motion of a four-bar; made by `FourBar.move`.
+
+    Points are A, B (crank pin), D (rocker pin), E (rocker's pivot) and P (on the coupler). Each link has axes of its
+    own: the crank from A towards B, the coupler from B towards D, the rocker from E towards D; z is global z.
+
+    Where coupler and rocker lie in line (`status`), positions are exact; velocities and accelerations are those of
+    the smooth motion if the branch has one (a parallelogram on the branch ``"parallel"`` passes through), NaN if not.
+
+    Attributes
+    ----------
+    four_bar
+        The linkage.
+    closure
+        The closed loop at the drive angles.
+    drive_rate, drive_acceleration
+        First and second time derivative of the drive angle, (...).
+    """
+
+    four_bar: FourBar
+    closure: Closure
+    drive_rate: Array
+    drive_acceleration: Array
+
+    @property
+    def theta(self) -> Array:
+        """Drive angles, radians, (...)."""
+        return self.closure.theta
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        x, y = self.four_bar.point
+        drive = self.drive_rate.shape, self.drive_acceleration.shape
+        return np.broadcast_shapes(self.closure.gap.shape, *drive, np.shape(x), np.shape(y))
+
+    @property
+    def singular(self) -> NDArray[np.bool_]:
+        """True where coupler and rocker lie in one line, (...)."""
+        return np.broadcast_to(self.closure.singular, self.shape)
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """``"regular"`` or ``"singular: coupler and rocker in line"``, (...)."""
+        return np.where(self.singular, SINGULAR, "regular")
+
+    @cached_property
+    def transmission_angle(self) -> Array:
+        """Angle B D E between coupler and rocker, radians in [0, π], (...): best at π/2, singular at 0 and π.
+
+        From the cosine law, with the sine from the triangle's area so that it stays exact at both ends
+        (Norton, Design of Machinery, section 4.10, folds it to the acute angle).
+        """
+        loop = self.closure
+        cosine = 0.5 * (loop.coupler**2 + loop.rocker**2 - np.abs(loop.diagonal) ** 2)
+        return np.broadcast_to(np.arctan2(np.abs(loop.area), cosine), self.shape)
+
+    # -- points -----------------------------------------------------------------------------------------------------
+
+    def position(self, point: str) -> Array:
+        """Position of a point, (..., 3).
+
+        Parameters
+        ----------
+        point
+            ``"A"``, ``"B"``, ``"P"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            Global coordinates, (..., 3).
+        """
+        return self.position_on(*self._point(point))
+
+    def velocity(self, point: str) -> Array:
+        """Velocity of a point, (..., 3).
+
+        Parameters
+        ----------
+        point
+            ``"A"``, ``"B"``, ``"P"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self.velocity_on(*self._point(point))
+
+    def acceleration(self, point: str) -> Array:
+        """Acceleration of a point, (..., 3).
+
+        Parameters
+        ----------
+        point
+            ``"A"``, ``"B"``, ``"P"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self.acceleration_on(*self._point(point))
+
+    def position_on(self, link: str, x: ArrayLike, y: ArrayLike = 0.0) -> Array:
+        """Position of the point (x, y) of a link, given in the link's axes, (..., 3).
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+        x, y
+            Coordinates in the link's axes, (...).
+
+        Returns
+        -------
+        ndarray
+            Global coordinates, (..., 3).
+        """
+        return self._vector(self._place(link, x, y, 0))
+
+    def velocity_on(self, link: str, x: ArrayLike, y: ArrayLike = 0.0) -> Array:
+        """Velocity of the point (x, y) of a link, given in the link's axes, (..., 3).
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+        x, y
+            Coordinates in the link's axes, (...).
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self._vector(self._place(link, x, y, 1) * self.drive_rate)
+
+    def acceleration_on(self, link: str, x: ArrayLike, y: ArrayLike = 0.0) -> Array:
+        """Acceleration of the point (x, y) of a link, given in the link's axes, (..., 3).
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+        x, y
+            Coordinates in the link's axes, (...).
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        first, second = self._place(link, x, y, 1), self._place(link, x, y, 2)
+        return self._vector(first * self.drive_acceleration + second * self.drive_rate**2)
+
+    # -- links ------------------------------------------------------------------------------------------------------
+
+    def angle(self, link: str) -> Array:
+        """Direction of a link's x axis, radians in (-π, π], (...).
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+
+        Returns
+        -------
+        ndarray
+            Angle from global x, (...).
+        """
+        return np.broadcast_to(np.angle(self.direction(link)), self.shape)
+
+    def angular_velocity(self, link: str) -> Array:
+        """Angular velocity of a link, radians per time, (...).
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+
+        Returns
+        -------
+        ndarray
+            Rate of `angle`, (...).
+        """
+        return np.broadcast_to(self._turning(link)[0] * self.drive_rate, self.shape)
+
+    def angular_acceleration(self, link: str) -> Array:
+        """Angular acceleration of a link, radians per time squared, (...).
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+
+        Returns
+        -------
+        ndarray
+            Rate of `angular_velocity`, (...).
+        """
+        first, second = self._turning(link)
+        return np.broadcast_to(first * self.drive_acceleration + second * self.drive_rate**2, self.shape)
+
+    def direction(self, link: str) -> Complex:
+        """Unit vector x + i y along a link, (...)."""
+        return self._direction(_known(link), 0)
+
+    def origin(self, link: str) -> Complex:
+        """Origin x + i y of a link's axes, (...): A, B or E."""
+        return self._place(link, 0.0, 0.0, 0)
+
+    # -- what is made of it -----------------------------------------------------------------------------------------
+
+    def frame(self) -> Frame:
+        """The linkage, clamped at A, as a frame of beams and joints at every pose; see `four_bar.frame.frame`."""
+        from .frame import frame
+
+        return frame(self)
+
+    def reactions(
+        self,
+        crank: Link | None = None,
+        coupler: Link | None = None,
+        rocker: Link | None = None,
+        gravity: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+    ) -> Kinetostatics:
+        """Joint reactions and drive torque of the rigid linkage; see `four_bar.kinetostatics.kinetostatics`."""
+        from .kinetostatics import Link, kinetostatics
+
+        return kinetostatics(self, crank or Link(), coupler or Link(), rocker or Link(), gravity)
+
+    # -- derivatives of order 0, 1, 2 by the drive angle ------------------------------------------------------------
+
+    def _direction(self, link: str, order: int) -> Complex:
+        loop = self.closure
+        crank = 1j**order * loop.crank_vector
+        if link == "crank":
+            return crank / loop.crank
+        coupler = loop.coupler_derivatives[order - 1] if order else loop.coupler_vector
+        if link == "coupler":
+            return coupler / loop.coupler
+        diagonal = -crank if order else loop.diagonal
+        return (coupler - diagonal) / loop.rocker
+
+    def _place(self, link: str, x: ArrayLike, y: ArrayLike, order: int) -> Complex:
+        turned: Complex = (np.asarray(x) + 1j * np.asarray(y)) * self._direction(_known(link), order)
+        if link == "crank":
+            return turned
+        if link == "coupler":
+            return turned + 1j**order * self.closure.crank_vector
+        return turned if order else turned + self.closure.ground
+
+    def _turning(self, link: str) -> tuple[Array, Array]:
+        """First and second derivative of a link's angle by the drive angle, (...)."""
+        unit, first, second = (self._direction(_known(link), order) for order in range(3))
+        return np.imag(first * np.conj(unit)), np.imag(second * np.conj(unit))
+
+    def _point(self, name: str) -> tuple[str, ArrayLike, ArrayLike]:
+        loop, (x, y) = self.closure, self.four_bar.point
+        points: dict[str, tuple[str, ArrayLike, ArrayLike]] = {
+            "A": ("crank", 0.0, 0.0),
+            "B": ("crank", loop.crank, 0.0),
+            "P": ("coupler", x, y),
+            "D": ("coupler", loop.coupler, 0.0),
+            "E": ("rocker", 0.0, 0.0),
+        }
+        if name not in points:
+            raise FrameError(f"the four-bar has no point {name!r}: choose one of {', '.join(points)}")
+        return points[name]
+
+    def _vector(self, point: Complex) -> Array:
+        return np.broadcast_to(vector(point), (*self.shape, 3))
+
+
+def _known(link: str) -> str:
+    if link not in LINKS:
+        raise FrameError(f"the four-bar has no link {link!r}: choose one of {', '.join(LINKS)}")
+    return link

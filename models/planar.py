@@ -1,0 +1,58 @@
+"""The plane as complex numbers: x + i y, turned by a product, and back to 3-vectors for the world."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+def vector(point: Complex) -> Array:
+    """Points x + i y, (...), as vectors (..., 3) in the plane z = 0."""
+    point = np.asarray(point, dtype=np.complex128)
+    return np.stack([point.real, point.imag, np.zeros(point.shape)], axis=-1)
+
+
+def cross(first: Complex, second: Complex) -> Array:
+    """z component of the product of two vectors, (...): the moment of the force `second` at the arm `first`."""
+    product: Array = np.asarray((np.conj(first) * second).imag)
+    return product
+
+
+def rotation(direction: Complex) -> Array:
+    """Axes (..., 3, 3), as columns, of a body whose x axis is the unit vector `direction`; its z axis is global z."""
+    x = vector(direction)
+    y = vector(1j * np.asarray(direction))
+    z = np.broadcast_to(np.array([0.0, 0.0, 1.0]), x.shape)
+    return np.stack([x, y, z], axis=-1)
+
+
+def dyad(chord: Complex, first: Array, second: Array, side: Array) -> Complex:
+    """Close two bars over `chord`: the vector from its start to the pin that joins them.
+
+    The pin is where the circle of radius `first` about the chord's start meets that of radius `second` about its
+    end. With s the chord's length and X twice the triangle's signed area,
+
+        u = ((s² + b² − c²)/2 + i X) / conj(chord),    16 area² = ((b + c)² − s²)(s² − (b − c)²)
+
+    Parameters
+    ----------
+    chord
+        Vector from the first centre to the second, (...).
+    first, second
+        Lengths b and c of the two bars, (...).
+    side
+        +1 for a pin to the left of the chord, -1 to its right, (...).
+
+    Returns
+    -------
+    ndarray
+        Pin relative to the first centre, (...); NaN where the circles do not meet.
+    """
+    s = np.abs(chord)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        area = 0.5 * np.sqrt((first + second - s) * (first + second + s) * (s - first + second) * (s + first - second))
+        pin: Complex = (0.5 * (s * s + (first - second) * (first + second)) + 1j * side * area) / np.conj(chord)
+    return pin
