@@ -1,0 +1,90 @@
+"""What is installed is what lies in the folders, and costs no more imports than it must."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import entry_points, requires, version
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+TOP = Path(__file__).parents[1]
+FOLDERS = ("framework", "elements", "models")
+PROJECT = tomllib.loads((TOP / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def test_every_folder_with_code_is_packaged() -> None:
+    found = {init.parent.relative_to(TOP) for folder in FOLDERS for init in (TOP / folder).rglob("__init__.py")}
+    listed = PROJECT["tool"]["setuptools"]["packages"]
+    assert {f"linkframe.{'.'.join(path.parts)}" for path in found} == set(listed)
+    assert len(listed) == len(set(listed))
+
+
+def test_every_module_lies_in_a_package() -> None:
+    for folder in FOLDERS:
+        for module in (TOP / folder).rglob("*.py"):
+            assert (module.parent / "__init__.py").exists(), f"{module.relative_to(TOP)} would not be installed"
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_types_are_announced_to_type_checkers(folder: str) -> None:
+    assert files(f"linkframe.{folder}").joinpath("py.typed").is_file()
+
+
+def test_linkframe_is_a_namespace_that_others_may_share() -> None:
+    import linkframe
+
+    assert linkframe.__file__ is None
+
+
+def test_printed_table_is_installed() -> None:
+    assert files("linkframe.models.four_bar").joinpath("data/table1.csv").is_file()
+
+
+def test_one_version_everywhere() -> None:
+    stated = PROJECT["project"]["version"]
+    citation = re.search(r"^version: (.+)$", (TOP / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert version("linkframe") == stated
+    assert citation is not None
+    assert citation[1] == stated
+
+
+def test_command_is_installed() -> None:
+    (command,) = entry_points(group="console_scripts", name="linkframe")
+    from linkframe.models.command_line import main
+
+    assert command.load() is main
+
+
+def test_every_dependency_has_a_lower_bound() -> None:
+    needed = requires("linkframe") or []
+    assert {re.split(r"[^\w-]", need)[0] for need in needed if "extra" not in need} == {
+        "scikit-fem", "numpy", "scipy", "meshio", "pyvista", "matplotlib", "tqdm",
+    }  # fmt: skip
+    assert all(">=" in need for need in needed)
+
+
+@pytest.mark.parametrize(
+    ("module", "unwanted"),
+    [
+        ("linkframe.framework", {"pyvista", "matplotlib", "vtk", "vtkmodules", "meshio", "tqdm", "linkframe.elements"}),
+        ("linkframe.elements", {"pyvista", "matplotlib", "vtk", "vtkmodules", "meshio", "tqdm", "linkframe.models"}),
+        ("linkframe.models", {"pyvista", "matplotlib", "vtk", "vtkmodules", "meshio", "tqdm"}),
+    ],
+)
+def test_import_loads_no_more_than_it_must(module: str, unwanted: set[str]) -> None:
+    program = f"import sys, {module}; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
+    assert module in loaded
+    assert not unwanted.intersection(loaded)
+
+
+@pytest.mark.parametrize(("lower", "higher"), [("framework", "elements"), ("framework", "models"), ("elements", "models")])
+def test_imports_point_down(lower: str, higher: str) -> None:
+    upward = re.compile(rf"(?:from|import)\s+(?:\.+|linkframe\.){higher}\b")
+    for module in (TOP / lower).rglob("*.py"):
+        assert not upward.search(module.read_text(encoding="utf-8")), f"{module.relative_to(TOP)} imports {higher}"
