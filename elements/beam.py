@@ -1,0 +1,436 @@
+"""Straight beam between two nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..framework.errors import FrameError
+from ..framework.protocol import Array, LineElement
+from .bending import Plane, Row, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
+from .cross_section import CrossSection
+from .flexibility import Six, Tapered, Uniform
+from .line_frame import integrated_geometric, integrated_mass
+from .material import Material
+from .orientation import axes_towards, default_axes
+from .parameters import Real, array_of, common_shape, require
+from .prismatic import bar_mass, plane_geometric, plane_mass
+from .releases import COMPONENTS, ENDS, parse_releases
+
+BARS = (0, 3)
+
+
+class Direction(NamedTuple):
+    """A plane of bending in the twelve end components and six section forces."""
+
+    moved: int
+    turned: int
+    sign: float
+
+    @property
+    def dofs(self) -> tuple[int, int, int, int]:
+        """End components (v1, r1, v2, r2)."""
+        return self.moved, self.turned, self.moved + 6, self.turned + 6
+
+    @property
+    def signs(self) -> tuple[float, float, float, float]:
+        """Sense of the four in the plane: in xz a positive rotation lowers uz along x."""
+        return 1.0, self.sign, 1.0, self.sign
+
+    @property
+    def shearing(self) -> int:
+        """Section force that shears."""
+        return self.moved
+
+    @property
+    def bending(self) -> int:
+        """Section force that bends."""
+        return self.turned
+
+
+DIRECTIONS = (Direction(1, 5, 1.0), Direction(2, 4, -1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Beam(LineElement):
+    """Straight 3-D beam, Euler-Bernoulli or Timoshenko, prismatic or tapered.
+
+    The stiffness is that of the force method: the end forces (N, T, and in each plane of bending
+    the shear force and the moment at the elastic centre) work on six deformations that do not
+    mix, so that ``K = sum_i k_i b_i b_i^T``, with ``1 / k_i`` the integral of the section's
+    flexibility. For a prismatic beam these are Przemieniecki's (*Theory of Matrix Structural
+    Analysis*, 1968, Eq. 5.116): ``E A / L``, ``G J / L``, ``E I / L`` and ``12 E I / (L^3 (1 + phi))``
+    with ``phi = 12 E I / (k G A L^2)``, 0 without shear. For a taper the integrals are taken
+    by quadrature to rounding, so that one element is exact for forces at its ends.
+
+    Local x runs from the first node to the second. Local z is as near to global z as can be; a member along
+    global z has local y along global y. `up` gives another direction for local z.
+
+    Parameters
+    ----------
+    section : CrossSection
+        Section at the start, and all along unless `end` is given.
+    material : Material
+        Material.
+    end : CrossSection, optional
+        Section at the end, of the same type; sizes vary linearly in between.
+    up : array_like, optional
+        Direction (..., 3), global, to which local z is nearest.
+    shear : bool
+        Timoshenko's shear deformation (True) or none (False).
+    segments : int
+        Number of equal parts into which the framework cuts the member.
+    release : iterable of str
+        End components that carry no force, such as ``("start rz", "end ry")``, in local axes.
+
+    Raises
+    ------
+    FrameError
+        If `end` is of another type, `up` is not a direction, `segments` not a whole number above
+        zero, a release unknown or too many, or if shapes do not broadcast.
+
+    Examples
+    --------
+    >>> from linkframe.elements import Beam, Material, Rectangle
+    >>> beam = Beam(Rectangle(y=0.1, z=0.05), Material(E=200e9, nu=0.3))
+    >>> tip = 1.0 / beam.stiffness_matrix(2.0)[6:, 6:][0, 0]
+    >>> bool(abs(tip * 200e9 * 0.005 - 2.0) < 1e-12)
+    True
+    """
+
+    section: CrossSection
+    material: Material
+    _: KW_ONLY
+    end: CrossSection | None = None
+    up: Array | None = None
+    shear: bool = False
+    segments: int = 1
+    release: Iterable[str] = ()
+    releases: tuple[tuple[int, int], ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        _check_parts(self)
+        if self.up is not None:
+            up = array_of("Beam", "up", self.up)
+            if up.shape[-1:] != (3,):
+                raise FrameError(f"Beam: up has shape {up.shape}; give three numbers, (..., 3)")
+            require("Beam", "up", up, np.any(up != 0.0, axis=-1, keepdims=True) & np.isfinite(up), "a direction")
+            object.__setattr__(self, "up", up)
+        release = (self.release,) if isinstance(self.release, str) else tuple(self.release)
+        object.__setattr__(self, "release", release)
+        object.__setattr__(self, "releases", parse_releases(release))
+        shapes = {"section": self.section.shape, "material": self.material.shape}
+        shapes["end"] = () if self.end is None else self.end.shape
+        shapes["up"] = () if self.up is None else self.up.shape[:-1]
+        common_shape("Beam", shapes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape: the broadcast of section, material, end and up."""
+        shapes = [self.sections_shape, () if self.up is None else self.up.shape[:-1]]
+        return np.broadcast_shapes(*shapes)
+
+    @cached_property
+    def sections_shape(self) -> tuple[int, ...]:
+        """Batch shape of the stiffness per length: the broadcast of section, material and end."""
+        return np.broadcast_shapes(self.section.shape, self.material.shape, () if self.end is None else self.end.shape)
+
+    @property
+    def kind(self) -> Hashable:
+        """Equal for beams that share section, material, end, up, shear and releases."""
+        up = None if self.up is None else (self.up.shape, self.up.tobytes())
+        return self.section, self.material, self.end, up, self.shear, self.releases
+
+    def part(self, index: int, count: int) -> Beam:
+        """Part `index` of `count` equal parts: its piece of the taper, and the releases of the ends it has."""
+        kept = {0: index == 0, 1: index == count - 1}
+        release = tuple(f"{ENDS[end]} {COMPONENTS[component]}" for end, component in self.releases if kept[end])
+        if self.end is None:
+            return replace(self, segments=1, release=release)
+        section, end = (self.section.between(self.end, k / count) for k in (index, index + 1))
+        return replace(self, section=section, end=end, segments=1, release=release)
+
+    def axes(self, chord: Array) -> Array:
+        """Local axes as rows x, y, z, (..., 3, 3), of a member along `chord` (..., 3).
+
+        Raises
+        ------
+        FrameError
+            If `up` is parallel to the member.
+        """
+        return default_axes(chord) if self.up is None else axes_towards(chord, self.up)
+
+    def stiffness_matrix(self, length: Array | float) -> Array:
+        """Stiffness, (..., 12, 12), symmetric to the last bit, zero where components do not meet.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        """
+        length = _real(length)
+        matrix = np.zeros((*np.broadcast_shapes(np.shape(length), self.sections_shape), 12, 12))
+        for i in BARS:
+            k = self._bar(i, length)
+            matrix[..., i, i] = matrix[..., i + 6, i + 6] = k
+            matrix[..., i, i + 6] = matrix[..., i + 6, i] = -k
+        for way in DIRECTIONS:
+            stamp_stiffness(matrix, self._plane(way, length), way.dofs, way.sign)
+        return matrix
+
+    def end_forces(self, length: Array | float, displacement: Array) -> Array:
+        """Forces on the member's ends, (..., 12), by way of its deformations.
+
+        Differences of displacements come first, so that a large motion of the whole costs no digits.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        displacement
+            End displacements in local axes, (..., 12).
+        """
+        length = _real(length)
+        u = np.moveaxis(np.asarray(displacement, dtype=np.float64), -1, 0)
+        shape = np.broadcast_shapes(u.shape[1:], np.shape(length), self.sections_shape)
+        forces = np.zeros((*shape, 12))
+        for i in BARS:
+            pull = self._bar(i, length) * (u[i + 6] - u[i])
+            forces[..., i], forces[..., i + 6] = -pull, pull
+        for way in DIRECTIONS:
+            v1, r1, v2, r2 = way.dofs
+            acting = plane_forces(self._plane(way, length), u[v1], way.sign * u[r1], u[v2], way.sign * u[r2])
+            for dof, sign, force in zip(way.dofs, way.signs, acting, strict=True):
+                forces[..., dof] = sign * force
+        return forces
+
+    def shape_functions(self, length: Array | float, x: Array | float) -> Array:
+        """Displacement at distance `x` from the start for unit end displacements, (..., 6, 12).
+
+        Interdependent cubics for a prismatic beam (Friedman & Kosmatka, Comput. Struct. 47 (1993)
+        473-481); for a taper the exact curves, by quadrature. Released ends follow the member.
+
+        Parameters
+        ----------
+        length, x
+            Length and distance from the start, (...).
+        """
+        length, x = _real(length), _real(x)
+        rows = np.zeros((*np.broadcast_shapes(np.shape(length), np.shape(x), self.sections_shape), 6, 12))
+        for i in BARS:
+            if (0, i) in self.releases:
+                rows[..., i, i + 6] = 1.0
+            else:
+                share = self._bar(i, length) * self._integrals.bar(i, x, length)
+                rows[..., i, i], rows[..., i, i + 6] = 1.0 - share, share
+        for way in DIRECTIONS:
+            released = self._released(way)
+            plane = self._plane(way, length)
+            whole, here = (
+                self._integrals.curve(way.bending, way.shearing, at, length, plane.centre) for at in (length, x)
+            )
+            start = start_rows(plane, length, whole, released)
+            _stamp_rows(rows, way, plane_rows(plane, start, x, here))
+        return rows
+
+    def shape_gradients(self, length: Array | float, x: Array | float) -> Array:
+        """Derivative of `shape_functions` by `x`, (..., 6, 12).
+
+        Parameters
+        ----------
+        length, x
+            Length and distance from the start, (...).
+        """
+        length, x = _real(length), _real(x)
+        flexibility = self._flexibility(x / length)
+        values = self.shape_functions(length, x)
+        rows = np.zeros_like(values)
+        for i in BARS:
+            strain = self._bar(i, length) * flexibility[i]
+            rows[..., i, i], rows[..., i, i + 6] = -strain, strain
+        for way in DIRECTIONS:
+            plane = self._plane(way, length)
+            strained = strain_rows(plane, x, flexibility[way.bending], flexibility[way.shearing])
+            _stamp_rows(rows, way, strained)
+            # the slope is the shear strain and the rotation together
+            rows[..., way.moved, :] += way.sign * values[..., way.turned, :]
+        return rows
+
+    def mass_matrix(self, length: Array | float) -> Array:
+        """Consistent mass with rotary inertia, (..., 12, 12).
+
+        The inertia in torsion is ``rho (Iy + Iz)`` per length. Closed form for a prismatic beam, quadrature
+        (`line_frame`) for a taper or with releases.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        """
+        length = _real(length)
+        if self.end is not None or self.releases:
+            return integrated_mass(self, length)
+        inertia = self._inertia(0.0)
+        matrix = np.zeros((*np.broadcast_shapes(np.shape(length), self.sections_shape), 12, 12))
+        for i in BARS:
+            near, far = bar_mass(inertia[i], length)
+            matrix[..., i, i] = matrix[..., i + 6, i + 6] = near
+            matrix[..., i, i + 6] = matrix[..., i + 6, i] = far
+        for way in DIRECTIONS:
+            rotary = inertia[way.turned]
+            plane_mass(inertia[way.moved], rotary, length, self._phi(way, length)).stamp(matrix, way.dofs, way.sign)
+        return matrix
+
+    def geometric_matrix(self, length: Array | float, axial: Array | float) -> Array:
+        """Geometric stiffness under the axial force `axial`, (..., 12, 12).
+
+        From the work ``N / 2 int uy'^2 + uz'^2 + (Iy + Iz) / A rx'^2 dx`` of the axial force (the last
+        term is Wagner's, for torsional buckling; McGuire, Gallagher & Ziemian, *Matrix Structural Analysis*, 2nd ed.,
+        art. 9.2). Closed form for a prismatic beam, quadrature (`line_frame`) for a taper or with releases.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        axial
+            Axial force, (...), tension positive.
+        """
+        length, axial = _real(length), _real(axial)
+        if self.end is not None or self.releases:
+            return integrated_geometric(self, length, axial)
+        shape = np.broadcast_shapes(np.shape(length), np.shape(axial), self.sections_shape)
+        matrix = np.zeros((*shape, 12, 12))
+        wagner = axial * (self.section.Iy + self.section.Iz) / self.section.A / length
+        matrix[..., 3, 3] = matrix[..., 9, 9] = wagner
+        matrix[..., 3, 9] = matrix[..., 9, 3] = -wagner
+        for way in DIRECTIONS:
+            plane_geometric(axial, length, self._phi(way, length)).stamp(matrix, way.dofs, way.sign)
+        return matrix
+
+    def section_flexibility(self, fraction: Array | float) -> Array:
+        """Strain and curvature per unit ``N Vy Vz T My Mz``, (..., 6); the shear terms are 0 without shear.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        return self._stacked(fraction, self._flexibility(_real(fraction)))
+
+    def section_inertia(self, fraction: Array | float) -> Array:
+        """``rho A`` three times, ``rho (Iy + Iz)``, ``rho Iy``, ``rho Iz``: inertia per length, (..., 6).
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        return self._stacked(fraction, self._inertia(_real(fraction)))
+
+    def section_sway(self, fraction: Array | float) -> Array:
+        """Weights of ``ux' .. rz'`` squared in twice the work of a unit axial force, (..., 6).
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        section = self._section(_real(fraction))
+        return self._stacked(fraction, (0.0, 1.0, 1.0, (section.Iy + section.Iz) / section.A, 0.0, 0.0))
+
+    def mass_per_length(self, fraction: Array | float) -> Array:
+        """Mass per length, (...).
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        return self.section_inertia(fraction)[..., 0]
+
+    def stress(self, fraction: Array | float, forces: Array) -> Array:
+        """Least and greatest normal stress and greatest von Mises stress, (..., 3).
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        forces
+            ``N Vy Vz T My Mz`` there, (..., 6).
+        """
+        return self._section(_real(fraction)).stress(forces)
+
+    def _section(self, fraction: Real) -> CrossSection:
+        return self.section if self.end is None else self.section.between(self.end, fraction)
+
+    def _flexibility(self, fraction: Real) -> Six:
+        section, E, G = self._section(fraction), self.material.E, self.material.G
+        shear: tuple[Real, Real] = (0.0, 0.0)
+        if self.shear:
+            shear = 1.0 / (section.ky * G * section.A), 1.0 / (section.kz * G * section.A)
+        return (1.0 / (E * section.A), *shear, 1.0 / (G * section.J), 1.0 / (E * section.Iy), 1.0 / (E * section.Iz))
+
+    def _inertia(self, fraction: Real) -> Six:
+        section, density = self._section(fraction), self.material.density
+        along, about_y, about_z = density * section.A, density * section.Iy, density * section.Iz
+        return along, along, along, about_y + about_z, about_y, about_z
+
+    def _stacked(self, fraction: Array | float, six: Six) -> Array:
+        """Six numbers as a trailing axis."""
+        shape = np.broadcast_shapes(np.shape(fraction), self.sections_shape)
+        return np.stack([np.broadcast_to(part, shape) for part in six], axis=-1)
+
+    @cached_property
+    def _integrals(self) -> Uniform | Tapered:
+        if self.end is None:
+            return Uniform(self._flexibility(0.0))
+        return Tapered(self.section, self.end, self._flexibility)
+
+    def _phi(self, way: Direction, length: Real) -> Real:
+        """Ratio of the shear to the bending deformation of a prismatic beam."""
+        flexibility = self._flexibility(0.0)
+        return 12.0 * flexibility[way.shearing] / (flexibility[way.bending] * length * length)
+
+    def _bar(self, component: int, length: Real) -> Real:
+        """Stiffness in tension (0) or torsion (3)."""
+        if (0, component) in self.releases or (1, component) in self.releases:
+            return 0.0
+        return 1.0 / self._integrals.bar(component, length, length)
+
+    def _plane(self, way: Direction, length: Real) -> Plane:
+        """Stiffness in one plane of bending."""
+        centre = self._integrals.centre(way.bending, length)
+        whole = self._integrals.curve(way.bending, way.shearing, length, length, centre)
+        return bending_plane(centre, length, whole, self._released(way))
+
+    def _released(self, way: Direction) -> frozenset[int]:
+        dofs = (end * 6 + component for end, component in self.releases)
+        return frozenset(way.dofs.index(dof) for dof in dofs if dof in way.dofs)
+
+
+def _check_parts(beam: Beam) -> None:
+    for name, value, kind in (("section", beam.section, CrossSection), ("material", beam.material, Material)):
+        if not isinstance(value, kind):
+            raise FrameError(f"Beam: {name} is a {type(value).__name__}; give a {kind.__name__}")
+    if beam.end is not None and type(beam.end) is not type(beam.section):
+        told = f"{type(beam.end).__name__} and section a {type(beam.section).__name__}"
+        raise FrameError(f"Beam: end is a {told}; give two of one type")
+    if not isinstance(beam.segments, (int, np.integer)) or beam.segments < 1:
+        raise FrameError(f"Beam: segments = {beam.segments!r} must be a whole number above zero")
+
+
+def _real(value: Array | float) -> Real:
+    """A Python float where there is one number: far cheaper than an array of one."""
+    return float(value) if np.ndim(value) == 0 else np.asarray(value, dtype=np.float64)
+
+
+def _stamp_rows(rows: Array, way: Direction, pair: tuple[Row, Row]) -> None:
+    """Write the rows of displacement and rotation of one plane of bending."""
+    moved, turned = pair
+    for dof, sign, m, t in zip(way.dofs, way.signs, moved, turned, strict=True):
+        rows[..., way.moved, dof] = sign * m
+        rows[..., way.turned, dof] = way.sign * sign * t

@@ -1,0 +1,49 @@
+"""Local axes of a member."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..framework.errors import FrameError
+from ..framework.protocol import Array
+
+PARALLEL = 1e-8
+
+
+def default_axes(chord: Array) -> Array:
+    """Axes with z as near to global z as can be; rows x, y, z, (..., 3, 3).
+
+    A member along global z has its local y along global y. Local y is always level, so that a
+    member in a plane of constant global z has exact zeros out of that plane.
+    """
+    x, y, z = np.moveaxis(np.asarray(chord, dtype=np.float64), -1, 0)
+    level = np.hypot(x, y)
+    upright = level == 0.0
+    length = np.hypot(level, z)
+    across = np.where(upright, 1.0, level)
+    axes = np.zeros((*x.shape, 3, 3))
+    axes[..., 0, :] = chord / length[..., None]
+    axes[..., 1, 0] = -y / across
+    axes[..., 1, 1] = np.where(upright, 1.0, x / across)
+    axes[..., 2, 0] = np.where(upright, -np.sign(z), -axes[..., 0, 2] * axes[..., 1, 1])
+    axes[..., 2, 1] = axes[..., 0, 2] * axes[..., 1, 0]
+    axes[..., 2, 2] = level / length
+    return axes
+
+
+def axes_towards(chord: Array, up: Array) -> Array:
+    """Axes with z as near to `up` (..., 3) as can be; rows x, y, z, (..., 3, 3).
+
+    Raises
+    ------
+    FrameError
+        If `up` is parallel to the member.
+    """
+    x = chord / np.linalg.norm(chord, axis=-1, keepdims=True)
+    across = np.cross(up, x)
+    size = np.linalg.norm(across, axis=-1, keepdims=True)
+    if np.any(size <= PARALLEL * np.linalg.norm(up, axis=-1, keepdims=True)):
+        given = tuple(float(part) for part in np.reshape(up, (-1, 3))[0])
+        raise FrameError(f"Beam: up = {given} is parallel to the member; give a direction across it")
+    y = across / size
+    return np.stack(np.broadcast_arrays(x, y, np.cross(x, y)), axis=-2)

@@ -1,0 +1,61 @@
+"""Numbers as they arrive: converted once, checked once, refused with their name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..framework.errors import FrameError
+from ..framework.protocol import Array
+
+Real = float | Array
+
+
+def array_of(owner: str, name: str, value: ArrayLike) -> Array:
+    """`value` as a read-only float64 array of its own."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise FrameError(f"{owner}: {name} = {value!r} is not a number; give a number or an array of numbers") from None
+    array.setflags(write=False)
+    return array
+
+
+def require(owner: str, name: str, array: Array, ok: Array | np.bool_, remedy: str) -> None:
+    """Refuse `array` unless `ok` holds everywhere, naming the first value at fault."""
+    if np.all(ok):
+        return
+    first = np.broadcast_to(array, np.shape(ok))[~np.asarray(ok)].flat[0]
+    raise FrameError(f"{owner}: {name} = {first:g} must be {remedy}")
+
+
+def number(owner: str, name: str, value: ArrayLike) -> Real:
+    """A finite number, or an array of them; single numbers stay Python floats, which are cheap."""
+    array = array_of(owner, name, value)
+    require(owner, name, array, np.isfinite(array), "finite; give a number")
+    return float(array) if array.ndim == 0 else array
+
+
+def positive(owner: str, name: str, value: ArrayLike) -> Real:
+    """A finite number above zero, or an array of them."""
+    checked = number(owner, name, value)
+    require(owner, name, np.asarray(checked), np.asarray(checked) > 0.0, "above zero; give a positive number")
+    return checked
+
+
+def not_negative(owner: str, name: str, value: ArrayLike) -> Real:
+    """A finite number not below zero, or an array of them."""
+    checked = number(owner, name, value)
+    require(owner, name, np.asarray(checked), np.asarray(checked) >= 0.0, "zero or above; give its magnitude")
+    return checked
+
+
+def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """Broadcast of named shapes; the names are told when they do not fit."""
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        told = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise FrameError(f"{owner}: shapes do not broadcast: {told}; give arrays that broadcast together") from None

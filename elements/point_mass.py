@@ -1,0 +1,98 @@
+"""Rigid mass at a node."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..framework.errors import FrameError
+from ..framework.protocol import Array, PointElement
+from .parameters import Real, array_of, common_shape, not_negative, require
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class PointMass(PointElement):
+    """Rigid mass on a node.
+
+    With the offset o from the node to the centre of mass, whose velocity is ``u' + r' x o``, ::
+
+        M = [[m I, -m S], [m S, I_c - m S S]],    S x = o x x
+
+    Parameters
+    ----------
+    mass : array_like
+        Mass, (...), zero or above.
+    inertia : array_like
+        About the centre of mass, in global axes: three principal moments (..., 3), or a tensor
+        (..., 3, 3), symmetric and not negative. What ends in (3, 3) is a tensor.
+    offset : array_like
+        From the node to the centre of mass, global, (..., 3).
+
+    Raises
+    ------
+    FrameError
+        If the mass or an inertia is negative, a shape is wrong, or the tensor is not symmetric.
+
+    Examples
+    --------
+    >>> flywheel = PointMass(2.0, inertia=(0.1, 0.1, 0.2))
+    >>> [float(m) for m in flywheel.mass_matrix().diagonal()]
+    [2.0, 2.0, 2.0, 0.1, 0.1, 0.2]
+    """
+
+    mass: Real
+    inertia: Array
+    offset: Array
+
+    def __init__(
+        self, mass: ArrayLike, inertia: ArrayLike = (0.0, 0.0, 0.0), offset: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> None:
+        object.__setattr__(self, "mass", not_negative("PointMass", "mass", mass))
+        object.__setattr__(self, "inertia", _tensor(array_of("PointMass", "inertia", inertia)))
+        object.__setattr__(self, "offset", array_of("PointMass", "offset", offset))
+        if self.offset.shape[-1:] != (3,):
+            raise FrameError(f"PointMass: offset has shape {self.offset.shape}; give three numbers, (..., 3)")
+        require("PointMass", "offset", self.offset, np.isfinite(self.offset), "finite; give a length")
+        common_shape(
+            "PointMass",
+            {"mass": np.shape(self.mass), "inertia": self.inertia.shape[:-2], "offset": self.offset.shape[:-1]},
+        )
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape: the broadcast of mass, inertia and offset."""
+        return np.broadcast_shapes(np.shape(self.mass), self.inertia.shape[:-2], self.offset.shape[:-1])
+
+    def mass_matrix(self) -> Array:
+        """Mass in global axes, (..., 6, 6)."""
+        x, y, z = np.moveaxis(self.offset, -1, 0)
+        cross = np.zeros((*self.offset.shape[:-1], 3, 3))
+        cross[..., 0, 1], cross[..., 0, 2], cross[..., 1, 2] = -z, y, -x
+        cross -= np.swapaxes(cross, -1, -2)
+        mass = np.asarray(self.mass)[..., None, None]
+        matrix = np.zeros((*self.shape, 6, 6))
+        matrix[..., :3, :3] = mass * np.eye(3)
+        matrix[..., :3, 3:] = -mass * cross
+        matrix[..., 3:, :3] = mass * cross
+        outer = self.offset[..., :, None] * self.offset[..., None, :]
+        square = np.sum(self.offset**2, axis=-1)[..., None, None]
+        matrix[..., 3:, 3:] = self.inertia + mass * (square * np.eye(3) - outer)
+        return matrix
+
+
+def _tensor(inertia: Array) -> Array:
+    """Principal moments (..., 3) or a tensor (..., 3, 3) as a tensor."""
+    if inertia.shape[-1:] != (3,):
+        raise FrameError(f"PointMass: inertia has shape {inertia.shape}; give (..., 3) or (..., 3, 3)")
+    require("PointMass", "inertia", inertia, np.isfinite(inertia), "finite; give a moment of inertia")
+    if inertia.shape[-2:] != (3, 3):
+        require("PointMass", "inertia", inertia, inertia >= 0.0, "zero or above; give its magnitude")
+        return np.asarray(inertia[..., :, None] * np.eye(3))
+    if not np.array_equal(inertia, np.swapaxes(inertia, -1, -2)):
+        raise FrameError("PointMass: inertia is not symmetric; give the tensor with Ixy = Iyx, Ixz = Izx, Iyz = Izy")
+    least = np.linalg.eigvalsh(inertia)[..., 0]
+    scale = np.max(np.abs(inertia), axis=(-2, -1))
+    require("PointMass", "inertia (least principal moment)", least, least >= -1e-12 * scale, "zero or above")
+    return inertia

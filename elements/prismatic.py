@@ -1,0 +1,67 @@
+"""Closed-form mass and geometric stiffness of one plane of bending of a prismatic beam.
+
+Both follow from the interdependent cubics: M from ``int rho A v^2 + rho I r^2 dx``, the geometric
+stiffness from ``N int v'^2 dx`` (Przemieniecki, *Theory of Matrix Structural Analysis*, 1968,
+art. 11.4 and 15.3; Friedman & Kosmatka, Comput. Struct. 47 (1993) 473-481).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..framework.protocol import Array
+from .parameters import Real
+
+
+class Mirrored(NamedTuple):
+    """Entries of a symmetric 4 x 4 matrix on (v1, r1, v2, r2) that looks the same from either end."""
+
+    v1v1: Real
+    v1r1: Real
+    v1v2: Real
+    v1r2: Real
+    r1r1: Real
+    r1r2: Real
+
+    def stamp(self, matrix: Array, dofs: tuple[int, int, int, int], sign: float) -> None:
+        """Write into `matrix` at `dofs`; `sign` is the sense of the rotations."""
+        v1, r1, v2, r2 = dofs
+        near, far = sign * self.v1r1, sign * self.v1r2
+        matrix[..., v1, v1] = matrix[..., v2, v2] = self.v1v1
+        matrix[..., r1, r1] = matrix[..., r2, r2] = self.r1r1
+        matrix[..., v1, v2] = matrix[..., v2, v1] = self.v1v2
+        matrix[..., r1, r2] = matrix[..., r2, r1] = self.r1r2
+        matrix[..., v1, r1] = matrix[..., r1, v1] = near
+        matrix[..., v2, r2] = matrix[..., r2, v2] = -near
+        matrix[..., v1, r2] = matrix[..., r2, v1] = far
+        matrix[..., v2, r1] = matrix[..., r1, v2] = -far
+
+
+def bar_mass(per_length: Real, length: Real) -> tuple[Real, Real]:
+    """Near and far entry of the mass of a bar with linear shape functions."""
+    return per_length * length / 3.0, per_length * length / 6.0
+
+
+def plane_mass(per_length: Real, rotary: Real, length: Real, phi: Real) -> Mirrored:
+    """Consistent mass of translation (`per_length`, rho A) and rotation (`rotary`, rho I)."""
+    m = per_length * length / (1.0 + phi) ** 2
+    r = rotary / (length * (1.0 + phi) ** 2)
+    turn = r * (0.1 - phi / 2.0) * length
+    return Mirrored(
+        m * (13.0 / 35.0 + phi * (7.0 / 10.0 + phi / 3.0)) + r * 1.2,
+        m * (11.0 / 210.0 + phi * (11.0 / 120.0 + phi / 24.0)) * length + turn,
+        m * (9.0 / 70.0 + phi * (3.0 / 10.0 + phi / 6.0)) - r * 1.2,
+        -m * (13.0 / 420.0 + phi * (3.0 / 40.0 + phi / 24.0)) * length + turn,
+        (m * (1.0 / 105.0 + phi * (1.0 + phi / 2.0) / 60.0) + r * (2.0 / 15.0 + phi * (1.0 / 6.0 + phi / 3.0))) * length**2,
+        (-m * (1.0 / 140.0 + phi * (1.0 + phi / 2.0) / 60.0) - r * (1.0 + phi * (5.0 - 5.0 * phi)) / 30.0) * length**2,
+    )
+
+
+def plane_geometric(axial: Real, length: Real, phi: Real) -> Mirrored:
+    """Geometric stiffness under the axial force `axial`, tension positive."""
+    g = axial / (length * (1.0 + phi) ** 2)
+    sway, turn = g * (1.2 + phi * (2.0 + phi)), g * length / 10.0
+    bow = phi * (1.0 + phi / 2.0) / 6.0
+    return Mirrored(
+        sway, turn, -sway, turn, g * (2.0 / 15.0 + bow) * length**2, -g * (1.0 / 30.0 + bow) * length**2
+    )

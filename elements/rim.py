@@ -1,0 +1,64 @@
+"""Stress on the rim of a circular section."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..framework.protocol import Array
+from .parameters import Real
+
+SAMPLES = 32
+STEPS = 12
+
+
+def rim_stress(forces: Array, area: Real, inertia: Real, radius: Real, peak: Real) -> Array:
+    """Least and greatest normal stress and greatest von Mises stress on a rim, (..., 3).
+
+    At the angle a, with y = R cos a and z = R sin a, the rim carries ::
+
+        normal     = N / A + (My sin a - Mz cos a) R / I
+        tangential = T R / (2 I) + peak (Vz cos a - Vy sin a) / A
+
+    Parameters
+    ----------
+    forces
+        ``N Vy Vz T My Mz``, (..., 6).
+    area, inertia, radius
+        A, I about a diameter, and R, (...).
+    peak
+        Shear stress at the neutral axis over the mean one, (...).
+    """
+    N, Vy, Vz, T, My, Mz = np.moveaxis(np.asarray(forces, dtype=np.float64), -1, 0)
+    axial, bending = N / area, np.hypot(My, Mz) * radius / inertia
+    normal = (axial, -Mz * radius / inertia, My * radius / inertia)
+    root3 = np.sqrt(3.0)
+    shear = (root3 * T * radius / (2.0 * inertia), root3 * peak * Vz / area, -root3 * peak * Vy / area)
+    return np.stack([axial - bending, axial + bending, _greatest(normal, shear)], axis=-1)
+
+
+def _greatest(*waves: tuple[Array, Array, Array]) -> Array:
+    """Maximum over the angle of the root of the sum of (p + q cos a + r sin a)^2.
+
+    The square is a trigonometric polynomial of degree two: it has at most two maxima. The two
+    best of the samples are led uphill by Newton steps no longer than a sample's distance.
+    """
+
+    def square(angle: Array) -> tuple[Array, Array, Array]:
+        value, slope, bow = np.zeros(()), np.zeros(()), np.zeros(())
+        c, s = np.cos(angle), np.sin(angle)
+        for p, q, r in waves:
+            wave, turn = p + q * c + r * s, r * c - q * s
+            value, slope, bow = value + wave**2, slope + wave * turn, bow + turn**2 - wave * (wave - p)
+        return value, slope, bow
+
+    shape = np.broadcast_shapes(*(np.shape(term) for wave in waves for term in wave))
+    step = 2.0 * np.pi / SAMPLES
+    angles = (step * np.arange(SAMPLES)).reshape((SAMPLES,) + (1,) * len(shape))
+    value = np.broadcast_to(square(angles)[0], (SAMPLES, *shape))
+    peak = (value >= np.roll(value, 1, axis=0)) & (value >= np.roll(value, -1, axis=0))
+    angle = step * np.argsort(np.where(peak, value, -1.0), axis=0)[-2:]
+    for _ in range(STEPS):
+        _, slope, bow = square(angle)
+        near = np.abs(slope) < step * np.abs(bow)
+        angle = angle + np.divide(slope, np.abs(bow), out=step * np.sign(slope), where=near)
+    return np.asarray(np.sqrt(np.max(np.maximum(square(angle)[0], value.max(axis=0)), axis=0)))
