@@ -1,0 +1,172 @@
+"""Save a solution for ParaView: one pose as a .vtu, a batch axis as a .pvd of many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .batch import finite
+from .errors import FrameError
+from .files import whole_or_nothing
+from .scene import Index, Part, beams, joints
+from .vtu import write_collection, write_grid, write_names
+
+if TYPE_CHECKING:
+    from .solution import Solution
+
+Entry = int | Sequence[int]
+
+
+def save(
+    solution: Solution,
+    path: str | Path,
+    *,
+    entry: Entry | None = None,
+    axis: int | None = None,
+    times: ArrayLike | None = None,
+    stations: int = 8,
+) -> None:
+    """Write a solution for ParaView, whole or not at all.
+
+    Parameters
+    ----------
+    solution
+        What `Frame.solve` returned.
+    path
+        ``name.vtu``: one batch entry, beams as line cells and joints as vertex cells of one grid, told apart
+        by the cell array ``part``. ``name.pvd``: the poses along a batch axis as a time series; beams and
+        joints are parts of their own, in files of their own in the folder ``name`` beside it.
+    entry
+        Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
+    axis
+        For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
+    times
+        For a .pvd, increasing times (or angles) of the poses, (n,); their numbers 0, 1, ... by default.
+    stations
+        Cells of a member, so that its curved shape shows.
+
+    Raises
+    ------
+    FrameError
+        If the name ends otherwise, the batch does not fit, or the folder cannot be written.
+
+    Notes
+    -----
+    The arrays are those of `scene.beams` and `scene.joints`: on points ``displacement``, ``rotation``; for
+    beams ``N V T M stress_min stress_max von_mises`` on points and cells, ``member link regular`` on cells;
+    for joints ``gap gap_rotation force moment`` (global) on points, ``joint regular`` on cells. Where the
+    structure is a mechanism ``regular`` is 0 and so are the results. Numbers of members, links and joints
+    follow the order of the description; `vtu.read_names` gives their names.
+
+    In ParaView: Warp By Vector (displacement), Extract Surface, Tube.
+    """
+    path = Path(path)
+    if stations not in range(1, 1001):
+        raise FrameError(f"{path.name} was given {stations!r} stations a member: give a whole number from 1 to 1000")
+    if path.suffix == ".vtu":
+        if axis is not None or times is not None:
+            raise FrameError(f"{path.name} holds one pose, without axis or times: save as .pvd for a series")
+        _save_pose(solution, path, _single(solution.shape, entry, path), stations)
+    elif path.suffix == ".pvd":
+        chosen = _time_axis(solution.shape, axis, path)
+        index = _series(solution.shape, entry, chosen, path)
+        count = 1 if chosen is None else solution.shape[chosen]
+        _save_series(solution, path, index, _times(times, count, path), stations)
+    else:
+        raise FrameError(f"{path.name} is neither .vtu (one pose) nor .pvd (a series of poses): choose one of them")
+
+
+def _save_pose(solution: Solution, path: Path, index: Index, stations: int) -> None:
+    with whole_or_nothing(path.parent) as stage:
+        write_grid(stage / path.name, _parts(solution, index, stations), 0)
+        write_names(stage / path.name, _names(solution))
+
+
+def _save_series(solution: Solution, path: Path, index: Index, times: Sequence[float], stations: int) -> None:
+    digits = max(3, len(str(len(times) - 1)))
+    rows = []
+    with whole_or_nothing(path.parent) as stage:
+        (stage / path.stem).mkdir()
+        for number, part in enumerate(_parts(solution, index, stations)):
+            for pose, time in enumerate(times):
+                file = f"{path.stem}/{part.name}_{pose:0{digits}d}.vtu"
+                write_grid(stage / file, [part], pose)
+                rows.append((time, number, file))
+        write_collection(stage / path.name, sorted(rows))
+        write_names(stage / path.name, _names(solution))
+
+
+def _parts(solution: Solution, index: Index, stations: int) -> list[Part]:
+    parts = [beams(solution, index, stations)] if solution.frame.members else []
+    return [*parts, joints(solution, index)] if solution.frame.joints else parts
+
+
+def _names(solution: Solution) -> dict[str, list[str]]:
+    frame = solution.frame
+    return {"member": list(frame.members), "link": list(frame.bodies), "joint": list(frame.joints)}
+
+
+def _single(shape: tuple[int, ...], entry: Entry | None, path: Path) -> Index:
+    """Index of one batch entry, as a batch of one."""
+    if entry is None and np.prod(shape) != 1:
+        example = ", ".join("0" for _ in shape)
+        raise FrameError(
+            f"{path.name} holds one pose but the batch shape is {shape}: save as .pvd, "
+            f"or choose an entry with entry=({example}{',' if len(shape) == 1 else ''})"
+        )
+    return (None, *_indices(shape, entry, path))
+
+
+def _series(shape: tuple[int, ...], entry: Entry | None, axis: int | None, path: Path) -> Index:
+    """Index of the poses along `axis`, at `entry` of the other axes."""
+    if axis is None:
+        return (None, *_indices(shape, entry, path))
+    others = shape[:axis] + shape[axis + 1 :]
+    if entry is None and np.prod(others) != 1:
+        raise FrameError(
+            f"{path.name} runs along axis {axis} of the batch shape {shape}: "
+            f"choose an entry of the other axes, {others}, with entry="
+        )
+    chosen = _indices(others, entry, path)
+    return (*chosen[:axis], slice(None), *chosen[axis:])
+
+
+def _indices(shape: tuple[int, ...], entry: Entry | None, path: Path) -> tuple[int, ...]:
+    """`entry` as indices into `shape`, zeros by default."""
+    if entry is None:
+        return (0,) * len(shape)
+    chosen = np.atleast_1d(entry).tolist()
+    inside = len(chosen) == len(shape) and all(i in range(-n, n) for i, n in zip(chosen, shape, strict=True))
+    if not inside:
+        raise FrameError(f"{path.name} was given entry={entry}: give one index for each of the batch axes {shape}")
+    return tuple(map(int, chosen))
+
+
+def _time_axis(shape: tuple[int, ...], axis: int | None, path: Path) -> int | None:
+    """The batch axis that becomes time; None where there is no axis."""
+    if axis is not None:
+        if not -len(shape) <= axis < len(shape):
+            raise FrameError(
+                f"{path.name} was given axis={axis}, but the batch shape is {shape}: choose one of its axes"
+            )
+        return axis % len(shape)
+    long = [i for i, n in enumerate(shape) if n > 1]
+    if len(long) > 1:
+        raise FrameError(
+            f"{path.name} is a series along one axis but the batch shape is {shape}: "
+            "choose axis= for the series and entry= for the other axes"
+        )
+    return long[0] if long else 0 if shape else None
+
+
+def _times(times: ArrayLike | None, count: int, path: Path) -> list[float]:
+    if times is None:
+        return [float(pose) for pose in range(count)]
+    given = finite(times, f"times of {path.name}")
+    if given.shape != (count,) or np.any(np.diff(given) <= 0.0):
+        raise FrameError(f"times of {path.name} have shape {given.shape}: give {count} increasing numbers, one a pose")
+    return [float(time) for time in given]

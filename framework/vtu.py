@@ -1,0 +1,90 @@
+"""Files for ParaView: VTK unstructured grids (.vtu) and the collections (.pvd) that list them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from .scene import Array, Part
+
+
+def write_grid(path: Path, parts: Sequence[Part], pose: int) -> None:
+    """Write pose number `pose` of `parts` into one .vtu.
+
+    Where a part lacks an array of another, reals are 0 and integers -1. If there are several parts, the
+    cell array ``part`` numbers them.
+    """
+    import meshio
+
+    points, cells = [len(part.points[pose]) for part in parts], [len(part.cells) for part in parts]
+    first = np.cumsum([0, *points])
+    point_data = _united([part.point_data for part in parts], points, pose)
+    cell_data = _united([part.cell_data for part in parts], cells, pose)
+    if len(parts) > 1:
+        cell_data["part"] = [np.full(count, number, dtype=np.int32) for number, count in enumerate(cells)]
+    mesh = meshio.Mesh(
+        np.concatenate([part.points[pose] for part in parts]),
+        [(part.cell, part.cells + start) for part, start in zip(parts, first, strict=False)],
+        point_data={name: np.concatenate(arrays) for name, arrays in point_data.items()},
+        cell_data=cell_data,
+    )
+    # Uncompressed: zlib would halve these small files and double the time.
+    meshio.vtu.write(path, mesh, binary=True, compression=None)
+
+
+def _united(data: Sequence[Mapping[str, Array]], counts: Sequence[int], pose: int) -> dict[str, list[Array]]:
+    """For every name that some part has, one array a part."""
+    sample = {name: array[pose] for arrays in data for name, array in arrays.items()}
+
+    def missing(name: str, count: int) -> Array:
+        like = sample[name]
+        return np.full((count, *like.shape[1:]), -1 if like.dtype.kind == "i" else 0, dtype=like.dtype)
+
+    return {
+        name: [
+            arrays[name][pose] if name in arrays else missing(name, count)
+            for arrays, count in zip(data, counts, strict=True)
+        ]
+        for name in sample
+    }
+
+
+def write_collection(path: Path, files: Iterable[tuple[float, int, str]]) -> None:
+    """Write a .pvd that lists `files`: time, number of the part, path relative to the .pvd."""
+    rows = [
+        f'<DataSet timestep="{time!r}" group="" part="{part}" file={quoteattr(file)}/>' for time, part, file in files
+    ]
+    lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>", *rows]
+    path.write_text("\n".join([*lines, "</Collection>", "</VTKFile>", ""]), encoding="utf-8")
+
+
+def write_names(path: Path, names: Mapping[str, Sequence[str]]) -> None:
+    """Put `names` on the second line of an XML file, as JSON in a comment, which every reader skips."""
+    comment = json.dumps({kind: list(of) for kind, of in names.items()}).replace("--", "-\\u002d")
+    declaration, rest = path.read_text(encoding="utf-8").split("\n", 1)
+    path.write_text(f"{declaration}\n<!-- {comment} -->\n{rest}", encoding="utf-8")
+
+
+def read_names(path: str | Path) -> dict[str, list[str]]:
+    """Names of the members, links and joints that a saved .vtu or .pvd numbers.
+
+    Parameters
+    ----------
+    path
+        A file that `Solution.save` was asked to write.
+
+    Returns
+    -------
+    dict
+        Under ``member``, ``link`` and ``joint``, as the cell arrays are called, the names in the order of
+        their numbers.
+    """
+    with Path(path).open(encoding="utf-8") as file:
+        file.readline()
+        comment = file.readline()
+    names: dict[str, list[str]] = json.loads(comment.removeprefix("<!-- ").removesuffix(" -->\n"))
+    return names
