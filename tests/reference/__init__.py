@@ -1,0 +1,1 @@
+"""Independent solutions that the tests compare linkframe with."""

@@ -1,0 +1,33 @@
+"""How far two results are apart, and how far they may be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+EPS = float(np.finfo(np.float64).eps)
+
+
+def allowed(scaled_condition_number: ArrayLike) -> Array:
+    """Relative error that the numerical contract allows: 1e-12, above kappa = 1e4 100 eps kappa."""
+    kappa = np.asarray(scaled_condition_number, dtype=np.float64)
+    return np.where(kappa < 1e4, 1e-12, 100 * EPS * kappa)
+
+
+def stacked(vectors: Mapping[str, ArrayLike], names: Iterable[str] | None = None) -> Array:
+    """Six-component results of all (or the named) nodes or joints, (..., n, 6)."""
+    chosen = [np.asarray(vectors[name], dtype=np.float64) for name in (vectors if names is None else names)]
+    return np.stack(np.broadcast_arrays(*chosen), axis=-2)
+
+
+def apart(result: Array, truth: Array) -> Array:
+    """Greatest difference of (..., n, 6), linear and angular components each over their own greatest size, (...)."""
+    worst = []
+    for part in (slice(0, 3), slice(3, 6)):
+        error = np.abs(result[..., part] - truth[..., part]).max(axis=(-1, -2))
+        size = np.abs(truth[..., part]).max(axis=(-1, -2))
+        worst.append(np.divide(error, size, out=np.zeros_like(error * size), where=error > 0))
+    return np.maximum(*worst)

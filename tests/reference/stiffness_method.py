@@ -1,0 +1,166 @@
+"""The displacement method as in any textbook, in 50-digit or in double-precision numbers.
+
+Independent of linkframe: members by the flexibility of a cantilever, joints as springs between
+duplicate nodes, everything added into one dense matrix. One code in two arithmetics, so that the
+difference of their results is rounding and nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isinf, sqrt
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from .structure import COMPONENTS, Member, Number, Spring, Structure
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+mp = mpmath.MPContext()
+mp.dps = 50
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """The numbers to calculate with."""
+
+    number: Callable[[Any], Number]
+    sqrt: Callable[[Number], Number]
+    dtype: type
+    solve: Callable[[Array, Array], Array]
+
+    def array(self, values: Any) -> Array:
+        """Convert nested floats exactly."""
+        values = np.asarray(values, dtype=object)
+        return np.array([self.number(value) for value in values.ravel()], dtype=self.dtype).reshape(values.shape)
+
+
+def eliminate(matrix: Array, right: Array) -> Array:
+    """Solve by Gauss with partial pivoting; object arrays keep their numbers' own precision."""
+    a, b = matrix.copy(), right.copy()
+    size = len(b)
+    for k in range(size):
+        pivot = k + int(np.argmax(np.abs(a[k:, k])))
+        a[[k, pivot]], b[[k, pivot]] = a[[pivot, k]], b[[pivot, k]]
+        for i in k + 1 + np.flatnonzero(a[k + 1 :, k] != 0):
+            factor = a[i, k] / a[k, k]
+            a[i, k:] -= factor * a[k, k:]
+            b[i] -= factor * b[k]
+    for k in reversed(range(size)):
+        b[k] = (b[k] - a[k, k + 1 :] @ b[k + 1 :]) / a[k, k]
+    return b
+
+
+EXACT = Arithmetic(mp.mpf, mp.sqrt, object, eliminate)
+DOUBLE = Arithmetic(float, sqrt, float, np.linalg.solve)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector product; numpy's own refuses object arrays of some lengths."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]], dtype=a.dtype)
+
+
+def member_axes(chord: Array, up: Array, arithmetic: Arithmetic) -> Array:
+    """Rows x along the chord, z nearest to `up`, y = z cross x; y is global y where `up` is along the chord."""
+
+    def unit(v: Array) -> Array:
+        return v / arithmetic.sqrt(v @ v)
+
+    x = unit(chord)
+    side = cross(up, x)
+    if side @ side == 0:
+        side = arithmetic.array((0.0, 1.0, 0.0))
+    y = unit(side)
+    return np.array([x, y, cross(x, y)])
+
+
+def tip_stiffness(member: Member, length: Number, arithmetic: Arithmetic) -> Array:
+    """Forces on the free end of the clamped member for its unit displacements, local axes, (6, 6).
+
+    The inverse of the cantilever's flexibility: a transverse tip force bends by L^3/3EI + L/kGA and
+    turns by L^2/2EI, a tip moment bends by L^2/2EI and turns by L/EI.
+    """
+    E, G, A, Iy, Iz, J = arithmetic.array((member.E, member.G, member.A, member.Iy, member.Iz, member.J))
+    k = arithmetic.array(np.zeros((6, 6)))
+    k[0, 0] = E * A / length
+    k[3, 3] = G * J / length
+    # Deflection y turns about +z, deflection z about -y.
+    for v, r, sign, inertia, factor in ((1, 5, 1, Iz, member.ky), (2, 4, -1, Iy, member.kz)):
+        phi = 0 if isinf(factor) else 12 * E * inertia / (arithmetic.number(factor) * G * A * length * length)
+        k[v, v] = 12 * E * inertia / (length * length * length * (1 + phi))
+        k[r, r] = (4 + phi) * E * inertia / (length * (1 + phi))
+        k[v, r] = k[r, v] = -sign * 6 * E * inertia / (length * length * (1 + phi))
+    return k
+
+
+def deformation(member: Member, structure: Structure, arithmetic: Arithmetic) -> tuple[Array, Array]:
+    """Tip stiffness (6, 6) and the map (6, 12) from global end displacements to those of the tip."""
+    chord = arithmetic.array(structure.nodes[member.end]) - arithmetic.array(structure.nodes[member.start])
+    axes = member_axes(chord, arithmetic.array(member.up), arithmetic)
+    length = arithmetic.sqrt(chord @ chord)
+    relative = arithmetic.array(np.hstack([-np.eye(6), np.eye(6)]))
+    relative[1, 5], relative[2, 4] = -length, length  # the start turns the tip by r x L
+    turn = arithmetic.array(np.zeros((12, 12)))
+    for block in range(0, 12, 3):
+        turn[block : block + 3, block : block + 3] = axes
+    return tip_stiffness(member, length, arithmetic), relative @ turn
+
+
+def gap(spring: Spring, arithmetic: Arithmetic) -> tuple[Array, Array]:
+    """Spring constants (6, 6) and the map (6, 12) from global end displacements to the springs' extensions."""
+    axes = arithmetic.array(spring.axes)
+    opening = arithmetic.array(np.zeros((6, 12)))
+    for block in (0, 3):
+        opening[block : block + 3, block : block + 3] = -axes.T
+        opening[block : block + 3, block + 6 : block + 9] = axes.T
+    constants = arithmetic.array(np.zeros((6, 6)))
+    for i, value in enumerate(spring.stiffness):
+        constants[i, i] = arithmetic.number(value)
+    return constants, opening
+
+
+@dataclass(frozen=True)
+class Result:
+    """Displacements and reactions (6,) of nodes, extensions and forces (6,) of joints, in joint axes."""
+
+    displacement: dict[str, Array]
+    reaction: dict[str, Array]
+    extension: dict[str, Array]
+    force: dict[str, Array]
+    matrix: Array
+
+
+def solve(structure: Structure, arithmetic: Arithmetic = EXACT) -> Result:
+    """Assemble, support, solve."""
+    start = {name: 6 * i for i, name in enumerate(structure.nodes)}
+    size = 6 * len(start)
+    stiffness = arithmetic.array(np.zeros((size, size)))
+    pieces = [(m.start, m.end, *deformation(m, structure, arithmetic)) for m in structure.members.values()]
+    pieces += [(j.first, j.second, *gap(j, arithmetic)) for j in structure.joints.values()]
+    for first, second, k, map_ in pieces:
+        rows = [*range(start[first], start[first] + 6), *range(start[second], start[second] + 6)]
+        stiffness[np.ix_(rows, rows)] += map_.T @ (k @ map_)
+
+    load, u = arithmetic.array(np.zeros(size)), arithmetic.array(np.zeros(size))
+    for node, values in structure.loads.items():
+        load[start[node] : start[node] + 6] += arithmetic.array(values)
+    held = []
+    for node, prescribed in structure.supports.items():
+        for component, value in prescribed.items():
+            held.append(start[node] + COMPONENTS.index(component))
+            u[held[-1]] = arithmetic.number(value)
+    free = np.setdiff1d(np.arange(size), held)
+    u[free] = arithmetic.solve(stiffness[np.ix_(free, free)], load[free] - stiffness[np.ix_(free, held)] @ u[held])
+
+    reaction = stiffness @ u - load
+    displacement = {name: u[i : i + 6] for name, i in start.items()}
+    extension, force = {}, {}
+    for name, joint in structure.joints.items():
+        k, opening = gap(joint, arithmetic)
+        extension[name] = opening @ np.concatenate([displacement[joint.first], displacement[joint.second]])
+        force[name] = k @ extension[name]
+    reactions = {name: reaction[start[name] : start[name] + 6] for name in structure.supports}
+    return Result(displacement, reactions, extension, force, stiffness[np.ix_(free, free)])

@@ -1,0 +1,58 @@
+"""A frame as plain data: what the reference, the usual assembly and linkframe are all given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any
+
+COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
+LOADS = ("fx", "fy", "fz", "mx", "my", "mz")
+
+# A float or a 50-digit number; both are taken as exact.
+Number = Any
+Vector = tuple[Number, Number, Number]
+
+
+@dataclass(frozen=True)
+class Member:
+    """A uniform beam; `ky` and `kz` are shear coefficients, inf for a beam that does not shear."""
+
+    start: str
+    end: str
+    E: float
+    G: float
+    A: float
+    Iy: float
+    Iz: float
+    J: float
+    ky: float = inf
+    kz: float = inf
+    up: Vector = (0.0, 0.0, 1.0)
+
+    @property
+    def shear(self) -> bool:
+        """Whether the member deforms in shear."""
+        return self.ky < inf
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A joint: six springs between two coincident nodes, along the columns of `axes`."""
+
+    first: str
+    second: str
+    stiffness: tuple[float, ...]
+    axes: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Nodes, members, joints, supports with their prescribed displacements, and nodal loads."""
+
+    nodes: Mapping[str, Vector]
+    members: Mapping[str, Member]
+    joints: Mapping[str, Spring] = field(default_factory=dict)
+    supports: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    loads: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
