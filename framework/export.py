@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .batch import finite
+from .entries import Entry, Index, one, series
 from .errors import FrameError
 from .files import whole_or_nothing
-from .scene import Index, Part, beams, joints
+from .scene import Part, beams, joints
 from .vtu import write_collection, write_grid, write_names
 
 if TYPE_CHECKING:
     from .solution import Solution
-
-Entry = int | Sequence[int]
 
 
 def save(
@@ -69,12 +68,11 @@ def save(
         raise FrameError(f"{path.name} was given {stations!r} stations a member: give a whole number from 1 to 1000")
     if path.suffix == ".vtu":
         if axis is not None or times is not None:
-            raise FrameError(f"{path.name} holds one pose, without axis or times: save as .pvd for a series")
-        _save_pose(solution, path, _single(solution.shape, entry, path), stations)
+            raise FrameError(f"{path.name} holds one pose, without axis or times: save as .pvd for a series of poses")
+        _save_pose(solution, path, one(solution.shape, entry, path.name), stations)
     elif path.suffix == ".pvd":
-        chosen = _time_axis(solution.shape, axis, path)
-        index = _series(solution.shape, entry, chosen, path)
-        count = 1 if chosen is None else solution.shape[chosen]
+        index = series(solution.shape, axis, entry, path.name)
+        count = len(np.broadcast_to(0.0, solution.shape)[index])
         _save_series(solution, path, index, _times(times, count, path), stations)
     else:
         raise FrameError(f"{path.name} is neither .vtu (one pose) nor .pvd (a series of poses): choose one of them")
@@ -101,66 +99,17 @@ def _save_series(solution: Solution, path: Path, index: Index, times: Sequence[f
 
 
 def _parts(solution: Solution, index: Index, stations: int) -> list[Part]:
-    parts = [beams(solution, index, stations)] if solution.frame.members else []
-    return [*parts, joints(solution, index)] if solution.frame.joints else parts
+    frame = solution.frame
+    parts = [beams(solution, index, stations)] if frame.members else []
+    parts += [joints(solution, index)] if frame.joints else []
+    if not parts:
+        raise FrameError("the frame has no member and no joint to save: add one")
+    return parts
 
 
 def _names(solution: Solution) -> dict[str, list[str]]:
     frame = solution.frame
     return {"member": list(frame.members), "link": list(frame.bodies), "joint": list(frame.joints)}
-
-
-def _single(shape: tuple[int, ...], entry: Entry | None, path: Path) -> Index:
-    """Index of one batch entry, as a batch of one."""
-    if entry is None and np.prod(shape) != 1:
-        example = ", ".join("0" for _ in shape)
-        raise FrameError(
-            f"{path.name} holds one pose but the batch shape is {shape}: save as .pvd, "
-            f"or choose an entry with entry=({example}{',' if len(shape) == 1 else ''})"
-        )
-    return (None, *_indices(shape, entry, path))
-
-
-def _series(shape: tuple[int, ...], entry: Entry | None, axis: int | None, path: Path) -> Index:
-    """Index of the poses along `axis`, at `entry` of the other axes."""
-    if axis is None:
-        return (None, *_indices(shape, entry, path))
-    others = shape[:axis] + shape[axis + 1 :]
-    if entry is None and np.prod(others) != 1:
-        raise FrameError(
-            f"{path.name} runs along axis {axis} of the batch shape {shape}: "
-            f"choose an entry of the other axes, {others}, with entry="
-        )
-    chosen = _indices(others, entry, path)
-    return (*chosen[:axis], slice(None), *chosen[axis:])
-
-
-def _indices(shape: tuple[int, ...], entry: Entry | None, path: Path) -> tuple[int, ...]:
-    """`entry` as indices into `shape`, zeros by default."""
-    if entry is None:
-        return (0,) * len(shape)
-    chosen = np.atleast_1d(entry).tolist()
-    inside = len(chosen) == len(shape) and all(i in range(-n, n) for i, n in zip(chosen, shape, strict=True))
-    if not inside:
-        raise FrameError(f"{path.name} was given entry={entry}: give one index for each of the batch axes {shape}")
-    return tuple(map(int, chosen))
-
-
-def _time_axis(shape: tuple[int, ...], axis: int | None, path: Path) -> int | None:
-    """The batch axis that becomes time; None where there is no axis."""
-    if axis is not None:
-        if not -len(shape) <= axis < len(shape):
-            raise FrameError(
-                f"{path.name} was given axis={axis}, but the batch shape is {shape}: choose one of its axes"
-            )
-        return axis % len(shape)
-    long = [i for i, n in enumerate(shape) if n > 1]
-    if len(long) > 1:
-        raise FrameError(
-            f"{path.name} is a series along one axis but the batch shape is {shape}: "
-            "choose axis= for the series and entry= for the other axes"
-        )
-    return long[0] if long else 0 if shape else None
 
 
 def _times(times: ArrayLike | None, count: int, path: Path) -> list[float]:

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import turned
+from .entries import Index
 
 if TYPE_CHECKING:
     from .solution import Solution
 
 Array = NDArray[Any]
-Index = tuple[int | slice | None, ...]
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ def beams(solution: Solution, index: Index, stations: int) -> Part:
     at = {name: frame.length(name)[..., None] * fraction for name in frame.members}
     ends = [(frame.position(member.start), frame.position(member.end)) for member in frame.members.values()]
     points = [start[..., None, :] + fraction[::2, None] * (end - start)[..., None, :] for start, end in ends]
-    displacement = _results(solution, index, [solution.displacement_along(name, at[name][..., ::2]) for name in at])
-    force = _results(solution, index, [solution.forces(name, at[name]) for name in at])
-    stress = _results(solution, index, [solution.stress(name, at[name][..., ::2]) for name in at])
+    displacement = results(solution, index, [solution.displacement_along(name, at[name][..., ::2]) for name in at])
+    force = results(solution, index, [solution.forces(name, at[name]) for name in at])
+    stress = results(solution, index, [solution.stress(name, at[name][..., ::2]) for name in at])
     worst = np.maximum(stress[:, :, :-1], stress[:, :, 1:])
     worst[..., 0] = np.minimum(stress[:, :, :-1, 0], stress[:, :, 1:, 0])
 
@@ -72,7 +72,7 @@ def beams(solution: Solution, index: Index, stations: int) -> Part:
     return Part(
         name="beams",
         cell="line",
-        points=_joined(_taken(solution, index, points)),
+        points=_joined(taken(solution, index, points)),
         cells=first.reshape(-1, 1) + np.arange(2),
         point_data=_halves("displacement", "rotation", _joined(displacement))
         | _section(_joined(force[:, :, ::2]), _joined(stress)),
@@ -98,13 +98,13 @@ def joints(solution: Solution, index: Index) -> Part:
     }
     data: dict[str, Array] = {}
     for (linear, angular), arrays in vectors.items():
-        data |= _halves(linear, angular, _joined(_results(solution, index, [a[..., None, :] for a in arrays])))
+        data |= _halves(linear, angular, _joined(results(solution, index, [a[..., None, :] for a in arrays])))
     number = np.arange(len(axes))
     return Part(
         name="joints",
         cell="vertex",
         points=_joined(
-            _taken(solution, index, [frame.position(link.first)[..., None, :] for link in frame.joints.values()])
+            taken(solution, index, [frame.position(link.first)[..., None, :] for link in frame.joints.values()])
         ),
         cells=number[:, None],
         point_data=data,
@@ -119,7 +119,7 @@ def _link(solution: Solution, start: str, end: str) -> int:
     return bodies.index(body) if body is not None and body == nodes[end].body else -1
 
 
-def _taken(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
+def taken(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
     """Entries `index` of arrays (..., k, c), stacked to (T, len(arrays), k, c)."""
     return np.stack([np.broadcast_to(a, solution.shape + a.shape[-2:])[index] for a in arrays], axis=1)
 
@@ -129,9 +129,9 @@ def _regular(solution: Solution, index: Index) -> Array:
     return np.broadcast_to(np.asarray(solution.status) == "regular", solution.shape)[index]
 
 
-def _results(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
-    """As `_taken`, with zeros for a mechanism: a viewer cannot place NaN, and `regular` tells."""
-    return np.where(_regular(solution, index)[:, None, None, None], _taken(solution, index, arrays), 0.0)
+def results(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
+    """As `taken`, with zeros for a mechanism: a viewer cannot place NaN, and `regular` tells."""
+    return np.where(_regular(solution, index)[:, None, None, None], taken(solution, index, arrays), 0.0)
 
 
 def _joined(array: Array) -> Array:
