@@ -5,11 +5,14 @@ from __future__ import annotations
 from .beam import Beam
 from .circle import Circle
 from .cross_section import CrossSection
+from .i_section import ISection
 from .joint import Joint
 from .line_frame import ArcLengthMapping, ElementLineFrame
 from .material import Material
 from .point_mass import PointMass
 from .rectangle import Rectangle
+from .section import Section
+from .tube import Tube
 
 __all__ = [
     "ArcLengthMapping",
@@ -17,8 +20,11 @@ __all__ = [
     "Circle",
     "CrossSection",
     "ElementLineFrame",
+    "ISection",
     "Joint",
     "Material",
     "PointMass",
     "Rectangle",
+    "Section",
+    "Tube",
 ]

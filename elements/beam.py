@@ -20,6 +20,7 @@ from .orientation import axes_towards, default_axes
 from .parameters import Real, array_of, common_shape, require
 from .prismatic import bar_mass, plane_geometric, plane_mass
 from .releases import COMPONENTS, ENDS, parse_releases
+from .section import Section
 
 BARS = (0, 3)
 
@@ -416,6 +417,10 @@ def _check_parts(beam: Beam) -> None:
     for name, value, kind in (("section", beam.section, CrossSection), ("material", beam.material, Material)):
         if not isinstance(value, kind):
             raise FrameError(f"Beam: {name} is a {type(value).__name__}; give a {kind.__name__}")
+    if beam.shear:
+        for section in (beam.section, beam.end):
+            if isinstance(section, Section):
+                section.require("a beam with shear deformation", "ky", "kz")
     if beam.end is not None and type(beam.end) is not type(beam.section):
         told = f"{type(beam.end).__name__} and section a {type(beam.section).__name__}"
         raise FrameError(f"Beam: end is a {told}; give two of one type")

@@ -8,7 +8,7 @@ freedom; ``u.grad`` is their derivative along the member.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from skfem import Basis, BilinearForm, LinearForm, MeshLine1
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 TAPER_ORDER = 23
 
 
-class ArcLengthMapping(Mapping):
+class ArcLengthMapping(Mapping):  # type: ignore[misc]
     """Straight lines with points in space, measured along the line.
 
     Parameters
@@ -67,7 +67,7 @@ class ArcLengthMapping(Mapping):
         return np.repeat(length[:, None], X.shape[-1], axis=1)
 
 
-class ElementLineFrame(Element):
+class ElementLineFrame(Element):  # type: ignore[misc]
     """Beam with the shape functions of `beam`, on a line mesh with `ArcLengthMapping`.
 
     Parameters
@@ -94,7 +94,7 @@ class ElementLineFrame(Element):
 
     nodal_dofs = 6
     maxdeg = 3
-    dofnames = ["ux", "uy", "uz", "rx", "ry", "rz"]
+    dofnames: ClassVar[list[str]] = ["ux", "uy", "uz", "rx", "ry", "rz"]
     doflocs = np.repeat([[0.0], [1.0]], 6, axis=0)
     refdom = RefLine
 
@@ -136,34 +136,36 @@ def strains(u: DiscreteField) -> Array:
     return strain
 
 
-@BilinearForm
-def stiffness(u: DiscreteField, v: DiscreteField, w: Any) -> Array:
+def _stiffness(u: DiscreteField, v: DiscreteField, w: Any) -> Array:
     """Work of the section forces ``rigidity * strain``, with ``w.rigidity`` (6, elements, points)."""
     return _dot(w.rigidity, strains(u), strains(v))
 
 
-@BilinearForm
-def mass(u: DiscreteField, v: DiscreteField, w: Any) -> Array:
+def _mass(u: DiscreteField, v: DiscreteField, w: Any) -> Array:
     """Inertia with ``w.inertia`` (6, elements, points): rho A three times, rho (Iy + Iz), rho Iy, rho Iz."""
     return _dot(w.inertia, np.asarray(u), np.asarray(v))
 
 
-@BilinearForm
-def geometric(u: DiscreteField, v: DiscreteField, w: Any) -> Array:
-    """Work of the axial force on the slopes, with ``w.initial`` (6, elements, points): 0, N, N, N (Iy + Iz) / A, 0, 0."""
+def _geometric(u: DiscreteField, v: DiscreteField, w: Any) -> Array:
+    """Work of the axial force on the slopes, with ``w.initial`` (6, elements, points)."""
     return _dot(w.initial, u.grad, v.grad)
 
 
-@LinearForm
-def load(v: DiscreteField, w: Any) -> Array:
+def _load(v: DiscreteField, w: Any) -> Array:
     """Work of the distributed load ``w.load`` (6, elements, points), local, per length."""
     return np.asarray(np.sum(np.asarray(w.load) * np.asarray(v), axis=0))
 
 
-@LinearForm
-def internal_forces(v: DiscreteField, w: Any) -> Array:
+def _internal_forces(v: DiscreteField, w: Any) -> Array:
     """End forces by way of the section forces of the interpolated displacement ``w.displacement``."""
     return _dot(w.rigidity, strains(w.displacement), strains(v))
+
+
+stiffness = BilinearForm(_stiffness)
+mass = BilinearForm(_mass)
+geometric = BilinearForm(_geometric)
+load = LinearForm(_load)
+internal_forces = LinearForm(_internal_forces)
 
 
 def section_forces(u: DiscreteField, rigidity: Array) -> Array:

@@ -67,7 +67,7 @@ class Material:
             common_shape("Material", {"E": np.shape(young), "G": np.shape(shear)})
             ratio = young / (2.0 * shear) - 1.0
         else:
-            raise FrameError(f"Material: nu = {nu}, G = {G}: give one of the two, nu or G")
+            raise FrameError(f"Material: nu = {nu!r}, G = {G!r}: give one of the two, nu or G")
         for name, value in (("E", young), ("nu", ratio), ("G", shear)):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "density", not_negative("Material", "density", density))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError
 from ..framework.protocol import Array
@@ -23,11 +23,12 @@ def array_of(owner: str, name: str, value: ArrayLike) -> Array:
     return array
 
 
-def require(owner: str, name: str, array: Array, ok: Array | np.bool_, remedy: str) -> None:
+def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool_, remedy: str) -> None:
     """Refuse `array` unless `ok` holds everywhere, naming the first value at fault."""
     if np.all(ok):
         return
-    first = np.broadcast_to(array, np.shape(ok))[~np.asarray(ok)].flat[0]
+    shape = np.broadcast_shapes(array.shape, np.shape(ok))
+    first = np.broadcast_to(array, shape)[~np.broadcast_to(ok, shape)][0]
     raise FrameError(f"{owner}: {name} = {first:g} must be {remedy}")
 
 

@@ -92,7 +92,7 @@ def _tensor(inertia: Array) -> Array:
         return np.asarray(inertia[..., :, None] * np.eye(3))
     if not np.array_equal(inertia, np.swapaxes(inertia, -1, -2)):
         raise FrameError("PointMass: inertia is not symmetric; give the tensor with Ixy = Iyx, Ixz = Izx, Iyz = Izy")
-    least = np.linalg.eigvalsh(inertia)[..., 0]
+    least: Array = np.asarray(np.linalg.eigvalsh(inertia)[..., 0], dtype=np.float64)
     scale = np.max(np.abs(inertia), axis=(-2, -1))
     require("PointMass", "inertia (least principal moment)", least, least >= -1e-12 * scale, "zero or above")
     return inertia

@@ -47,13 +47,15 @@ def plane_mass(per_length: Real, rotary: Real, length: Real, phi: Real) -> Mirro
     m = per_length * length / (1.0 + phi) ** 2
     r = rotary / (length * (1.0 + phi) ** 2)
     turn = r * (0.1 - phi / 2.0) * length
+    near = m * (1.0 / 105.0 + phi * (1.0 + phi / 2.0) / 60.0) + r * (2.0 / 15.0 + phi * (1.0 / 6.0 + phi / 3.0))
+    far = -m * (1.0 / 140.0 + phi * (1.0 + phi / 2.0) / 60.0) - r * (1.0 / 30.0 + phi * (1.0 - phi) / 6.0)
     return Mirrored(
         m * (13.0 / 35.0 + phi * (7.0 / 10.0 + phi / 3.0)) + r * 1.2,
         m * (11.0 / 210.0 + phi * (11.0 / 120.0 + phi / 24.0)) * length + turn,
         m * (9.0 / 70.0 + phi * (3.0 / 10.0 + phi / 6.0)) - r * 1.2,
         -m * (13.0 / 420.0 + phi * (3.0 / 40.0 + phi / 24.0)) * length + turn,
-        (m * (1.0 / 105.0 + phi * (1.0 + phi / 2.0) / 60.0) + r * (2.0 / 15.0 + phi * (1.0 / 6.0 + phi / 3.0))) * length**2,
-        (-m * (1.0 / 140.0 + phi * (1.0 + phi / 2.0) / 60.0) - r * (1.0 + phi * (5.0 - 5.0 * phi)) / 30.0) * length**2,
+        near * length**2,
+        far * length**2,
     )
 
 
@@ -62,6 +64,4 @@ def plane_geometric(axial: Real, length: Real, phi: Real) -> Mirrored:
     g = axial / (length * (1.0 + phi) ** 2)
     sway, turn = g * (1.2 + phi * (2.0 + phi)), g * length / 10.0
     bow = phi * (1.0 + phi / 2.0) / 6.0
-    return Mirrored(
-        sway, turn, -sway, turn, g * (2.0 / 15.0 + bow) * length**2, -g * (1.0 / 30.0 + bow) * length**2
-    )
+    return Mirrored(sway, turn, -sway, turn, g * (2.0 / 15.0 + bow) * length**2, -g * (1.0 / 30.0 + bow) * length**2)

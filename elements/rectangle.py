@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import zeta
 
 from ..framework.protocol import Array
-from .cross_section import CrossSection, von_mises
+from .cross_section import CrossSection, greatest, split, von_mises
 from .parameters import Real
 
 CATALAN = 0.915965594177219015054603514932384110774
@@ -20,9 +20,9 @@ class Rectangle(CrossSection):
     """Solid rectangle of sizes `y` and `z` along the local axes of the same names.
 
     Bending in the local xy plane has ``Iz = z y^3 / 12``, in the xz plane ``Iy = y z^3 / 12``.
-    The torsion constant and stresses are Saint-Venant's series (Timoshenko & Goodier, *Theory of
-    Elasticity*, 3rd ed., art. 109) with the slowly converging part summed in closed form, so
-    that the dozen terms kept reach machine precision for every ratio of the sides. The shear
+    Torsion constant and stresses are Saint-Venant's series (Timoshenko & Goodier, *Theory of
+    Elasticity*, 3rd ed., art. 109), with their slow part ``tanh -> 1`` summed in closed form so
+    that a dozen terms reach machine precision for every ratio of the sides. The shear
     coefficients are 5/6 (Cowper 1966, nu = 0).
 
     Parameters
@@ -45,46 +45,28 @@ class Rectangle(CrossSection):
     y: Real
     z: Real
 
-    @cached_property
-    def A(self) -> Real:
-        return self.y * self.z
-
-    @cached_property
-    def Iy(self) -> Real:
-        return self.y * self.z * self.z * self.z / 12.0
-
-    @cached_property
-    def Iz(self) -> Real:
-        return self.z * self.y * self.y * self.y / 12.0
-
-    @cached_property
-    def J(self) -> Real:
-        short, long = _sides(self.y, self.z)
-        n, decay = _terms(long / short, 1.0)
-        tail = 31.0 / 32.0 * zeta(5) - np.sum(2.0 * decay / (1.0 + decay) / n**5, axis=-1)
-        J = long * short**3 * (1.0 - 192.0 / np.pi**5 * short / long * tail) / 3.0
-        return float(J) if J.ndim == 0 else J
-
-    @property
-    def ky(self) -> Real:
-        return 5.0 / 6.0
-
-    @property
-    def kz(self) -> Real:
-        return 5.0 / 6.0
+    def _derive(self) -> dict[str, Real]:
+        y, z = self.y, self.z
+        return {
+            "A": y * z,
+            "Iy": y * (z * z * z) / 12.0,
+            "Iz": z * (y * y * y) / 12.0,
+            "J": _torsion_constant(y, z),
+            "ky": 5.0 / 6.0,
+            "kz": 5.0 / 6.0,
+        }
 
     @cached_property
     def torsion_moduli(self) -> tuple[Array, Array]:
-        """Torque per shear stress at mid-side, (...) each: sides ``y = const``, sides ``z = const``."""
+        """Torque per shear stress at mid-side, (...) each: of the sides ``y = const``, of the sides ``z = const``."""
         short, long = _sides(self.y, self.z)
         n, decay = _terms(long / short, 0.5)
         at_long = 1.0 - 8.0 / np.pi**2 * np.sum(2.0 * decay / (1.0 + decay**2) / n**2, axis=-1)
         n, decay = _terms(long / short, 1.0)
-        sign = 1.0 - (n - 1.0) % 4.0
+        sign = 2.0 - n % 4.0
         at_short = 8.0 / np.pi**2 * (CATALAN - np.sum(sign * 2.0 * decay / (1.0 + decay) / n**2, axis=-1))
         of_long, of_short = self.J / (short * at_long), self.J / (short * at_short)
-        # the sides y = const are the long ones where z is the greater size
-        upright = np.asarray(self.z) >= np.asarray(self.y)
+        upright = np.asarray(self.z) >= np.asarray(self.y)  # then the sides y = const are the long ones
         return np.where(upright, of_long, of_short), np.where(upright, of_short, of_long)
 
     def stress(self, forces: Array) -> Array:
@@ -98,17 +80,29 @@ class Rectangle(CrossSection):
         forces
             ``N Vy Vz T My Mz``, (..., 6).
         """
-        N, Vy, Vz, T, My, Mz = np.moveaxis(np.asarray(forces, dtype=np.float64), -1, 0)
-        axial, by_y, by_z = N / self.A, np.abs(Mz) * self.y / 2.0 / self.Iz, np.abs(My) * self.z / 2.0 / self.Iy
-        least, greatest = axial - by_y - by_z, axial + by_y + by_z
+        N, Vy, Vz, T, My, Mz = split(forces)
+        axial, by_y, by_z = N / self.A, -Mz * self.y / (2.0 * self.Iz), My * self.z / (2.0 * self.Iy)
+        bending = np.abs(by_y) + np.abs(by_z)
         shear_y, shear_z = 1.5 * Vy / self.A, 1.5 * Vz / self.A
-        modulus_y, modulus_z = self.torsion_moduli
-        bend_y, bend_z = -Mz * self.y / 2.0 / self.Iz, My * self.z / 2.0 / self.Iy
-        points = [np.abs(least), np.abs(greatest), von_mises(axial, np.hypot(shear_y, shear_z))]
-        for side in (1.0, -1.0):
-            points.append(von_mises(axial + side * bend_y, shear_z + side * T / modulus_y))
-            points.append(von_mises(axial + side * bend_z, shear_y - side * T / modulus_z))
-        return np.stack([least, greatest, np.max(points, axis=0)], axis=-1)
+        twist_y, twist_z = (T / modulus for modulus in self.torsion_moduli)
+        worst = greatest(
+            np.abs(axial) + bending,
+            von_mises(axial, np.hypot(shear_y, shear_z)),
+            von_mises(axial + by_y, shear_z + twist_y),
+            von_mises(axial - by_y, shear_z - twist_y),
+            von_mises(axial + by_z, shear_y - twist_z),
+            von_mises(axial - by_z, shear_y + twist_z),
+        )
+        return np.stack(np.broadcast_arrays(axial - bending, axial + bending, worst), axis=-1)
+
+
+def _torsion_constant(y: Real, z: Real) -> Real:
+    """``b a^3 / 3 (1 - 192 a / (pi^5 b) sum_odd tanh(n pi b / 2a) / n^5)`` for the sides a <= b."""
+    short, long = _sides(y, z)
+    n, decay = _terms(long / short, 1.0)
+    total = 31.0 / 32.0 * zeta(5.0) - np.sum(2.0 * decay / (1.0 + decay) / n**5, axis=-1)
+    J = long * short**3 * (1.0 - 192.0 / np.pi**5 * short / long * total) / 3.0
+    return float(J) if np.ndim(J) == 0 else np.asarray(J)
 
 
 def _sides(y: Real, z: Real) -> tuple[Array, Array]:
@@ -117,6 +111,6 @@ def _sides(y: Real, z: Real) -> tuple[Array, Array]:
 
 
 def _terms(ratio: Array, rate: float) -> tuple[Array, Array]:
-    """Odd n and exp(-rate pi n ratio) on a trailing axis, to machine precision for ratio >= 1."""
+    """Odd n and exp(-rate pi n ratio) on a trailing axis, as many as count in double precision for ratio >= 1."""
     n = np.arange(1.0, 12.0 / rate, 2.0)
-    return n, np.exp(-rate * np.pi * n * ratio[..., None])
+    return n, np.exp(-rate * np.pi * n * np.asarray(ratio)[..., None])

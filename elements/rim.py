@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..framework.protocol import Array
+from .cross_section import split
 from .parameters import Real
 
 SAMPLES = 32
@@ -28,22 +30,22 @@ def rim_stress(forces: Array, area: Real, inertia: Real, radius: Real, peak: Rea
     peak
         Shear stress at the neutral axis over the mean one, (...).
     """
-    N, Vy, Vz, T, My, Mz = np.moveaxis(np.asarray(forces, dtype=np.float64), -1, 0)
+    N, Vy, Vz, T, My, Mz = split(forces)
     axial, bending = N / area, np.hypot(My, Mz) * radius / inertia
     normal = (axial, -Mz * radius / inertia, My * radius / inertia)
     root3 = np.sqrt(3.0)
     shear = (root3 * T * radius / (2.0 * inertia), root3 * peak * Vz / area, -root3 * peak * Vy / area)
-    return np.stack([axial - bending, axial + bending, _greatest(normal, shear)], axis=-1)
+    return np.stack(np.broadcast_arrays(axial - bending, axial + bending, _greatest(normal, shear)), axis=-1)
 
 
-def _greatest(*waves: tuple[Array, Array, Array]) -> Array:
+def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
     """Maximum over the angle of the root of the sum of (p + q cos a + r sin a)^2.
 
     The square is a trigonometric polynomial of degree two: it has at most two maxima. The two
     best of the samples are led uphill by Newton steps no longer than a sample's distance.
     """
 
-    def square(angle: Array) -> tuple[Array, Array, Array]:
+    def square(angle: NDArray[np.floating]) -> tuple[Array, Array, Array]:
         value, slope, bow = np.zeros(()), np.zeros(()), np.zeros(())
         c, s = np.cos(angle), np.sin(angle)
         for p, q, r in waves:
