@@ -54,5 +54,5 @@ def dyad(chord: Complex, first: Array, second: Array, side: Array) -> Complex:
     s = np.abs(chord)
     with np.errstate(invalid="ignore", divide="ignore"):
         area = 0.5 * np.sqrt((first + second - s) * (first + second + s) * (s - first + second) * (s + first - second))
-        pin: Complex = (0.5 * (s * s + (first - second) * (first + second)) + 1j * side * area) / np.conj(chord)
-    return pin
+        along = 0.5 * (s * s + (first - second) * (first + second))
+        return np.asarray((along + 1j * (side * area)) / np.conj(chord), dtype=np.complex128)

@@ -1,7 +1,9 @@
 """The four-bar linkage: motion, reactions, compliance, clearance and the spread of it all."""
 
+from .accuracy import Accuracy, accuracy
 from .four_bar import FourBar
 from .kinetostatics import Kinetostatics, Link
 from .motion import FourBarMotion
+from .study import Study, monte_carlo
 
-__all__ = ["FourBar", "FourBarMotion", "Kinetostatics", "Link"]
+__all__ = ["Accuracy", "FourBar", "FourBarMotion", "Kinetostatics", "Link", "Study", "accuracy", "monte_carlo"]

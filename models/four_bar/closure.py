@@ -136,8 +136,8 @@ class Closure:
         """Where the motion has derivatives: not in a dead point, nor where a fixed side makes the rocker turn back."""
         vanishing = [np.abs(f) <= r for f, r in zip(self._factors, self._resolution, strict=True)]
         passes = [~v | (excess == 0.0) for v, excess in zip(vanishing, self._excesses, strict=True)]
-        follows = np.logical_and(*passes) & (self.branch in FOLLOWING) & (self._square > self._resolution[1])
-        return ~self.singular | follows
+        follows = passes[0] & passes[1] & (self.branch in FOLLOWING) & (self._square > self._resolution[1])
+        return np.asarray(~self.singular | follows)
 
     def _root(self, index: int) -> Jet:
         """f and its first and second derivative by θ, signed as its half-angle term h.

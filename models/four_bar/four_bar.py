@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...elements import Beam, Material, Rectangle
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
 from .closure import BRANCHES, Closure
 from .motion import LINKS, FourBarMotion
-
-if TYPE_CHECKING:
-    from ...elements import Beam
 
 Array = NDArray[np.float64]
 
@@ -23,8 +20,6 @@ JOINTS = ("B", "D", "E")
 
 
 def _bar() -> Beam:
-    from ...elements import Beam, Material, Rectangle
-
     return Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=2e11, nu=0.3, density=7850.0))
 
 
@@ -154,6 +149,21 @@ class FourBar:
             True where it can, (...).
         """
         return np.asarray(self.gap(theta) == 0.0)
+
+    def singular(self, theta: ArrayLike) -> NDArray[np.bool_]:
+        """Whether coupler and rocker lie in line at drive angles `theta`, (...): the drive then no longer rules them.
+
+        Parameters
+        ----------
+        theta
+            Drive angles, radians, (...).
+
+        Returns
+        -------
+        ndarray
+            True where they do, (...).
+        """
+        return self._closure(theta).singular
 
     def move(self, theta: ArrayLike, rate: ArrayLike = 0.0, acceleration: ArrayLike = 0.0) -> FourBarMotion:
         """Motion of the linkage at drive angles, in closed form.

@@ -164,7 +164,8 @@ def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Lin
     singular = np.broadcast_to(motion.singular, shape)
     left = np.where(singular[..., None, None], np.eye(9), left)
     right = np.where(singular[..., None], np.nan, right)
-    return Kinetostatics(motion, np.linalg.solve(left, right[..., None])[..., 0])
+    unknowns = np.asarray(np.linalg.solve(left, right[..., None])[..., 0], dtype=np.float64)
+    return Kinetostatics(motion, unknowns)
 
 
 def _left(motion: FourBarMotion, name: str, link: Link) -> list[Array]:

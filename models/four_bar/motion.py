@@ -14,7 +14,7 @@ from ..planar import Complex, vector
 from .closure import Closure
 
 if TYPE_CHECKING:
-    from ...framework import Frame
+    from ...framework.frame import Frame
     from .four_bar import FourBar
     from .kinetostatics import Kinetostatics, Link
 
@@ -235,7 +235,7 @@ class FourBarMotion:
 
     def origin(self, link: str) -> Complex:
         """Origin x + i y of a link's axes, (...): A, B or E."""
-        return self._place(link, 0.0, 0.0, 0)
+        return self._origin(_known(link), 0)
 
     # -- what is made of it -----------------------------------------------------------------------------------------
 
@@ -270,13 +270,15 @@ class FourBarMotion:
         diagonal = -crank if order else loop.diagonal
         return (coupler - diagonal) / loop.rocker
 
-    def _place(self, link: str, x: ArrayLike, y: ArrayLike, order: int) -> Complex:
-        turned: Complex = (np.asarray(x) + 1j * np.asarray(y)) * self._direction(_known(link), order)
-        if link == "crank":
-            return turned
+    def _origin(self, link: str, order: int) -> Complex:
         if link == "coupler":
-            return turned + 1j**order * self.closure.crank_vector
-        return turned if order else turned + self.closure.ground
+            return np.asarray(1j**order * self.closure.crank_vector)
+        still = 0.0 if link == "crank" or order else self.closure.ground
+        return np.asarray(still, dtype=np.complex128)
+
+    def _place(self, link: str, x: ArrayLike, y: ArrayLike, order: int) -> Complex:
+        arm = np.asarray(x) + 1j * np.asarray(y)
+        return self._origin(_known(link), order) + arm * self._direction(link, order)
 
     def _turning(self, link: str) -> tuple[Array, Array]:
         """First and second derivative of a link's angle by the drive angle, (...)."""

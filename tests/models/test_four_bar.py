@@ -38,7 +38,7 @@ def test_symmetric_linkage_is_equation_15():
     for point, offset in {"B": 0.0, "P": 0.1, "D": 0.2}.items():
         assert_allclose(motion.position(point), arm + np.array([offset, 0.0, 0.0]), atol=1e-16)
     assert_array_equal(motion.position("A"), np.zeros((37, 3)))
-    assert_array_equal(motion.position("E"), np.zeros((37, 3)) + [0.2, 0.0, 0.0])
+    assert_array_equal(motion.position("E"), np.tile([0.2, 0.0, 0.0], (37, 1)))
 
 
 def test_parallelogram_passes_its_change_points():

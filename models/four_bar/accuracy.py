@@ -1,0 +1,228 @@
+"""Where the coupler point of a loaded four-bar with clearance goes: compliance, clearance, and their sum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.batch import aligned, finite, joined
+from ...framework.errors import FrameError
+from ..clearance import offset, pressed
+from ..planar import Complex
+from .clearance import clearance_displacement
+from .four_bar import JOINTS, FourBar
+from .motion import SINGULAR, FourBarMotion
+
+if TYPE_CHECKING:
+    from ...framework.frame import Frame
+    from ...framework.solution import Solution
+
+Array = NDArray[np.float64]
+PerJoint = ArrayLike | Mapping[str, ArrayLike]
+
+LOAD = ("fx", "fy", "mz")
+OPEN_LOOP = "clearance leaves the loop open"
+
+
+@dataclass(frozen=True, eq=False)
+class Accuracy:
+    """Displacement of the coupler point P, each part apart; made by `accuracy`. Computed when read.
+
+    Attributes
+    ----------
+    motion
+        Motion of the linkage.
+    load
+        ``fx fy mz`` on P, (...) each.
+    clearances
+        Radial clearance of the joints B, D, E, (...) each.
+    contacts
+        Contact angles of the joints B, D, E, (...) each, or None where the joint forces tell.
+    """
+
+    motion: FourBarMotion
+    load: tuple[Array, Array, Array]
+    clearances: Mapping[str, Array]
+    contacts: Mapping[str, Array] | None
+
+    @property
+    def rigid(self) -> Array:
+        """Position of P of the ideal linkage, (..., 3)."""
+        return self.motion.position("P")
+
+    @property
+    def compliance(self) -> Array:
+        """Displacement of P by the load on links and joints, (..., 3), linear; NaN where `status` is not regular."""
+        return self._cases.displacement("P")[0, ..., :3]
+
+    @property
+    def clearance(self) -> Array:
+        """Displacement of P by the clearance, (..., 3), to first order; NaN where `status` is not regular.
+
+        The frame's answer to the offsets of its joints; links and joints may deform where the linkage is not
+        statically determinate.
+        """
+        return self._cases.displacement("P")[1, ..., :3]
+
+    @cached_property
+    def clearance_exact(self) -> Array:
+        """Displacement of P by the clearance, (..., 3), the loop closed anew; NaN where it stays open."""
+        return np.broadcast_to(clearance_displacement(self.motion, self.offsets), (*self.shape, 3))
+
+    @property
+    def total(self) -> Array:
+        """Compliance and clearance to first order, (..., 3)."""
+        return self.compliance + self.clearance
+
+    @property
+    def total_exact(self) -> Array:
+        """Compliance and exact clearance, (..., 3)."""
+        return self.compliance + self.clearance_exact
+
+    # -- how it stands ----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """``"regular"``, ``"singular: coupler and rocker in line"``, or the frame's ``"mechanism"``, (...)."""
+        solved = np.broadcast_to(self._cases.status, (2, *self.shape))[0]
+        return np.where(np.broadcast_to(self.motion.singular, self.shape), SINGULAR, solved)
+
+    @cached_property
+    def exact_status(self) -> NDArray[np.str_]:
+        """As `status`, and ``"clearance leaves the loop open"`` where no assembly has this clearance, (...)."""
+        is_open = np.isnan(self.clearance_exact[..., 0]) & (self.status == "regular")
+        return np.where(is_open, OPEN_LOOP, self.status)
+
+    def condition_number(self) -> Array:
+        """2-norm condition number of the stiffness matrix as the paper assembles it, (...)."""
+        return np.broadcast_to(self._cases.condition_number(), (2, *self.shape))[0]
+
+    def scaled_condition_number(self) -> Array:
+        """Condition number after diagonal scaling in joint-relative coordinates, (...): what the solution feels."""
+        return np.broadcast_to(self._cases.scaled_condition_number(), (2, *self.shape))[0]
+
+    # -- frames -----------------------------------------------------------------------------------------------------
+
+    def frame(self) -> Frame:
+        """The linkage as a frame with its load and its clearance, (...)."""
+        frame = self._loaded()
+        for joint, gap in self.offsets.items():
+            frame.offset(joint, ux=gap.real, uy=gap.imag)
+        return frame
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        given = [value.shape for value in self.clearances.values()]
+        given += [value.shape for value in (self.contacts or {}).values()]
+        return np.broadcast_shapes(self._loaded().shape, self.motion.shape, *given)
+
+    @cached_property
+    def offsets(self) -> dict[str, Complex]:
+        """Offset δ_x + i δ_y in each joint, of the later link relative to the earlier one, (...)."""
+        if self.contacts is not None:
+            return {joint: offset(self.clearances[joint], self.contacts[joint]) for joint in JOINTS}
+        solved = self._loaded().solve()
+        force = {joint: solved.joint_force(joint)[..., 0] + 1j * solved.joint_force(joint)[..., 1] for joint in JOINTS}
+        largest = np.max(np.abs(list(force.values())), axis=0)
+        return {joint: pressed(self.clearances[joint], force[joint], largest) for joint in JOINTS}
+
+    def _loaded(self) -> Frame:
+        frame = self.motion.frame()
+        frame.load("P", **dict(zip(LOAD, self.load, strict=True)))
+        return frame
+
+    @cached_property
+    def _cases(self) -> Solution:
+        """Load alone and clearance alone, (2, ...): the stiffness has no such axis, so that it is factorised once."""
+        ndim = len(self.shape)
+        first, second = (np.reshape(case, (2, *(1,) * ndim)) for case in ((1.0, 0.0), (0.0, 1.0)))
+        frame = self.motion.frame()
+        frame.load("P", **{name: first * aligned(value, ndim) for name, value in zip(LOAD, self.load, strict=True)})
+        for joint, gap in self.offsets.items():
+            frame.offset(joint, ux=second * aligned(gap.real, ndim), uy=second * aligned(gap.imag, ndim))
+        return frame.solve()
+
+
+def accuracy(
+    four_bar: FourBar,
+    theta: ArrayLike,
+    *,
+    load: tuple[ArrayLike, ArrayLike, ArrayLike] = (0.0, 0.0, 0.0),
+    clearance: PerJoint = 0.0,
+    contact: PerJoint | str = 0.0,
+) -> Accuracy:
+    """Displacement of the coupler point P of a four-bar held at its drive: by compliance, by clearance, and in total.
+
+    The contact in a joint is given by an angle, or comes from the joint's own force in static equilibrium under the
+    load: the journal then lies against the bearing along that force. For a linkage that moves, give the angles of the
+    forces that `FourBarMotion.reactions` finds.
+
+    Parameters
+    ----------
+    four_bar
+        The linkage.
+    theta
+        Drive angles, radians, (...).
+    load
+        ``(fx, fy, mz)`` on P, (...) each.
+    clearance
+        Radial clearance (11) of every joint, (...), or a mapping from some of ``"B"``, ``"D"``, ``"E"``.
+    contact
+        Contact angle γ (11) of every joint, radians, (...), or a mapping as above; or ``"reaction"``.
+        It is the direction, from global x, in which the later link's pin centre (along crank, coupler, rocker,
+        ground) lies from the earlier one's.
+
+    Returns
+    -------
+    Accuracy
+        Displacements, (..., 3), computed when read.
+
+    Raises
+    ------
+    FrameError
+        If the linkage cannot be assembled at a pose, a clearance is negative, a joint is unknown, shapes do not
+        broadcast, or ``contact="reaction"`` has no load to go by.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> found = accuracy(FourBar(), np.radians(60.0), clearance=1e-4, contact=np.pi / 2)
+    >>> bool(abs(found.clearance - found.clearance_exact).max() < 1e-6)
+    True
+    """
+    motion = four_bar.move(theta)
+    shapes = {"drive angle theta": motion.shape}
+
+    def checked(value: ArrayLike, what: str) -> Array:
+        array = finite(value, what)
+        joined(what, array.shape, shapes)
+        shapes[what] = array.shape
+        return array
+
+    def per_joint(given: PerJoint, what: str) -> dict[str, Array]:
+        unknown = sorted(set(given) - set(JOINTS)) if isinstance(given, Mapping) else []
+        if unknown:
+            raise FrameError(f"{what} of joint {unknown[0]!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
+        each = {joint: given.get(joint, 0.0) if isinstance(given, Mapping) else given for joint in JOINTS}
+        return {joint: checked(value, f"{what} of joint {joint!r}") for joint, value in each.items()}
+
+    if len(load) != 3:
+        raise FrameError(f"load is {load!r}: give (fx, fy, mz)")
+    fx, fy, mz = (checked(value, f"load {name}") for value, name in zip(load, LOAD, strict=True))
+    gaps = per_joint(clearance, "clearance")
+    for joint, gap in gaps.items():
+        if np.any(gap < 0.0):
+            raise FrameError(f"clearance of joint {joint!r} is {gap[gap < 0.0].flat[0]:g}: give zero or more")
+    if not isinstance(contact, str):
+        return Accuracy(motion, (fx, fy, mz), gaps, per_joint(contact, "contact angle"))
+    if contact != "reaction":
+        raise FrameError(f"contact is {contact!r}: give angles in radians, or 'reaction'")
+    if not (np.any(fx) or np.any(fy) or np.any(mz)):
+        raise FrameError("contact is 'reaction', but the load is zero, so that no joint force tells where: give a load")
+    return Accuracy(motion, (fx, fy, mz), gaps, None)

@@ -1,0 +1,81 @@
+"""The four-bar as a frame: three bars and three joints, clamped at the drive."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...elements import Joint
+from ...framework.frame import Frame
+from ..planar import rotation, vector
+from .motion import LINKS, FourBarMotion
+
+# Nodes of each joint, along the chain crank, coupler, rocker, ground.
+JOINT_NODES = {"B": ("B.crank", "B.coupler"), "D": ("D.coupler", "D.rocker"), "E": ("E.rocker", "E")}
+
+
+def frame(motion: FourBarMotion) -> Frame:
+    """Describe the linkage at every pose as a frame of beams and joints.
+
+    Links are bodies, in whose own axes their nodes do not move, so that a link's stiffness is the same at all poses.
+    The drive holds the crank at A (the accuracy paper's clamped active joint).
+
+    Bodies ``crank``, ``coupler``, ``rocker``; nodes ``A`` (fixed), ``B.crank``, ``B.coupler``, ``P``, ``D.coupler``,
+    ``D.rocker``, ``E.rocker``, ``E`` (fixed); joints ``B``, ``D``, ``E`` with global axes; members ``crank``,
+    ``coupler.1``, ``coupler.2``, ``rocker``. The coupler is the bar B-P-D, bent at P; if P lies on the line of B and D
+    beyond one of them, the bar runs through the three in their order; if P is B or D, ``coupler.1`` is all of it.
+
+    Parameters
+    ----------
+    motion
+        Motion of the four-bar, batch shape (...).
+
+    Returns
+    -------
+    Frame
+        The frame, without loads; batch shape (...) and that of beams and stiffnesses.
+    """
+    built, four_bar = Frame(), motion.four_bar
+    crank, coupler, rocker, ground = four_bar.lengths
+    for link in LINKS:
+        built.body(link, origin=vector(motion.origin(link)), axes=rotation(motion.direction(link)))
+    built.node("A", _local(0.0), body="crank")
+    built.node("B.crank", _local(crank), body="crank")
+    built.node("B.coupler", _local(0.0), body="coupler")
+    built.node("P", _local(*four_bar.point), body="coupler")
+    built.node("D.coupler", _local(coupler), body="coupler")
+    built.node("D.rocker", _local(rocker), body="rocker")
+    built.node("E.rocker", _local(0.0), body="rocker")
+    built.node("E", _local(ground))
+    built.add("crank", four_bar.link_beam("crank"), "A", "B.crank")
+    _coupler(built, motion)
+    built.add("rocker", four_bar.link_beam("rocker"), "D.rocker", "E.rocker")
+    for joint, nodes in JOINT_NODES.items():
+        built.add(joint, Joint(four_bar.joint_stiffness(joint)), *nodes)
+    built.fix("A")
+    built.fix("E")
+    return built
+
+
+def _coupler(built: Frame, motion: FourBarMotion) -> None:
+    four_bar = motion.four_bar
+    x, y = (np.asarray(component) for component in four_bar.point)
+    length, on_line = four_bar.lengths[1], not np.any(y)
+    b, p, d = "B.coupler", "P", "D.coupler"
+    chain = [b, p, d]
+    if on_line and np.all(x > length):
+        chain = [b, d, p]
+    elif on_line and np.all(x < 0.0):
+        chain = [p, b, d]
+    for end, place in ((b, 0.0), (d, length)):
+        if on_line and np.all(x == place):
+            built.rigid(end, p)
+            chain = [b, d]
+    for index, ends in enumerate(pairwise(chain), start=1):
+        built.add(f"coupler.{index}", four_bar.link_beam("coupler"), *ends)
+
+
+def _local(x: ArrayLike, y: ArrayLike = 0.0) -> NDArray[np.float64]:
+    return vector(np.asarray(x) + 1j * np.asarray(y))

@@ -1,0 +1,275 @@
+"""Monte Carlo of the four-bar's accuracy: samples of every uncertain parameter, all poses, one solve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.batch import finite
+from ...framework.errors import FrameError
+from ..sampling import Distribution, Seed, draw
+from ..spread import Spread
+from .accuracy import Accuracy, PerJoint, accuracy
+from .four_bar import FourBar
+from .tolerances import LOADS, check_names, per_joint, toleranced
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Displacement of the coupler point P from its nominal position, sampled; made by `monte_carlo`.
+
+    The statistics are those of `total`; each part of it has its own, as a `Spread` of samples (poses, n, 3). Poses
+    whose `status` is not regular have NaN.
+
+    Attributes
+    ----------
+    nominal
+        Accuracy of the linkage without uncertainty, (poses,).
+    sampled
+        Accuracy of the samples at the poses that `kept` tells, (poses kept, n).
+    inputs
+        Samples of the uncertain parameters, (n,) each.
+    kept
+        Where every sample can be assembled and none is singular, (poses,).
+    excluded
+        Status of the poses that were not kept, (poses,).
+    n
+        Number of samples.
+    exact
+        Whether `total` takes the exact clearance displacement, or that of first order.
+    """
+
+    nominal: Accuracy
+    sampled: Accuracy
+    inputs: Mapping[str, Array]
+    kept: NDArray[np.bool_]
+    excluded: NDArray[np.str_]
+    n: int
+    exact: bool
+
+    @property
+    def theta(self) -> Array:
+        """Nominal drive angles, radians, (poses,)."""
+        return self.nominal.motion.theta
+
+    @property
+    def rigid(self) -> Array:
+        """Nominal position of P, (poses, 3)."""
+        return self.nominal.rigid
+
+    # -- the parts --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def geometry(self) -> Spread:
+        """Displacement by deviations of the lengths and the drive angle."""
+        return self._spread(self.sampled.rigid - self.rigid[self.kept, None])
+
+    @cached_property
+    def compliance(self) -> Spread:
+        """Displacement by the load on links and joints."""
+        return self._spread(self.sampled.compliance)
+
+    @cached_property
+    def clearance(self) -> Spread:
+        """Displacement by clearance, to first order."""
+        return self._spread(self.sampled.clearance)
+
+    @cached_property
+    def clearance_exact(self) -> Spread:
+        """Displacement by clearance, the loop closed anew."""
+        return self._spread(self.sampled.clearance_exact)
+
+    @cached_property
+    def total(self) -> Spread:
+        """Sum of geometry, compliance and clearance."""
+        clearance = self.clearance_exact if self.exact else self.clearance
+        return Spread(self.geometry.samples + self.compliance.samples + clearance.samples)
+
+    # -- the statistics of the total --------------------------------------------------------------------------------
+
+    @property
+    def samples(self) -> Array:
+        """Displacement of P from its nominal position, (poses, n, 3)."""
+        return self.total.samples
+
+    @property
+    def mean(self) -> Array:
+        """Mean displacement, (poses, 3)."""
+        return self.total.mean
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation with n − 1 in the denominator, (poses, 3)."""
+        return self.total.std
+
+    @property
+    def standard_error(self) -> Array:
+        """Standard error of the mean, (poses, 3)."""
+        return self.total.standard_error
+
+    @property
+    def std_standard_error(self) -> Array:
+        """Standard error of the standard deviation, (poses, 3)."""
+        return self.total.std_standard_error
+
+    @property
+    def envelope(self) -> tuple[Array, Array]:
+        """Least and greatest displacement, (poses, 3) each."""
+        return self.total.envelope
+
+    def quantile(self, p: ArrayLike) -> Array:
+        """Quantiles of the displacement.
+
+        Parameters
+        ----------
+        p
+            Probability or probabilities in [0, 1], (k...).
+
+        Returns
+        -------
+        ndarray
+            Quantiles, (k..., poses, 3).
+        """
+        return self.total.quantile(p)
+
+    # -- how it stands ----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """``"regular"``, or why the pose has no statistics, (poses,)."""
+        status = self.excluded.astype(object)
+        answers = self.sampled.exact_status if self.exact else self.sampled.status
+        status[self.kept] = [_worst(row) for row in answers]
+        return status.astype(np.str_)
+
+    @cached_property
+    def kappa(self) -> Array:
+        """2-norm condition number of the nominal stiffness matrix as the paper assembles it, (poses,)."""
+        return self.nominal.condition_number()
+
+    @cached_property
+    def kappa_scaled(self) -> Array:
+        """Scaled condition number of the nominal linkage in joint-relative coordinates, (poses,)."""
+        return self.nominal.scaled_condition_number()
+
+    def _spread(self, samples: Array) -> Spread:
+        everywhere = np.full((self.kept.size, self.n, 3), np.nan)
+        everywhere[self.kept] = samples
+        return Spread(everywhere)
+
+
+def monte_carlo(
+    four_bar: FourBar,
+    theta: ArrayLike,
+    distributions: Mapping[str, Distribution],
+    *,
+    load: tuple[ArrayLike, ArrayLike, ArrayLike] = (0.0, 0.0, 0.0),
+    clearance: PerJoint = 0.0,
+    contact: PerJoint | str = 0.0,
+    n: int = 100,
+    rng: Seed = None,
+    sampler: str = "random",
+    exact: bool = False,
+) -> Study:
+    """Sample the uncertain parameters (12) of a four-bar and solve all poses and samples at once.
+
+    What has no distribution keeps its nominal value, from `four_bar`, `load`, `clearance` and `contact`. The same seed
+    gives the same bits, and an input that is added does not change the samples of the others.
+
+    Parameters
+    ----------
+    four_bar
+        The nominal linkage, without batch.
+    theta
+        Drive angles, radians, (poses,).
+    distributions
+        Frozen `scipy.stats` distributions, of which each input draws its own stream:
+
+        * ``"crank"``, ``"coupler"``, ``"rocker"``, ``"ground"``: lengths;
+        * ``"drive"``: deviation of the drive angle from `theta`, radians;
+        * ``"fx"``, ``"fy"``, ``"mz"``: load on P;
+        * ``"E"``: modulus of all links, ``"E.crank"`` ... of one;
+        * ``"stiffness"``: every spring of the joints that is neither free nor ideal; ``"ktx"`` ... ``"krz"``: one
+          component; ``"clearance"``, ``"contact"``: ε and γ, radians (11). Each is shared by the joints; with
+          ``".B"``, ``".D"``, ``".E"`` behind it, that joint's own. The more particular name rules.
+    load, clearance, contact
+        Nominal values, as for `accuracy`.
+    n
+        Number of samples.
+    rng
+        Seed, as in SciPy.
+    sampler
+        ``"random"``, ``"sobol"`` or ``"lhs"``.
+    exact
+        Take the exact clearance displacement into the total. Near a singular pose a clearance may leave the loop
+        open; the pose then has no statistics.
+
+    Returns
+    -------
+    Study
+        Samples (poses, n, 3) and statistics of the displacement of P, computed when read.
+
+    Raises
+    ------
+    FrameError
+        If a name is no parameter, a sample is out of its range (a negative clearance, say), the nominal linkage
+        cannot be assembled at a pose, or all poses are singular.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy import stats
+    >>> study = monte_carlo(FourBar(), np.radians([30.0, 60.0]), {"fy": stats.norm(100.0, 5.0)}, n=50, rng=0)
+    >>> bool(np.all(abs(study.std[:, 1] / study.mean[:, 1] - 0.05) < 0.02))
+    True
+    """
+    angles = np.atleast_1d(finite(theta, "drive angle theta"))
+    if angles.ndim != 1:
+        raise FrameError(f"drive angle theta has shape {angles.shape}: give one axis of poses")
+    check_names(distributions)
+    if contact == "reaction" and any(name.startswith("contact") for name in distributions):
+        raise FrameError("contact is 'reaction' and has a distribution, too: give one of the two")
+    inputs = draw(distributions, n, rng, sampler)
+    nominal = accuracy(four_bar, angles, load=load, clearance=clearance, contact=contact)
+    if nominal.shape != angles.shape:
+        raise FrameError(f"the nominal linkage has batch shape {nominal.shape}: give numbers, and arrays only as theta")
+
+    varied = toleranced(four_bar, inputs)
+    # A drive angle that is certain keeps one sample, so that what depends on the pose alone is computed once a pose.
+    at = angles[:, None] + inputs.get("drive", np.zeros(1))
+    kept, excluded = _sorted_out(varied, at, nominal, n)
+    sampled = accuracy(
+        varied,
+        at[kept],
+        load=tuple(inputs.get(name, value) for name, value in zip(LOADS, load, strict=True)),  # type: ignore[arg-type]
+        clearance=per_joint(clearance, "clearance", inputs),
+        contact=contact if isinstance(contact, str) else per_joint(contact, "contact", inputs),
+    )
+    return Study(nominal, sampled, inputs, kept, excluded, n, exact)
+
+
+def _sorted_out(varied: FourBar, at: Array, nominal: Accuracy, n: int) -> tuple[NDArray[np.bool_], NDArray[np.str_]]:
+    """Which poses can be solved for every sample, (poses,), and the status of the others, (poses,)."""
+    closes = np.broadcast_to(varied.assembles(at), (len(at), n))
+    singular = np.broadcast_to(varied.singular(at), (len(at), n))
+    kept = ~nominal.motion.singular & closes.all(axis=-1) & ~singular.any(axis=-1)
+    status = nominal.motion.status.astype(object)
+    for pose in np.flatnonzero(~kept & ~nominal.motion.singular):
+        lost, stuck = n - np.count_nonzero(closes[pose]), np.count_nonzero(singular[pose])
+        status[pose] = f"not assembled in {lost} of {n} samples" if lost else f"singular in {stuck} of {n} samples"
+    if not kept.any():
+        raise FrameError(
+            f"no pose is left: at {np.degrees(nominal.motion.theta[0]):g} deg, {status[0]}; give other poses"
+        )
+    return kept, status.astype(np.str_)
+
+
+def _worst(answers: NDArray[np.str_]) -> str:
+    bad = answers[answers != "regular"]
+    return "regular" if bad.size == 0 else f"{bad[0]} in {bad.size} of {answers.size} samples"

@@ -1,0 +1,84 @@
+"""Mean, spread and shape of a stream of samples, in memory that does not grow with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Count, mean and sums of powers of the deviations from it, up to the fourth.
+
+    Two sets merge without loss (Chan, Golub & LeVeque, American Statistician 37, 1983,
+    doi:10.1080/00031305.1983.10483115, for the second power; Pébay, Sandia report SAND2008-6212, 2008, for the third
+    and fourth).
+
+    Parameters
+    ----------
+    n
+        Number of samples.
+    mean
+        Mean, (...).
+    second, third, fourth
+        Sums over the samples of (x − mean)², (x − mean)³, (x − mean)⁴, (...).
+    """
+
+    n: int
+    mean: Array
+    second: Array
+    third: Array
+    fourth: Array
+
+    @classmethod
+    def of(cls, samples: Array) -> Moments:
+        """Moments of `samples` (n, ...) along the first axis."""
+        mean: Array = samples.mean(axis=0)
+        off = samples - mean
+        square = off * off
+        return cls(len(samples), mean, square.sum(axis=0), (square * off).sum(axis=0), (square * square).sum(axis=0))
+
+    def merge(self, other: Moments) -> Moments:
+        """Moments of both sets of samples together."""
+        a, b, n = self.n, other.n, self.n + other.n
+        d = other.mean - self.mean
+        step = d / n
+        second = self.second + other.second + d * step * a * b
+        third = (
+            self.third + other.third + d * step**2 * a * b * (a - b) + 3.0 * step * (a * other.second - b * self.second)
+        )
+        fourth = (
+            self.fourth
+            + other.fourth
+            + d * step**3 * a * b * (a * a - a * b + b * b)
+            + 6.0 * step**2 * (a * a * other.second + b * b * self.second)
+            + 4.0 * step * (a * other.third - b * self.third)
+        )
+        return Moments(n, self.mean + step * b, second, third, fourth)
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation with n − 1 in the denominator, (...)."""
+        return np.asarray(np.sqrt(self.second / (self.n - 1)))
+
+    @property
+    def standard_error(self) -> Array:
+        """Standard error of the mean of independent samples, s/√n, (...)."""
+        return np.asarray(self.std / np.sqrt(self.n))
+
+    @property
+    def std_standard_error(self) -> Array:
+        """Standard error of `std`, (...), whatever the distribution.
+
+        From var(s²) = (m₄ − s⁴ (n − 3)/(n − 1))/n (Mood, Graybill & Boes, Introduction to the Theory of Statistics,
+        3rd ed., 1974, section VI.2) and ds = d(s²)/(2 s).
+        """
+        n, square = self.n, self.std**2
+        spread = np.maximum(self.fourth / n - square**2 * (n - 3) / (n - 1), 0.0) / n
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.sqrt(spread) / (2.0 * self.std)
+        return np.where(square == 0.0, 0.0, error)
