@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from .arc_length import ArcLengthMapping
 from .beam import Beam
 from .circle import Circle
 from .cross_section import CrossSection
 from .i_section import ISection
 from .joint import Joint
-from .line_frame import ArcLengthMapping, ElementLineFrame
+from .line_frame import ElementLineFrame
 from .material import Material
 from .point_mass import PointMass
 from .rectangle import Rectangle

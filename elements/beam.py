@@ -5,55 +5,22 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, LineElement
-from .bending import Plane, Row, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
+from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
 from .cross_section import CrossSection
+from .direction import BARS, DIRECTIONS, Direction, stamp_rows
 from .flexibility import Six, Tapered, Uniform
-from .line_frame import integrated_geometric, integrated_mass
 from .material import Material
 from .orientation import axes_towards, default_axes
 from .parameters import Real, array_of, common_shape, require
 from .prismatic import bar_mass, plane_geometric, plane_mass
+from .quadrature import integrated_geometric, integrated_mass
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
-
-BARS = (0, 3)
-
-
-class Direction(NamedTuple):
-    """A plane of bending in the twelve end components and six section forces."""
-
-    moved: int
-    turned: int
-    sign: float
-
-    @property
-    def dofs(self) -> tuple[int, int, int, int]:
-        """End components (v1, r1, v2, r2)."""
-        return self.moved, self.turned, self.moved + 6, self.turned + 6
-
-    @property
-    def signs(self) -> tuple[float, float, float, float]:
-        """Sense of the four in the plane: in xz a positive rotation lowers uz along x."""
-        return 1.0, self.sign, 1.0, self.sign
-
-    @property
-    def shearing(self) -> int:
-        """Section force that shears."""
-        return self.moved
-
-    @property
-    def bending(self) -> int:
-        """Section force that bends."""
-        return self.turned
-
-
-DIRECTIONS = (Direction(1, 5, 1.0), Direction(2, 4, -1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +114,15 @@ class Beam(LineElement):
         return self.section, self.material, self.end, up, self.shear, self.releases
 
     def part(self, index: int, count: int) -> Beam:
-        """Part `index` of `count` equal parts: its piece of the taper, and the releases of the ends it has."""
+        """One of `count` equal parts: its piece of the taper, and the releases of the ends that it keeps.
+
+        Parameters
+        ----------
+        index
+            Which part, from 0.
+        count
+            Number of parts.
+        """
         kept = {0: index == 0, 1: index == count - 1}
         release = tuple(f"{ENDS[end]} {COMPONENTS[component]}" for end, component in self.releases if kept[end])
         if self.end is None:
@@ -156,7 +131,12 @@ class Beam(LineElement):
         return replace(self, section=section, end=end, segments=1, release=release)
 
     def axes(self, chord: Array) -> Array:
-        """Local axes as rows x, y, z, (..., 3, 3), of a member along `chord` (..., 3).
+        """Local axes as rows x, y, z, (..., 3, 3).
+
+        Parameters
+        ----------
+        chord
+            From the first node to the second, global, (..., 3).
 
         Raises
         ------
@@ -235,7 +215,7 @@ class Beam(LineElement):
                 self._integrals.curve(way.bending, way.shearing, at, length, plane.centre) for at in (length, x)
             )
             start = start_rows(plane, length, whole, released)
-            _stamp_rows(rows, way, plane_rows(plane, start, x, here))
+            stamp_rows(rows, way, plane_rows(plane, start, x, here))
         return rows
 
     def shape_gradients(self, length: Array | float, x: Array | float) -> Array:
@@ -256,7 +236,7 @@ class Beam(LineElement):
         for way in DIRECTIONS:
             plane = self._plane(way, length)
             strained = strain_rows(plane, x, flexibility[way.bending], flexibility[way.shearing])
-            _stamp_rows(rows, way, strained)
+            stamp_rows(rows, way, strained)
             # the slope is the shear strain and the rotation together
             rows[..., way.moved, :] += way.sign * values[..., way.turned, :]
         return rows
@@ -265,7 +245,7 @@ class Beam(LineElement):
         """Consistent mass with rotary inertia, (..., 12, 12).
 
         The inertia in torsion is ``rho (Iy + Iz)`` per length. Closed form for a prismatic beam, quadrature
-        (`line_frame`) for a taper or with releases.
+        (`quadrature`) for a taper or with releases.
 
         Parameters
         ----------
@@ -291,7 +271,7 @@ class Beam(LineElement):
 
         From the work ``N / 2 int uy'^2 + uz'^2 + (Iy + Iz) / A rx'^2 dx`` of the axial force (the last
         term is Wagner's, for torsional buckling; McGuire, Gallagher & Ziemian, *Matrix Structural Analysis*, 2nd ed.,
-        art. 9.2). Closed form for a prismatic beam, quadrature (`line_frame`) for a taper or with releases.
+        art. 9.2). Closed form for a prismatic beam, quadrature (`quadrature`) for a taper or with releases.
 
         Parameters
         ----------
@@ -431,11 +411,3 @@ def _check_parts(beam: Beam) -> None:
 def _real(value: Array | float) -> Real:
     """A Python float where there is one number: far cheaper than an array of one."""
     return float(value) if np.ndim(value) == 0 else np.asarray(value, dtype=np.float64)
-
-
-def _stamp_rows(rows: Array, way: Direction, pair: tuple[Row, Row]) -> None:
-    """Write the rows of displacement and rotation of one plane of bending."""
-    moved, turned = pair
-    for dof, sign, m, t in zip(way.dofs, way.signs, moved, turned, strict=True):
-        rows[..., way.moved, dof] = sign * m
-        rows[..., way.turned, dof] = way.sign * sign * t
