@@ -56,9 +56,9 @@ def save(
     Notes
     -----
     The arrays are those of `scene.beams` and `scene.joints`: on points ``displacement``, ``rotation``; for
-    beams ``N V T M stress_min stress_max von_mises`` on points and cells, ``member link regular`` on cells;
-    for joints ``gap gap_rotation force moment`` (global) on points, ``joint regular`` on cells. Where the
-    structure is a mechanism ``regular`` is 0 and so are the results. Numbers of members, links and joints
+    beams ``N V T M stress_min stress_max von_mises`` on points and cells, ``member link solved`` on cells;
+    for joints ``gap gap_rotation force moment`` (global) on points, ``joint solved`` on cells. Where the
+    structure is a mechanism ``solved`` is 0 and so are the results. Numbers of members, links and joints
     follow the order of the description; `vtu.read_names` gives their names.
 
     In ParaView: Warp By Vector (displacement), Extract Surface, Tube.

@@ -52,7 +52,7 @@ def beams(solution: Solution, index: Index, stations: int) -> Part:
     ``M`` = (0, My, Mz) in the member's axes, ``stress_min``, ``stress_max``, ``von_mises``: points the
     value at the station, cells the force at their middle and the worst stress of their ends. Cells
     also carry ``member`` and ``link``, the numbers of the member and of its body (-1: the ground).
-    Where the batch entry is a mechanism ``regular`` is 0 and so is every result.
+    Where the batch entry is a mechanism ``solved`` is 0 and so is every result.
     """
     frame = solution.frame
     # Even numbers are the stations, odd ones the middles of the cells between them.
@@ -87,7 +87,7 @@ def joints(solution: Solution, index: Index) -> Part:
     Points carry, in global axes, ``displacement`` and ``rotation`` of the first node, ``gap`` and
     ``gap_rotation``, the displacement of the second node relative to the first, and ``force`` and
     ``moment``, which the joint exerts on the first node. Cells carry ``joint``, the joint's number, and
-    ``regular``, as for the beams.
+    ``solved``, as for the beams.
     """
     frame = solution.frame
     axes = {name: link.element.axes for name, link in frame.joints.items()}
@@ -124,14 +124,14 @@ def taken(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
     return np.stack([np.broadcast_to(a, solution.shape + a.shape[-2:])[index] for a in arrays], axis=1)
 
 
-def _regular(solution: Solution, index: Index) -> Array:
+def solved(solution: Solution, index: Index) -> Array:
     """Which of the entries have a solution, (T,)."""
-    return np.broadcast_to(np.asarray(solution.status) == "regular", solution.shape)[index]
+    return np.broadcast_to(np.asarray(solution.status) != "mechanism", solution.shape)[index]
 
 
 def results(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
-    """As `taken`, with zeros for a mechanism: a viewer cannot place NaN, and `regular` tells."""
-    return np.where(_regular(solution, index)[:, None, None, None], taken(solution, index, arrays), 0.0)
+    """As `taken`, with zeros for a mechanism: a viewer cannot place NaN, and `solved` tells."""
+    return np.where(solved(solution, index)[:, None, None, None], taken(solution, index, arrays), 0.0)
 
 
 def _joined(array: Array) -> Array:
@@ -159,11 +159,10 @@ def _section(force: Array, stress: Array) -> dict[str, Array]:
 
 
 def _labels(solution: Solution, index: Index, **numbers: Array) -> dict[str, Array]:
-    """Numbers of the cells, the same at every pose, and `regular`, the same on every cell."""
-    regular = _regular(solution, index).astype(np.int32)[:, None]
-    shape = (len(regular), len(next(iter(numbers.values()))))
-    numbers = {name: number.astype(np.int32) for name, number in numbers.items()} | {"regular": regular}
-    return {name: np.broadcast_to(number, shape) for name, number in numbers.items()}
+    """Numbers of the cells, the same at every pose, and `solved`, the same on every cell."""
+    flags = solved(solution, index)[:, None]
+    shape = (len(flags), len(next(iter(numbers.values()))))
+    return {n: np.broadcast_to(a, shape).astype(np.int32) for n, a in {**numbers, "solved": flags}.items()}
 
 
 def _to_global(axes: Array | None, vectors: Array) -> Array:

@@ -1,0 +1,80 @@
+"""Member stiffness and loads in the nodes' axes: as stacks, and entry by entry for the broadcasting elimination."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .batch import Array, aligned, turned
+from .member_loads import applied_forces, equivalent, weight_forces
+from .parts import Grid, Value, add, is_zero
+from .stage import Forces, Matrix
+from .topology import Group, Index, Topology
+
+
+def stiffness_entries(topology: Topology, grid: Grid) -> Matrix:
+    """Parts of the stiffness of all members by pair of DOF numbers."""
+    matrix: Matrix = {}
+    for group in topology.groups:
+        for dofs, stack in zip(group.dofs.tolist(), group.stiffness(), strict=True):
+            used = (stack != 0.0).reshape(-1, 12, 12).any(axis=0)
+            for a, b in zip(*np.nonzero(np.triu(used)), strict=True):
+                value = grid.value(stack[..., a, b])
+                i, j = dofs[a], dofs[b]
+                row = matrix.setdefault(i, {})
+                if j not in row:
+                    row[j] = matrix.setdefault(j, {})[i] = {}
+                add(row[j], grid.mask(value), value)
+    return matrix
+
+
+def force_entries(topology: Topology, grid: Grid) -> Forces:
+    """Parts of all loads by DOF number, those on members as equivalent nodal loads."""
+    forces: Forces = {}
+
+    def put(dof: int, value: Value) -> None:
+        if not is_zero(value):
+            add(forces.setdefault(dof, {}), grid.mask(value), value)
+
+    for node, vector in nodal_loads(topology):
+        axes = topology.axes(node)
+        nodal = vector if axes is None else turned(np.swapaxes(axes, -1, -2), vector)
+        for k, value in enumerate(grid.components(nodal)):
+            put(6 * node + k, value)
+    for group, positions, local in member_loads(topology):
+        nodal = (np.swapaxes(group.transform[positions], -1, -2) @ local[..., None])[..., 0]
+        for dofs, stack in zip(group.dofs[positions].tolist(), nodal, strict=True):
+            for dof, value in zip(dofs, grid.components(stack), strict=True):
+                put(dof, value)
+    return forces
+
+
+def nodal_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
+    """Loads at nodes and weight of masses: node number, and vector (..., 6) in global axes."""
+    frame = topology.frame
+    ndim = len(frame.shape)
+    for name, loads in frame.loads.items():
+        for k, value in loads:
+            vector = np.zeros((*value.shape, 6))
+            vector[..., k] = value
+            yield topology.number[name], aligned(vector, ndim, 1)
+    if frame.weight is not None:
+        push = np.concatenate([frame.weight, np.zeros_like(frame.weight)], axis=-1)
+        for mass in frame.masses.values():
+            force = (mass.element.mass_matrix() @ push[..., None])[..., 0]
+            yield topology.number[mass.node], aligned(force, ndim, 1)
+
+
+def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
+    """Equivalent end forces of the loads on members: group, positions in it (n,), local stack (n, ..., 12)."""
+    frame = topology.frame
+    for group in topology.groups:
+        if frame.weight is not None:
+            everywhere = np.arange(len(group.pieces))
+            yield group, everywhere, equivalent(group, everywhere, weight_forces(topology, group, everywhere))
+        if frame.member_loads:
+            loaded = [k for k, piece in enumerate(group.pieces) if topology.pieces[piece].member in frame.member_loads]
+            for position in loaded:
+                at = np.array([position])
+                yield group, at, equivalent(group, at, applied_forces(topology, group, position))

@@ -1,0 +1,75 @@
+"""Broadcasting is the batch interface: checks of what comes in, alignment of what goes through."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import FrameError
+
+Array = NDArray[np.float64]
+Shape = tuple[int, ...]
+
+
+def finite(value: ArrayLike, what: str) -> Array:
+    """`value` as a float array; refused where it is not a number or not finite."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise FrameError(f"{what} is {value!r}: give a number or an array of numbers") from error
+    if not np.isfinite(array).all():
+        bad = array[~np.isfinite(array)].flat[0]
+        raise FrameError(f"{what} contains {bad}: give finite numbers")
+    return array
+
+
+def vector(value: ArrayLike, what: str, size: int = 3) -> Array:
+    """`value` as a finite array (..., size)."""
+    array = finite(value, what)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise FrameError(f"{what} has shape {array.shape}: its last axis must hold {size} components")
+    return array
+
+
+def rotation(value: ArrayLike, what: str) -> Array:
+    """`value` as right-handed orthonormal axes (..., 3, 3), the axes being its columns."""
+    array = finite(value, what)
+    if array.ndim < 2 or array.shape[-2:] != (3, 3):
+        raise FrameError(f"{what} have shape {array.shape}: give (..., 3, 3), the axes as columns")
+    off = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max()
+    if off > 1e-9 or np.any(np.linalg.det(array) < 0):
+        raise FrameError(f"{what} are not right-handed orthonormal axes (off by {off:.2g}): normalise them")
+    return array
+
+
+def joined(name: str, shape: Shape, known: Mapping[str, Shape]) -> Shape:
+    """Broadcast of `shape` with all `known` shapes; a clash names both sides."""
+    try:
+        return np.broadcast_shapes(shape, *known.values())
+    except ValueError:
+        for other, theirs in known.items():
+            if not _broadcastable(shape, theirs):
+                raise FrameError(
+                    f"{name} has batch shape {shape}, which does not broadcast with {theirs} of {other}: "
+                    "give each independent variation an axis of its own, such as (36, 1) and (100,)"
+                ) from None
+        raise
+
+
+def _broadcastable(one: Shape, other: Shape) -> bool:
+    return all(a == b or 1 in (a, b) for a, b in zip(one[::-1], other[::-1], strict=False))
+
+
+def aligned(array: Array, ndim: int, trailing: int = 0) -> Array:
+    """`array` with leading axes of size one, so that it has `ndim` batch axes before `trailing` ones."""
+    missing = ndim + trailing - array.ndim
+    return array.reshape((1,) * missing + array.shape) if missing > 0 else array
+
+
+def turned(axes: Array, vectors: Array) -> Array:
+    """Each three components of `vectors` (..., 3 n) multiplied by the matrices `axes` (..., 3, 3)."""
+    split = vectors.reshape(*vectors.shape[:-1], -1, 3)
+    out: Array = np.einsum("...ij,...kj->...ki", axes, split)
+    return out.reshape(*out.shape[:-2], -1)

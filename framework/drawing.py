@@ -1,0 +1,216 @@
+"""The deformed structure as surfaces to look at: members, joints, supports and forces, at every pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .batch import Array
+from .entries import Index
+from .errors import FrameError
+from .scene import beams, solved, taken
+from .shapes import Surface, arrow, block, cone, copies, sphere, tubes, upright
+
+if TYPE_CHECKING:
+    from .solution import Solution
+
+STATIONS = 24
+# Largest displacement and longest arrow drawn, as shares of the structure's size.
+SHOWN, LONGEST = 0.08, 0.16
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What is drawn at T poses.
+
+    Attributes
+    ----------
+    rest, shift, values
+        Points of the members and their displacements (T, m, k, 3), and what colours them (T, m, k).
+    joints
+        Joints and their displacements, two arrays (T, j, 3).
+    supports, held
+        Supported nodes (T, s, 3) and which of their components are held (s, 6).
+    loaded, forces
+        Loaded nodes and their displacements, two arrays (T, f, 3), and the forces there (T, f, 3).
+    scale
+        Factor on the displacements.
+    solved
+        Whether there is a solution, (T,).
+    """
+
+    rest: Array
+    shift: Array
+    values: Array
+    joints: tuple[Array, Array]
+    supports: Array
+    held: NDArray[np.bool_]
+    loaded: tuple[Array, Array]
+    forces: Array
+    scale: float
+    solved: NDArray[np.bool_]
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest value over all poses."""
+        least, greatest = float(self.values.min()), float(self.values.max())
+        return least, greatest if greatest > least else least + 1.0
+
+    @cached_property
+    def corners(self) -> Array:
+        """Least and greatest coordinates over all poses, (2, 3)."""
+        points = np.concatenate([self.rest, self.rest + self.scale * self.shift]).reshape(-1, 3)
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    @cached_property
+    def across(self) -> int | None:
+        """The global axis at right angles to a plane structure; None for one in space."""
+        extent = self.corners[1] - self.corners[0]
+        # The last of equals, so that what lies on a line is seen in the xy plane.
+        axis = 2 - int(extent[::-1].argmin())
+        return axis if extent[axis] <= 1e-3 * extent.max() else None
+
+    @property
+    def up(self) -> Array:
+        """The upward direction of the picture: y if it shows the xy plane, else z."""
+        return np.eye(3)[1 if self.across == 2 else 2]
+
+    def surfaces(self, pose: int) -> dict[str, Surface]:
+        """What one pose shows, by kind; kinds of which there is nothing are left out."""
+        shapes = {
+            "undeformed": tubes(self.rest[pose], self.values[pose], 0.35 * self._radius),
+            "members": tubes(self.rest[pose] + self.scale * self.shift[pose], self.values[pose], self._radius),
+            "joints": self._joints(pose),
+            "clamps": self._supports(pose, block(), self._clamped),
+            "pins": self._supports(pose, cone(), self._pinned),
+            "forces": self._forces(pose),
+        }
+        return {kind: shape for kind, shape in shapes.items() if len(shape.points)}
+
+    @cached_property
+    def _radius(self) -> float:
+        """Radius of the members: thin against the structure and against themselves."""
+        length = np.linalg.norm(self.rest[:, :, -1] - self.rest[:, :, 0], axis=-1)
+        return min(0.01 * diagonal(self.rest), 0.06 * float(np.median(length)))
+
+    @property
+    def _counts(self) -> NDArray[np.bool_]:
+        """Which components matter to the supports: in a plane structure those in its plane, (6,)."""
+        if self.across is None:
+            return np.ones(6, dtype=bool)
+        turning = np.arange(3) == self.across
+        return np.concatenate([~turning, turning])
+
+    @property
+    def _clamped(self) -> NDArray[np.bool_]:
+        return (self.held | ~self._counts).all(axis=1)
+
+    @property
+    def _pinned(self) -> NDArray[np.bool_]:
+        return (self.held & self._counts)[:, :3].any(axis=1) & ~self._clamped
+
+    def _joints(self, pose: int) -> Surface:
+        places = self._displaced(self.joints, pose)
+        axes = np.broadcast_to(np.eye(3), (len(places), 3, 3))
+        return copies(sphere(), places, np.full(len(places), 1.6 * self._radius), axes)
+
+    def _supports(self, pose: int, template: Surface, chosen: NDArray[np.bool_]) -> Surface:
+        """Markers below the nodes or, where they do not hold upwards, beside them."""
+        places, held = self.supports[pose, chosen], (self.held & self._counts)[chosen, :3]
+        upward = held @ self.up > 0
+        axes = upright(np.where(upward[:, None], self.up, np.eye(3)[held.argmax(axis=1)]))
+        return copies(template, places, np.full(len(places), 2.6 * self._radius), axes)
+
+    def _forces(self, pose: int) -> Surface:
+        """Arrows that end at the loaded nodes, as long as the forces are great."""
+        places, forces = self._displaced(self.loaded, pose), self.forces[pose]
+        size = np.linalg.norm(forces, axis=-1)
+        greatest = np.linalg.norm(self.forces, axis=-1).max(initial=np.finfo(float).tiny)
+        axes = upright(np.where(size[:, None] > 0.0, forces, self.up))
+        return copies(arrow(), places, LONGEST * diagonal(self.rest) * size / greatest, axes)
+
+    def _displaced(self, nodes: tuple[Array, Array], pose: int) -> Array:
+        rest, shift = nodes
+        return rest[pose] + self.scale * shift[pose]
+
+
+def drawing(solution: Solution, index: Index, scale: float | None, colour: str) -> Drawing:
+    """Collect what is drawn of the batch entries `index`.
+
+    Parameters
+    ----------
+    solution
+        What `Frame.solve` returned.
+    index
+        Index into the batch that leaves one axis.
+    scale
+        Factor on the displacements; None for a round one that makes them visible.
+    colour
+        ``von_mises`` or ``displacement``.
+    """
+    frame = solution.frame
+    if not frame.members:
+        raise FrameError("the frame has no member to draw: add one")
+    part = beams(solution, index, STATIONS)
+    count = len(frame.members)
+
+    def by_member(array: Array) -> Array:
+        return array.reshape(len(array), count, STATIONS + 1, *array.shape[2:])
+
+    shift = by_member(part.point_data["displacement"])
+    values = np.linalg.norm(shift, axis=-1) if colour == "displacement" else by_member(part.point_data[colour])
+    loads = {node: force for node in frame.loads if np.any(force := _force(solution, node))}
+    rest = by_member(part.points)
+    return Drawing(
+        rest=rest,
+        shift=shift,
+        values=values,
+        joints=_nodes(solution, index, [link.first for link in frame.joints.values()]),
+        supports=_nodes(solution, index, list(frame.supports))[0],
+        held=np.array([[k in held for k in range(6)] for held in frame.supports.values()], dtype=bool).reshape(-1, 6),
+        loaded=_nodes(solution, index, list(loads)),
+        forces=_stacked(solution, index, list(loads.values())),
+        scale=_visible(shift, diagonal(rest)) if scale is None else scale,
+        solved=solved(solution, index),
+    )
+
+
+def diagonal(points: Array) -> float:
+    """Diagonal of the box around points (..., 3)."""
+    flat = points.reshape(-1, 3)
+    return float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
+
+
+def _visible(shift: Array, size: float) -> float:
+    """The greatest 1, 2 or 5 times a power of ten that draws no displacement longer than allowed."""
+    greatest = float(np.linalg.norm(shift, axis=-1).max())
+    if greatest == 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(SHOWN * size / greatest))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power * greatest <= SHOWN * size))
+
+
+def _force(solution: Solution, node: str) -> Array:
+    """Sum of the forces at a node, (..., 3)."""
+    force = np.zeros((*solution.shape, 3))
+    for component, value in solution.frame.loads[node]:
+        if component < 3:
+            force[..., component] += value
+    return force
+
+
+def _nodes(solution: Solution, index: Index, names: list[str]) -> tuple[Array, Array]:
+    """Positions and displacements of nodes, each (T, n, 3)."""
+    places = _stacked(solution, index, [solution.frame.position(name) for name in names])
+    moved = _stacked(solution, index, [solution.displacement(name)[..., :3] for name in names])
+    return places, np.where(solved(solution, index)[:, None, None], moved, 0.0)
+
+
+def _stacked(solution: Solution, index: Index, vectors: list[Array]) -> Array:
+    """Vectors (..., 3) at the entries `index`, (T, n, 3)."""
+    empty = np.zeros((*solution.shape, 0, 3))[index]
+    return taken(solution, index, [v[..., None, :] for v in vectors])[:, :, 0] if vectors else empty

@@ -1,0 +1,11 @@
+"""What the library raises and warns of."""
+
+from __future__ import annotations
+
+
+class FrameError(ValueError):
+    """A description that cannot be meant: it names the thing, the value and the remedy."""
+
+
+class MechanismWarning(UserWarning):
+    """Some batch entries can move without resistance; their results are NaN and say so in `status`."""

@@ -1,0 +1,485 @@
+"""The description of a frame: nodes, members, joints, supports and loads, each number possibly a batch."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .batch import Array, Shape, finite, joined, rotation, turned, vector
+from .dofs import DISPLACEMENTS, FORCES, component, components, values
+from .errors import FrameError
+from .loads import LineLoad, MemberLoad, PointLoad
+from .protocol import JointElement, LineElement, PointElement
+
+if TYPE_CHECKING:
+    from .buckling import Buckling
+    from .modes import Modes
+    from .solution import Solution
+
+# Two nodes of a joint coincide when their distance is below this share of the frame's size.
+COINCIDENT = 1e-9
+
+
+@dataclass(frozen=True)
+class Body:
+    """A moving frame of reference: global position = origin + axes @ local position."""
+
+    origin: Array
+    axes: Array
+
+
+@dataclass(frozen=True)
+class Node:
+    """A point with six degrees of freedom; coordinates (..., 3) in the axes of `body`, global where it is None."""
+
+    coordinates: Array
+    body: str | None
+
+
+@dataclass(frozen=True)
+class Member:
+    """A line element between two nodes."""
+
+    element: LineElement
+    start: str
+    end: str
+
+
+@dataclass(frozen=True)
+class JointLink:
+    """A joint element between two coincident nodes."""
+
+    element: JointElement
+    first: str
+    second: str
+
+
+@dataclass(frozen=True)
+class MassPoint:
+    """Inertia at a node."""
+
+    element: PointElement
+    node: str
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Components of `slave` that equal those of `master`; all six, with the arm between them, where `rigid`."""
+
+    master: str
+    slave: str
+    components: tuple[int, ...]
+    rigid: bool
+
+
+@dataclass
+class Frame:
+    """Frame of beams and joints; what varies over a batch is given as arrays.
+
+    The batch shape is the NumPy broadcast of everything that the description holds: 36 poses given as ``(36, 1)``
+    and 100 samples as ``(100,)`` make displacements ``(36, 100, 6)``.
+
+    Attributes
+    ----------
+    bodies, nodes, members, joints, masses
+        The description by name, in the order in which it was given.
+    ties
+        Rigid links and ties.
+    supports
+        By node: component index and prescribed displacement.
+    offsets
+        By joint: component index and imposed relative displacement, in the joint's axes.
+    loads
+        By node: component index and value of each load.
+    member_loads
+        By member: line and point loads.
+    weight
+        Acceleration of gravity (..., 3).
+
+    Examples
+    --------
+    >>> from linkframe.elements import Beam, Material, Rectangle
+    >>> steel = Material(E=200e9, nu=0.3)
+    >>> frame = Frame()
+    >>> frame.node("A", (0.0, 0.0, 0.0))
+    >>> frame.node("B", (1.0, 0.0, 0.0))
+    >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), steel), "A", "B")
+    >>> frame.fix("A")
+    >>> frame.load("B", fy=[-10.0, -20.0])
+    >>> frame.solve().displacement("B")[:, 1]
+    array([-0.0025, -0.005 ])
+    """
+
+    bodies: dict[str, Body] = field(default_factory=dict)
+    nodes: dict[str, Node] = field(default_factory=dict)
+    members: dict[str, Member] = field(default_factory=dict)
+    joints: dict[str, JointLink] = field(default_factory=dict)
+    masses: dict[str, MassPoint] = field(default_factory=dict)
+    ties: list[Tie] = field(default_factory=list)
+    supports: dict[str, dict[int, Array]] = field(default_factory=dict)
+    offsets: dict[str, dict[int, Array]] = field(default_factory=dict)
+    loads: dict[str, list[tuple[int, Array]]] = field(default_factory=dict)
+    member_loads: dict[str, list[MemberLoad]] = field(default_factory=dict)
+    weight: Array | None = None
+    _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
+    _shape: Shape = ()
+    _size: float = 0.0
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape: the broadcast of all that has been described."""
+        return self._shape
+
+    # -- geometry ---------------------------------------------------------------------------------------------------
+
+    def body(self, name: str, origin: ArrayLike = (0.0, 0.0, 0.0), axes: ArrayLike | None = None) -> None:
+        """Name a moving frame of reference, in which nodes may keep constant coordinates over all poses.
+
+        A member between two nodes of one body has its stiffness computed, and its interior condensed, once for all
+        poses of the body.
+
+        Parameters
+        ----------
+        name
+            Name of the body.
+        origin
+            Global position of its origin, (..., 3).
+        axes
+            Its axes as columns in global components, (..., 3, 3); the global axes where None.
+        """
+        self._new("body", name, self.bodies)
+        place = vector(origin, f"origin of body {name!r}")
+        turn = np.eye(3) if axes is None else rotation(axes, f"axes of body {name!r}")
+        self._join(f"body {name!r}", np.broadcast_shapes(place.shape[:-1], turn.shape[:-2]))
+        self.bodies[name] = Body(place, turn)
+
+    def node(self, name: str, coordinates: ArrayLike, body: str | None = None) -> None:
+        """Place a node.
+
+        Parameters
+        ----------
+        name
+            Name of the node.
+        coordinates
+            Position (..., 3), in the axes of `body` or global.
+        body
+            Body that carries the node.
+        """
+        self._new("node", name, self.nodes)
+        if body is not None and body not in self.bodies:
+            raise FrameError(f"node {name!r} is on body {body!r}, which is unknown: {_known(self.bodies)}")
+        place = vector(coordinates, f"coordinates of node {name!r}")
+        self._join(f"node {name!r}", place.shape[:-1])
+        self.nodes[name] = Node(place, body)
+        self._size = max(self._size, float(np.abs(self.position(name)).max()))
+
+    def position(self, node: str) -> Array:
+        """Global position of a node, (..., 3)."""
+        at = self.nodes[self._node(node)]
+        if at.body is None:
+            return at.coordinates
+        body = self.bodies[at.body]
+        return body.origin + turned(body.axes, at.coordinates)
+
+    def chord(self, member: str) -> Array:
+        """Vector from start to end of a member, (..., 3), in the axes of its body where both ends share one."""
+        ends = self.members[self._member(member)]
+        return self._chord(ends.start, ends.end)
+
+    def length(self, member: str) -> Array:
+        """Length of a member, (...)."""
+        length: Array = np.linalg.norm(self.chord(member), axis=-1)
+        return length
+
+    # -- elements ---------------------------------------------------------------------------------------------------
+
+    def add(self, name: str, element: LineElement | JointElement | PointElement, *nodes: str) -> None:
+        """Add a beam between two nodes, a joint between two coincident nodes, or a mass at one node.
+
+        Parameters
+        ----------
+        name
+            Name of the member, joint or mass.
+        element
+            What is added; its parameters may carry a batch.
+        *nodes
+            Names of its nodes, start (first) before end (second).
+        """
+        for known in (self.members, self.joints, self.masses):
+            self._new("element", name, known)
+        wanted = 1 if isinstance(element, PointElement) else 2
+        if len(nodes) != wanted:
+            raise FrameError(f"{name!r} was given {len(nodes)} nodes {nodes}: a {type(element).__name__} takes {wanted}")
+        for node in nodes:
+            self._node(node, f"{name!r}")
+        if wanted == 2 and nodes[0] == nodes[1]:
+            raise FrameError(f"{name!r} begins and ends at node {nodes[0]!r}: give two different nodes")
+        if isinstance(element, LineElement):
+            self._check_length(name, *nodes)
+            self._join(f"member {name!r}", element.shape)
+            self.members[name] = Member(element, *nodes)
+        elif isinstance(element, JointElement):
+            self._check_coincident(name, *nodes)
+            self._join(f"joint {name!r}", element.shape)
+            self.joints[name] = JointLink(element, *nodes)
+        else:
+            self._join(f"mass {name!r}", element.shape)
+            self.masses[name] = MassPoint(element, *nodes)
+
+    def rigid(self, master: str, *slaves: str) -> None:
+        """Join `slaves` to `master` by rigid links, exactly: they move as one body."""
+        self._tie(master, slaves, tuple(range(6)), rigid=True)
+
+    def tie(self, master: str, slave: str, *names: str) -> None:
+        """Make the named global displacement components of two nodes equal (all six where none is named).
+
+        Parameters
+        ----------
+        master, slave
+            The two nodes; they need not coincide, and no arm between them is taken into account.
+        *names
+            Components ``ux uy uz rx ry rz``.
+        """
+        self._tie(master, (slave,), components(names), rigid=False)
+
+    # -- supports and loads -----------------------------------------------------------------------------------------
+
+    def fix(self, node: str, *names: str) -> None:
+        """Hold components of a node at zero; all six where none is named.
+
+        Parameters
+        ----------
+        node
+            The node.
+        *names
+            Global displacement components ``ux uy uz rx ry rz``.
+        """
+        held = self.supports.setdefault(self._node(node, "support"), {})
+        for index in components(names):
+            held[index] = np.zeros(())
+
+    def prescribe(self, node: str, **displacement: ArrayLike) -> None:
+        """Prescribe displacement components of a node, such as a settlement.
+
+        Parameters
+        ----------
+        node
+            The node.
+        **displacement
+            Values by component, ``ux uy uz`` in length and ``rx ry rz`` in radians; each may carry a batch.
+        """
+        held = self.supports.setdefault(self._node(node, "support"), {})
+        for index, value in values(f"support of {node!r}", displacement, DISPLACEMENTS).items():
+            self._join(f"{DISPLACEMENTS[index]} prescribed at {node!r}", value.shape)
+            held[index] = value
+
+    def offset(self, joint: str, **displacement: ArrayLike) -> None:
+        """Impose a relative displacement in a joint, in its own axes: clearance, misfit, actuation.
+
+        The joint's springs act on what its displacement differs from the offset.
+
+        Parameters
+        ----------
+        joint
+            Name of the joint.
+        **displacement
+            Displacement of the second node relative to the first by component.
+        """
+        if joint not in self.joints:
+            raise FrameError(f"offset in joint {joint!r}, which is unknown: {_known(self.joints)}")
+        given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
+        for index, value in given.items():
+            self._join(f"offset {DISPLACEMENTS[index]} of {joint!r}", value.shape)
+        self.offsets.setdefault(joint, {}).update(given)
+
+    def load(self, node: str, **force: ArrayLike) -> None:
+        """Apply a force or moment at a node, in global axes; loads add up.
+
+        Parameters
+        ----------
+        node
+            The node.
+        **force
+            Values by component ``fx fy fz mx my mz``; each may carry a batch.
+        """
+        held = self.loads.setdefault(self._node(node, "load"), [])
+        for index, value in values(f"load at {node!r}", force, FORCES).items():
+            self._join(f"{FORCES[index]} at {node!r}", value.shape)
+            held.append((index, value))
+
+    def line_load(
+        self, member: str, *, local: bool = False, span: tuple[float, float] | None = None, **force: ArrayLike
+    ) -> None:
+        """Apply a force per length to a member.
+
+        Parameters
+        ----------
+        member
+            The member.
+        local
+            Components in the member's own axes instead of the global ones.
+        span
+            Distances from the member's start between which the load acts; the whole length where None.
+        **force
+            ``fx fy fz`` per length; a tuple ``(start, end)`` varies linearly over the span.
+        """
+        self._member(member, "line load")
+        ends: tuple[list[Array], list[Array]] = ([np.zeros(())] * 3, [np.zeros(())] * 3)
+        if not force:
+            raise FrameError(f"line load on {member!r} names no component: give at least one of fx, fy, fz")
+        for name, value in force.items():
+            pair = value if isinstance(value, tuple) and len(value) == 2 else (value, value)
+            for side, given in zip(ends, pair, strict=True):
+                side[component(name, FORCES[:3])] = finite(given, f"line load {name} on {member!r}")
+        start, end = (np.stack(np.broadcast_arrays(*side), axis=-1) for side in ends)
+        self._join(f"line load on {member!r}", np.broadcast_shapes(start.shape, end.shape)[:-1])
+        self._check_span(member, span)
+        self.member_loads.setdefault(member, []).append(LineLoad(start, end, span, local))
+
+    def point_load(self, member: str, *, at: float, local: bool = False, **force: ArrayLike) -> None:
+        """Apply a force or moment to a point of a member.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distance from the member's start.
+        local
+            Components in the member's own axes instead of the global ones.
+        **force
+            Values by component ``fx fy fz mx my mz``.
+        """
+        self._member(member, "point load")
+        given = [np.zeros(())] * 6
+        for index, value in values(f"point load on {member!r}", force, FORCES).items():
+            given[index] = value
+        stacked = np.stack(np.broadcast_arrays(*given), axis=-1)
+        self._join(f"point load on {member!r}", stacked.shape[:-1])
+        if not 0.0 <= at <= float(self.length(member).min()) * (1.0 + 1e-12):
+            raise FrameError(f"point load on {member!r} at {at!r}: give a distance within its length")
+        self.member_loads.setdefault(member, []).append(PointLoad(at, stacked, local))
+
+    def gravity(self, acceleration: ArrayLike) -> None:
+        """Load all members and masses with their weight.
+
+        Parameters
+        ----------
+        acceleration
+            Acceleration of gravity (..., 3), such as ``(0, 0, -9.81)``.
+        """
+        self.weight = vector(acceleration, "gravity")
+        self._join("gravity", self.weight.shape[:-1])
+
+    def copy(self) -> Frame:
+        """The description as it is now; what is said of the one later does not change the other."""
+        twin = copy.copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, dict):
+                setattr(twin, name, {key: copy.copy(held) if isinstance(held, dict | list) else held for key, held in value.items()})
+            elif isinstance(value, list):
+                setattr(twin, name, list(value))
+        return twin
+
+    # -- answers ----------------------------------------------------------------------------------------------------
+
+    def solve(self) -> Solution:
+        """Static solution of the whole batch; lazy, so nothing is computed that nobody reads."""
+        from .solution import Solution
+
+        return Solution.of(self)
+
+    def modes(self, count: int) -> Modes:
+        """The lowest natural frequencies and mode shapes.
+
+        Parameters
+        ----------
+        count
+            Number of modes.
+        """
+        from .modes import modes
+
+        return modes(self, count)
+
+    def buckling(self, count: int) -> Buckling:
+        """The lowest load factors at which the loaded frame buckles.
+
+        Parameters
+        ----------
+        count
+            Number of factors.
+        """
+        from .buckling import buckling
+
+        return buckling(self, count)
+
+    def explain(self) -> str:
+        """What a solution will build, at which batch shapes, and what it skips and why, in plain words."""
+        return self.solve().explain()
+
+    # -- checks -----------------------------------------------------------------------------------------------------
+
+    def _new(self, what: str, name: str, known: object) -> None:
+        if not isinstance(name, str) or not name:
+            raise FrameError(f"{what} is named {name!r}: give a non-empty string")
+        if isinstance(known, dict) and name in known:
+            raise FrameError(f"{what} {name!r} exists already: choose another name")
+
+    def _node(self, name: str, of: str = "") -> str:
+        if name not in self.nodes:
+            raise FrameError(f"{of} node {name!r} is unknown: {_known(self.nodes)}".strip())
+        return name
+
+    def _member(self, name: str, of: str = "") -> str:
+        if name not in self.members:
+            raise FrameError(f"{of} member {name!r} is unknown: {_known(self.members)}".strip())
+        return name
+
+    def _join(self, name: str, shape: Shape) -> None:
+        if not shape:
+            return
+        self._shape = joined(name, shape, self._shapes)
+        self._shapes[name] = shape
+
+    def _chord(self, start: str, end: str) -> Array:
+        a, b = self.nodes[start], self.nodes[end]
+        if a.body == b.body:
+            return b.coordinates - a.coordinates
+        return self.position(end) - self.position(start)
+
+    def _check_length(self, name: str, start: str, end: str) -> None:
+        length = np.linalg.norm(self._chord(start, end), axis=-1)
+        if np.any(length <= 0.0):
+            where = f" at batch entry {np.argwhere(length <= 0)[0].tolist()}" if length.ndim else ""
+            raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
+
+    def _check_coincident(self, name: str, first: str, second: str) -> None:
+        gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max())
+        if gap > COINCIDENT * self._size:
+            raise FrameError(
+                f"joint {name!r} joins nodes {first!r} and {second!r}, which are {gap:.6g} apart: "
+                "place them at one point, or put a rigid link or a beam between them"
+            )
+
+    def _check_span(self, member: str, span: tuple[float, float] | None) -> None:
+        if span is None:
+            return
+        length = float(self.length(member).min())
+        if not 0.0 <= span[0] < span[1] <= length * (1.0 + 1e-12):
+            raise FrameError(f"line load on {member!r} spans {span}: give 0 <= x1 < x2 <= its length {length:.6g}")
+
+    def _tie(self, master: str, slaves: tuple[str, ...], held: tuple[int, ...], *, rigid: bool) -> None:
+        self._node(master, "tie")
+        for slave in slaves:
+            if self._node(slave, "tie") == master:
+                raise FrameError(f"node {master!r} is tied to itself: give two different nodes")
+            self.ties.append(Tie(master, slave, held, rigid))
+
+
+def _known(names: object) -> str:
+    listed = [repr(name) for name in names] if isinstance(names, dict) else []
+    return f"known are {', '.join(listed[:12])}{' ...' if len(listed) > 12 else ''}" if listed else "none is defined yet"

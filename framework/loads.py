@@ -1,0 +1,57 @@
+"""Loads on members: plain data, and the point forces by which they are integrated exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .batch import Array
+
+# Three Gauss points integrate a linear load times a cubic shape function exactly.
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+@dataclass(frozen=True)
+class LineLoad:
+    """Force per length, linear from `start` (..., 3) at ``x1`` to `end` (..., 3) at ``x2``; `span` None: whole member."""
+
+    start: Array
+    end: Array
+    span: tuple[float, float] | None
+    local: bool
+
+    def clipped(self, lower: Array, upper: Array, length: Array) -> tuple[Array, Array]:
+        """Ends of the loaded stretch, measured from the start of the member, within `lower` ... `upper`."""
+        x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
+        return np.clip(x1, lower, upper), np.clip(x2, lower, upper)
+
+    def points(self, lower: Array, upper: Array, length: Array) -> list[tuple[Array, Array]]:
+        """Distances from the member's start and forces (..., 6) that stand for the load between `lower` and `upper`."""
+        x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
+        a, b = self.clipped(lower, upper, length)
+        half = (b - a) / 2.0
+        out = []
+        for point, weight in zip(_POINTS, _WEIGHTS, strict=True):
+            x = a + half * (1.0 + point)
+            share = ((x - x1) / (x2 - x1))[..., None]
+            force = weight * half[..., None] * (self.start * (1.0 - share) + self.end * share)
+            out.append((x, np.concatenate([force, np.zeros_like(force)], axis=-1)))
+        return out
+
+
+@dataclass(frozen=True)
+class PointLoad:
+    """Force and moment `force` (..., 6) at distance `at` from the member's start."""
+
+    at: float
+    force: Array
+    local: bool
+
+    def points(self, lower: Array, upper: Array, length: Array) -> list[tuple[Array, Array]]:
+        """The load itself where `at` lies between `lower` and `upper`, the member's end included; else nothing."""
+        inside = (lower <= self.at) & ((self.at < upper) | (upper >= length))
+        return [(np.clip(self.at, lower, upper), np.where(np.asarray(inside)[..., None], self.force, 0.0))]
+
+
+MemberLoad = LineLoad | PointLoad

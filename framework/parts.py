@@ -1,0 +1,90 @@
+"""Numbers of a batch, each kept at the smallest batch shape that it varies over.
+
+An entry of a matrix is a sum of parts, keyed by the batch axes over which each part varies (a bit mask). What varies
+with nothing is a plain float, what varies with the pose an array ``(36, 1)``, what varies with the sample ``(1, 100)``:
+parts are added up only when the sum is needed, so that most arithmetic happens on the small ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .batch import Array, Shape, aligned
+
+Value = float | Array
+Parts = dict[int, Value]
+Row = dict[int, Value]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The batch: its shape, and for a mask of varying axes the number of entries."""
+
+    shape: Shape
+
+    @cached_property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of batch entries by mask."""
+        return tuple(
+            int(np.prod([n for axis, n in enumerate(self.shape) if mask >> axis & 1], dtype=np.int64))
+            for mask in range(1 << len(self.shape))
+        )
+
+    def mask(self, value: Value) -> int:
+        """The axes over which `value` varies, as bits."""
+        if isinstance(value, float):
+            return 0
+        return sum(1 << axis for axis, n in enumerate(value.shape) if n > 1)
+
+    def value(self, array: Array) -> Value:
+        """`array` (...) as a float where it holds one number, else contiguous with all batch axes."""
+        if array.size == 1:
+            return float(array.reshape(()))
+        return np.ascontiguousarray(aligned(array, len(self.shape)))
+
+    def components(self, array: Array, trailing: int = 1) -> list[Value]:
+        """The entries of `array` (..., n) or (..., n, m) by component, exact zeros as 0.0."""
+        flat = array.reshape(*array.shape[: array.ndim - trailing], -1)
+        used = (flat != 0.0).reshape(-1, flat.shape[-1]).any(axis=0)
+        return [self.value(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
+
+
+def is_zero(value: Value) -> bool:
+    """Whether `value` is the exact constant zero."""
+    return isinstance(value, float) and value == 0.0
+
+
+def add(parts: Parts, mask: int, value: Value) -> None:
+    """Add `value`, which varies over `mask`, to a sum of parts."""
+    parts[mask] = parts[mask] + value if mask in parts else value
+
+
+def total(parts: Parts) -> tuple[int, Value]:
+    """Mask and value of a sum of parts, smallest parts first."""
+    varying, result = 0, 0.0  # type: int, Value
+    for mask in sorted(parts):
+        varying |= mask
+        result = result + parts[mask]
+    return varying, result
+
+
+def combine(terms: list[tuple[Value, Value]]) -> Value:
+    """Sum of products, without the terms that are exactly zero."""
+    result: Value = 0.0
+    for a, b in terms:
+        if is_zero(a) or is_zero(b):
+            continue
+        product = b if isinstance(a, float) and a == 1.0 else a * b
+        result = product if is_zero(result) else result + product
+    return result
+
+
+def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:
+    """Add `factor` times the sparse row `other` to `row`."""
+    for key, value in other.items():
+        term = combine([(factor, value)])
+        if not is_zero(term):
+            row[key] = row[key] + term if key in row else term

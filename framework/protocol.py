@@ -1,0 +1,120 @@
+"""What the framework asks of an element; it knows nothing else about beams, joints or masses.
+
+All arrays are stacks: batch axes first, components last. Forces and displacements of a line
+element are in its local axes, start node before end node, each ``ux uy uz rx ry rz``.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from typing import Self
+
+Array = NDArray[np.float64]
+
+
+class LineElement(ABC):
+    """A straight member between two nodes: stiffness, mass and recovery in its own axes.
+
+    Attributes
+    ----------
+    segments
+        Number of equal parts into which the framework cuts the member.
+    releases
+        Released end components as ``(end, component)``, end 0 or 1, component 0 to 5.
+    """
+
+    segments: int
+    releases: tuple[tuple[int, int], ...]
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of the element's own parameters."""
+
+    @property
+    @abstractmethod
+    def kind(self) -> Hashable:
+        """Equal for two elements whose stacks may be evaluated together."""
+
+    @abstractmethod
+    def part(self, index: int, count: int) -> LineElement:
+        """Part `index` of `count` equal parts, with the releases and taper that fall to it."""
+
+    @abstractmethod
+    def axes(self, chord: Array) -> Array:
+        """Local axes as rows, (..., 3, 3), of a member along `chord` (..., 3)."""
+
+    @abstractmethod
+    def stiffness_matrix(self, length: Array) -> Array:
+        """Stiffness, (..., 12, 12)."""
+
+    @abstractmethod
+    def mass_matrix(self, length: Array) -> Array:
+        """Consistent mass, (..., 12, 12)."""
+
+    @abstractmethod
+    def geometric_matrix(self, length: Array, axial: Array) -> Array:
+        """Geometric stiffness under the axial force `axial` (tension positive), (..., 12, 12)."""
+
+    @abstractmethod
+    def end_forces(self, length: Array, displacement: Array) -> Array:
+        """Stiffness times `displacement` (..., 12), by way of the deformations, (..., 12)."""
+
+    @abstractmethod
+    def shape_functions(self, length: Array, x: Array) -> Array:
+        """Displacement at distance `x` from the start for unit end displacements, (..., 6, 12)."""
+
+    @abstractmethod
+    def section_flexibility(self, fraction: Array) -> Array:
+        """Strain and curvature per unit ``N Vy Vz T My Mz`` at `fraction` of the length, (..., 6)."""
+
+    @abstractmethod
+    def mass_per_length(self, fraction: Array) -> Array:
+        """Mass per length at `fraction` of the length, (...)."""
+
+    @abstractmethod
+    def stress(self, fraction: Array, forces: Array) -> Array:
+        """Least and greatest normal stress and greatest von Mises stress, (..., 3).
+
+        `forces` (..., 6) are ``N Vy Vz T My Mz`` at `fraction` of the length.
+        """
+
+
+class JointElement(ABC):
+    """Six springs between two coincident nodes, in the joint's own axes.
+
+    Attributes
+    ----------
+    stiffness
+        (..., 6), each 0 (free) to inf (ideal).
+    axes
+        (..., 3, 3), the joint's axes as columns in global components; None for the global axes.
+    """
+
+    stiffness: Array
+    axes: Array | None
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of the element's own parameters."""
+
+
+class PointElement(ABC):
+    """Inertia at one node."""
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of the element's own parameters."""
+
+    @abstractmethod
+    def mass_matrix(self) -> Array:
+        """Mass in global axes, (..., 6, 6)."""

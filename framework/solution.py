@@ -1,0 +1,230 @@
+"""Static solution of a batch: nothing is computed before it is read."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .batch import Array, Shape
+from .block import Factor
+from .errors import FrameError, MechanismWarning
+from .frame import Frame
+from .parts import Row, Value, combine, is_zero
+from .plan import Plan
+from .recovery import Recovery
+
+# A pivot below this many roundings of its assembled diagonal is none.
+_ROUNDINGS = 10.0
+
+
+class Solution:
+    """Displacements, reactions and forces of a solved frame, each of the frame's batch shape.
+
+    Obtained from ``frame.solve()``. Entries that can move without resistance hold NaN and say so in `status`; a
+    `MechanismWarning` tells so when they are first read.
+
+    Attributes
+    ----------
+    frame
+        The description as it was when solved.
+    plan
+        The compiled frame.
+    """
+
+    def __init__(self, frame: Frame, plan: Plan) -> None:
+        self.frame, self.plan = frame, plan
+        self._factors: dict[int, Factor] = {}
+        self._singular: dict[int, NDArray[np.bool_]] = {}
+        self._known: dict[object, Array] = {}
+        self._warned = False
+
+    @classmethod
+    def of(cls, frame: Frame) -> Solution:
+        """Solution of a frame; later changes of the frame do not reach it."""
+        described = frame.copy()
+        return cls(described, Plan(described))
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        return self.frame.shape
+
+    # -- displacements ----------------------------------------------------------------------------------------------
+
+    def displacement(self, node: str) -> Array:
+        """Displacement and rotation of a node in global axes, (..., 6)."""
+        number = self._number(node)
+        return self._read(("displacement", node), lambda: self._stack(*self.plan.tree.global_rows(number)))
+
+    def joint_displacement(self, joint: str) -> Array:
+        """Displacement of a joint's second node relative to its first, in the joint's axes, (..., 6)."""
+        self._joint(joint)
+        return self._read(("joint", joint), lambda: self._stack(*self._recovery.joint_rows(joint)))
+
+    def displacement_along(self, member: str, at: ArrayLike) -> Array:
+        """Displacement and rotation at distances `at` (k,) from a member's start, in global axes, (..., k, 6)."""
+        return self._masked(self._recovery.displacement_along(self._member(member), np.atleast_1d(at)))
+
+    # -- forces -----------------------------------------------------------------------------------------------------
+
+    def end_forces(self, member: str) -> Array:
+        """Forces on the ends of a member in its local axes, start before end, (..., 12)."""
+        self._member(member)
+        return self._read(("ends", member), lambda: self._recovery.end_forces(member))
+
+    def forces(self, member: str, at: ArrayLike) -> Array:
+        """Internal forces ``N Vy Vz T My Mz`` at distances `at` (k,) from a member's start, local, (..., k, 6)."""
+        return self._masked(self._recovery.forces(self._member(member), np.atleast_1d(at)))
+
+    def stress(self, member: str, at: ArrayLike) -> Array:
+        """Least and greatest normal stress and greatest von Mises stress at distances `at` (k,), (..., k, 3)."""
+        return self._masked(self._recovery.stress(self._member(member), np.atleast_1d(at)))
+
+    def reaction(self, node: str) -> Array:
+        """Force and moment of a support on its node in global axes, (..., 6); zero where the node is not held."""
+        if node not in self.frame.supports:
+            raise FrameError(f"node {node!r} has no support: reactions are at {', '.join(self.frame.supports) or 'none'}")
+        return self._read(("reaction", node), lambda: self._recovery.reaction(node))
+
+    def joint_force(self, joint: str) -> Array:
+        """Force and moment that a joint exerts on its first node, in the joint's axes, (..., 6)."""
+        self._joint(joint)
+        return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
+
+    # -- trust ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance; ``idle`` where it can
+        move but no load does so, and the results hold."""
+        pushed = self._mechanism(self.plan.excited)
+        idle = self._mechanism(self.plan.components - self.plan.excited)
+        return np.where(pushed, "mechanism", np.where(idle, "idle", "regular"))
+
+    def mechanism(self, *entry: int) -> str:
+        """Which nodes move in which direction at a batch entry, in words; empty where none does."""
+        from .status import describe
+
+        return describe(self.plan, entry)
+
+    def condition_number(self) -> Array:
+        """2-norm condition number of K, assembled in the usual way with joints as springs between nodes, (...)."""
+        from .conditioning import usual
+
+        return self._read("condition", lambda: usual(self.plan))
+
+    def scaled_condition_number(self) -> Array:
+        """2-norm condition number of K in joint-relative coordinates after scaling its diagonal to one, (...)."""
+        from .conditioning import scaled
+
+        return self._read("scaled", lambda: scaled(self.plan))
+
+    def explain(self) -> str:
+        """What is built at which batch shapes, what is skipped, and why, in plain words."""
+        from .explain import explain
+
+        return explain(self.plan)
+
+    def save(self, path: str | Path, **options: Any) -> None:
+        """Write files for ParaView: ``.vtu`` for one entry, ``.pvd`` for a batch axis.
+
+        Parameters
+        ----------
+        path
+            File ``.vtu`` or ``.pvd``.
+        **options
+            See `linkframe.framework.export.save`.
+        """
+        from .export import save
+
+        save(self, path, **options)
+
+    # -- inside -----------------------------------------------------------------------------------------------------
+
+    def piece_forces(self, piece: int) -> Array:
+        """Forces on both ends of a piece of a member, in its local axes, (..., 12)."""
+        return self._masked(np.array(self._recovery.piece_forces(piece)))
+
+    def values(self, rows: Sequence[Row]) -> list[Value]:
+        """Value of each of `rows` over the unknowns."""
+        split: dict[int, list[Row]] = {}
+        for index, row in enumerate(rows):
+            for k, factor in row.items():
+                name = self.plan.component[k]
+                if name in self.plan.excited:
+                    split.setdefault(name, [{} for _ in rows])[index][k] = factor
+        found = [self._factor(name).values(part) for name, part in split.items()]
+        return [combine([(1.0, part[index]) for part in found]) for index in range(len(rows))]
+
+    def stacked(self, values: Sequence[Value], shifts: Sequence[Value]) -> Array:
+        """Values plus known parts as one array (..., n) of the batch shape."""
+        out = np.zeros((*self.shape, len(values)))
+        for k, (value, shift) in enumerate(zip(values, shifts, strict=True)):
+            out[..., k] = value if is_zero(shift) else value + shift
+        return out
+
+    def _stack(self, rows: Sequence[Row], shifts: Sequence[Value]) -> Array:
+        return self.stacked(self.values(rows), shifts)
+
+    @cached_property
+    def _recovery(self) -> Recovery:
+        return Recovery(self)
+
+    def _read(self, key: object, compute: Any) -> Array:
+        if key not in self._known:
+            array = compute()
+            self._known[key] = array if isinstance(key, str) else self._masked(array)
+            self._known[key].flags.writeable = False
+        return self._known[key]
+
+    def _masked(self, array: Array) -> Array:
+        singular = self._mechanism(self.plan.excited)
+        if singular.any():
+            if not self._warned:
+                self._warned = True
+                warnings.warn(self._warning(singular), MechanismWarning, stacklevel=4)
+            array[singular] = np.nan
+        return array
+
+    def _warning(self, singular: NDArray[np.bool_]) -> str:
+        entry = tuple(int(k) for k in np.argwhere(singular)[0]) if singular.ndim else ()
+        where = f"{singular.sum()} of {singular.size} batch entries, the first at {entry}," if singular.ndim else "the frame"
+        return f"{where} can move without resistance and holds NaN: {self.mechanism(*entry)}"
+
+    def _factor(self, component: int) -> Factor:
+        if component not in self._factors:
+            self._factors[component] = Factor(self.plan.block(component))
+        return self._factors[component]
+
+    def _mechanism(self, components: Iterable[int]) -> NDArray[np.bool_]:
+        out = np.zeros(self.shape, dtype=bool)
+        for name in components:
+            if name not in self._singular:
+                factor = self._factor(name)
+                size = sum(len(order.pivots) for order in factor.block.orders)
+                least = _ROUNDINGS * np.sqrt(size) * np.finfo(float).eps
+                self._singular[name] = ~(factor.margin() > least)
+            out |= self._singular[name]
+        return out
+
+    def _number(self, node: str) -> int:
+        if node not in self.plan.topology.number:
+            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
+        return self.plan.topology.number[node]
+
+    def _member(self, member: str) -> str:
+        if member not in self.frame.members:
+            raise FrameError(f"member {member!r} is unknown: known are {', '.join(self.frame.members) or 'none'}")
+        return member
+
+    def _joint(self, joint: str) -> str:
+        if joint not in self.frame.joints:
+            raise FrameError(f"joint {joint!r} is unknown: known are {', '.join(self.frame.joints) or 'none'}")
+        return joint
+

@@ -1,0 +1,143 @@
+"""One elimination with broadcasting: numbers of a matrix and its loads, each at its own batch shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .order import Order
+from .parts import Parts, Value, is_zero, total
+
+Matrix = dict[int, dict[int, Parts]]
+Forces = dict[int, Parts]
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """One step of LDL^T: the batch axes it varies over, the reciprocal pivot, the column below it."""
+
+    mask: int
+    inverse: Value
+    lower: dict[int, Value]
+
+
+@dataclass
+class Stage:
+    """Symmetric system on its way through elimination.
+
+    Attributes
+    ----------
+    matrix
+        Parts of entry (i, j); (j, i) is the same object.
+    forces
+        Parts of the load; that of an eliminated unknown waits there for the back substitution.
+    scale
+        Parts of the diagonal as assembled, beside which a pivot is judged.
+    pivots
+        Steps done.
+    margin
+        Least ratio of pivot to assembled diagonal, by mask.
+    """
+
+    matrix: Matrix = field(default_factory=dict)
+    forces: Forces = field(default_factory=dict)
+    scale: Forces = field(default_factory=dict)
+    pivots: dict[int, Pivot] = field(default_factory=dict)
+    margin: Parts = field(default_factory=dict)
+
+    def entry(self, i: int, j: int) -> Parts:
+        """Parts of entry (i, j), made where there are none."""
+        row = self.matrix.setdefault(i, {})
+        if j not in row:
+            row[j] = self.matrix.setdefault(j, {})[i] = {}
+        return row[j]
+
+    def mapped(self, change: Callable[[Value], Value]) -> Stage:
+        """A copy with `change` applied to every number."""
+        copy = Stage(margin=dict(self.margin))
+        for i, row in self.matrix.items():
+            for j, parts in row.items():
+                if j >= i:
+                    new = {mask: change(value) for mask, value in parts.items()}
+                    copy.matrix.setdefault(i, {})[j] = new
+                    copy.matrix.setdefault(j, {})[i] = new
+        copy.forces = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.forces.items()}
+        copy.scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
+        copy.pivots = {
+            k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
+            for k, p in self.pivots.items()
+        }
+        return copy
+
+    def eliminate(self, order: Order, wanted: Sequence[bool]) -> None:
+        """Do the steps of `order` whose mask is `wanted`."""
+        for k in order.pivots:
+            if wanted[order.masks[k]]:
+                self._step(k, order.below[k], order.masks[k])
+
+    def _step(self, k: int, below: list[int], mask: int) -> None:
+        row = self.matrix.pop(k, {})
+        varying, pivot = total(row.get(k, {}))
+        inverse = reciprocal(pivot)
+        columns = [(j, *total(row[j])) for j in below]
+        lower = {j: value * inverse for j, _, value in columns}
+        for a, (i, over, _) in enumerate(columns):
+            del self.matrix[i][k]
+            low, target = lower[i], self.matrix[i]
+            for j, other, value in columns[a:]:
+                subtract(target[j], over | other | varying, low * value)
+        self.pivots[k] = Pivot(mask, inverse, lower)
+        self._judge(varying, pivot, self.scale.pop(k, {}))
+
+    def _judge(self, varying: int, pivot: Value, assembled: Parts) -> None:
+        over, scale = total(assembled)
+        ratio = pivot * reciprocal(scale)
+        key = varying | over
+        self.margin[key] = np.minimum(self.margin[key], ratio) if key in self.margin else ratio
+
+    def forward(self, order: Order, wanted: Sequence[bool]) -> None:
+        """Carry the loads of the eliminated unknowns on, as far as the result's mask is `wanted`."""
+        for k in order.pivots:
+            if k not in self.pivots or not self.forces.get(k):
+                continue
+            step = self.pivots[k]
+            for mask, value in self.forces[k].items():
+                if wanted[mask | step.mask]:
+                    for j, low in step.lower.items():
+                        subtract(self.forces.setdefault(j, {}), mask | step.mask, low * value)
+
+    def backward(self, order: Order, needed: set[int], known: dict[int, Value]) -> None:
+        """Add the `needed` unknowns to those `known`."""
+        for k in reversed(order.pivots):
+            if k not in needed:
+                continue
+            step = self.pivots[k]
+            value = total(self.forces.get(k, {}))[1] * step.inverse
+            for j, low in step.lower.items():
+                if not is_zero(known[j]):
+                    value = value - low * known[j]
+            known[k] = value
+
+
+def closure(order: Order, wanted: set[int]) -> set[int]:
+    """`wanted` unknowns and all those from which they follow in back substitution."""
+    needed = set(wanted)
+    for k in order.pivots:
+        if k in needed:
+            needed.update(order.below[k])
+    return needed
+
+
+def subtract(parts: Parts, mask: int, value: Value) -> None:
+    """Subtract `value`, which varies over `mask`, from a sum of parts."""
+    parts[mask] = parts[mask] - value if mask in parts else -value
+
+
+def reciprocal(value: Value) -> Value:
+    """1 / value; of an exact zero inf, which the margin reports."""
+    if isinstance(value, float):
+        return 1.0 / value if value else np.inf
+    return 1.0 / value
+

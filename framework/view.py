@@ -1,0 +1,216 @@
+"""Pictures and movies of the deformed structure, rendered off screen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from .drawing import Drawing, diagonal, drawing
+from .entries import Entry, one, series
+from .errors import FrameError
+from .files import whole_or_nothing
+from .rendering import REMEDY, RenderingError, can_render, quiet
+
+if TYPE_CHECKING:
+    import pyvista
+
+    from .solution import Solution
+
+Colour = Literal["von_mises", "displacement"]
+
+TITLES = {"von_mises": "von Mises stress", "displacement": "displacement"}
+INK = "#262a33"
+# How each thing looks; members take the colour of their values.
+LOOKS: Mapping[str, Mapping[str, Any]] = {
+    "undeformed": {"color": "#c3c7ce", "specular": 0.0, "ambient": 0.35},
+    "members": {"cmap": "viridis", "specular": 0.25, "specular_power": 20, "ambient": 0.2},
+    "joints": {"color": INK, "specular": 0.5, "specular_power": 30},
+    "clamps": {"color": "#6b7380", "ambient": 0.2},
+    "pins": {"color": "#6b7380", "ambient": 0.2},
+    "forces": {"color": "#c8352b", "ambient": 0.25},
+}
+
+
+def picture(
+    solution: Solution,
+    path: str | Path,
+    *,
+    entry: Entry | None = None,
+    scale: float | None = None,
+    colour: Colour = "von_mises",
+    size: tuple[int, int] = (1600, 1000),
+) -> None:
+    """Draw the deformed structure over the undeformed one.
+
+    Members are coloured by their values; joints are spheres, clamps cubes, other supports cones, and forces
+    at nodes red arrows. A plane structure is seen at right angles.
+
+    Parameters
+    ----------
+    solution
+        What `Frame.solve` returned.
+    path
+        Image to write, ``.png`` or ``.jpg``.
+    entry
+        Indices of the batch entry; not needed where the batch holds one.
+    scale
+        Factor on the displacements; a round number that makes them visible where None.
+    colour
+        ``von_mises`` or ``displacement``.
+    size
+        Width and height in pixels.
+
+    Raises
+    ------
+    RenderingError
+        If this machine cannot render; the message says what to install.
+    FrameError
+        If the name ends otherwise, the batch does not fit, or the folder cannot be written.
+    """
+    path = _checked(path, (".png", ".jpg"), colour)
+    shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour)
+    with whole_or_nothing(path.parent) as stage, quiet():
+        plotter, _ = _plotted(shown, size, colour)
+        plotter.screenshot(stage / path.name)
+        plotter.close()
+
+
+def movie(
+    solution: Solution,
+    path: str | Path,
+    *,
+    axis: int | None = None,
+    entry: Entry | None = None,
+    scale: float | None = None,
+    colour: Colour = "von_mises",
+    size: tuple[int, int] = (960, 608),
+    rate: float = 12.0,
+) -> None:
+    """Draw the poses along a batch axis one after the other, with one camera, scale and colour range.
+
+    Parameters
+    ----------
+    solution
+        What `Frame.solve` returned.
+    path
+        Movie to write, ``.gif`` or ``.mp4``; needs the extra ``movie``.
+    axis
+        Batch axis; not needed where only one is longer than 1.
+    entry
+        Indices into the other axes; not needed where these have size 1.
+    scale, colour, size
+        As for `picture`.
+    rate
+        Poses a second.
+
+    Raises
+    ------
+    RenderingError
+        If this machine cannot render or the extra is not installed; the message says what to install.
+    FrameError
+        If the name ends otherwise, the batch does not fit, or the folder cannot be written.
+    """
+    path = _checked(path, (".gif", ".mp4"), colour)
+    if find_spec("imageio") is None or (path.suffix == ".mp4" and find_spec("imageio_ffmpeg") is None):
+        raise RenderingError(f"{path.name} needs the extra `movie`: pip install 'linkframe[movie]'")
+    shown = drawing(solution, series(solution.shape, axis, entry, path.name), scale, colour)
+    with whole_or_nothing(path.parent) as stage, quiet():
+        plotter, meshes = _plotted(shown, size, colour)
+        if path.suffix == ".gif":
+            plotter.open_gif(str(stage / path.name), fps=rate)
+        else:
+            plotter.open_movie(str(stage / path.name), framerate=rate)
+        for pose in range(len(shown.rest)):
+            for kind, surface in shown.surfaces(pose).items():
+                meshes[kind].points = surface.points
+                meshes[kind].point_data["Normals"][:] = surface.normals
+                meshes[kind].point_data["values"][:] = surface.values
+            plotter.write_frame()
+        plotter.close()
+
+
+def _checked(path: str | Path, endings: tuple[str, ...], colour: str) -> Path:
+    path = Path(path)
+    if path.suffix not in endings:
+        raise FrameError(f"{path.name} does not end in {' or '.join(endings)}: choose one of them")
+    if colour not in TITLES:
+        raise FrameError(f"{path.name} was given colour={colour!r}: choose one of {', '.join(TITLES)}")
+    if not can_render():
+        raise RenderingError(f"{path.name} was not made: {REMEDY}")
+    return path
+
+
+def _plotted(drawing: Drawing, size: tuple[int, int], colour: Colour) -> tuple[pyvista.Plotter, dict[str, Any]]:
+    """A plotter that shows the first pose, and its meshes by kind."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), theme=pyvista.themes.DocumentTheme())
+    plotter.enable_anti_aliasing("ssaa")
+    meshes = {}
+    for kind, surface in drawing.surfaces(0).items():
+        mesh = pyvista.PolyData.from_regular_faces(surface.points, surface.faces)
+        mesh.point_data.active_normals = surface.normals
+        mesh.point_data["values"] = surface.values
+        actor = plotter.add_mesh(
+            mesh,
+            copy_mesh=False,
+            scalars="values" if kind == "members" else None,
+            clim=drawing.range,
+            show_scalar_bar=False,
+            **LOOKS[kind],
+        )
+        actor.prop.interpolation = "Phong"
+        meshes[kind] = mesh
+        if kind == "members":
+            _bar(plotter, actor.mapper, TITLES[colour], size)
+    plotter.add_text(_caption(drawing), position=(0.03 * size[0], 0.93 * size[1]), font_size=size[1] // 70, color=INK)
+    _aim(plotter.camera, drawing, size[0] / size[1])
+    return plotter, meshes
+
+
+def _bar(plotter: pyvista.Plotter, mapper: Any, title: str, size: tuple[int, int]) -> None:
+    text = size[1] // 42
+    plotter.add_scalar_bar(
+        title,
+        mapper=mapper,
+        width=0.44,
+        height=0.075,
+        position_x=0.28,
+        position_y=0.035,
+        title_font_size=text,
+        label_font_size=text,
+        n_labels=5,
+        fmt="%.3g",
+        color=INK,
+    )
+
+
+def _caption(drawing: Drawing) -> str:
+    if not drawing.solved.any():
+        return "mechanism: not solved, undeformed shape"
+    return f"displacements x {drawing.scale:g}"
+
+
+def _aim(camera: Any, drawing: Drawing, aspect: float) -> None:
+    """Look in parallel projection at all poses, a plane structure at right angles, with room for the bar below."""
+    towards = np.array([-1.0, 1.6, -0.9])
+    if drawing.across is not None:
+        towards = -np.eye(3)[drawing.across] * (-1.0 if drawing.across == 1 else 1.0)
+    towards /= np.linalg.norm(towards)
+    right = np.cross(towards, drawing.up)
+    right /= np.linalg.norm(right)
+    upward = np.cross(right, towards)
+    corner = np.stack(np.meshgrid(*drawing.corners.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    width, height = np.ptp(corner @ right), np.ptp(corner @ upward)
+    half = 0.62 * max(height / 0.72, width / aspect, 0.2 * diagonal(corner))
+    centre = drawing.corners.mean(axis=0) - 0.09 * half * upward
+    camera.focal_point = centre
+    camera.position = centre - 3.0 * diagonal(corner) * towards
+    camera.up = upward
+    camera.parallel_projection = True
+    camera.parallel_scale = half
+    camera.clipping_range = (0.1 * diagonal(corner), 10.0 * diagonal(corner))
