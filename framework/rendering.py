@@ -12,7 +12,7 @@ PROBE = """
 import pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
 plotter.add_mesh(pyvista.Sphere())
-raise SystemExit(plotter.screenshot(None, return_img=True).std() == 0)
+raise SystemExit(int(plotter.screenshot(None, return_img=True).std() == 0))
 """
 
 REMEDY = (
