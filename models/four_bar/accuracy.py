@@ -89,8 +89,9 @@ class Accuracy:
     @cached_property
     def status(self) -> NDArray[np.str_]:
         """``"regular"``, ``"singular: coupler and rocker in line"``, or the frame's ``"mechanism"``, (...)."""
-        solved = np.broadcast_to(self._cases.status, (2, *self.shape))[0]
-        return np.where(np.broadcast_to(self.motion.singular, self.shape), SINGULAR, solved)
+        loose = np.broadcast_to(self._cases.status == "mechanism", (2, *self.shape)).any(axis=0)
+        singular = np.broadcast_to(self.motion.singular, self.shape)
+        return np.where(singular, SINGULAR, np.where(loose, "mechanism", "regular"))
 
     @cached_property
     def exact_status(self) -> NDArray[np.str_]:

@@ -264,9 +264,8 @@ def _sorted_out(varied: FourBar, at: Array, nominal: Accuracy, n: int) -> tuple[
         lost, stuck = n - np.count_nonzero(closes[pose]), np.count_nonzero(singular[pose])
         status[pose] = f"not assembled in {lost} of {n} samples" if lost else f"singular in {stuck} of {n} samples"
     if not kept.any():
-        raise FrameError(
-            f"no pose is left: at {np.degrees(nominal.motion.theta[0]):g} deg, {status[0]}; give other poses"
-        )
+        first = np.degrees(nominal.motion.theta[0])
+        raise FrameError(f"no pose is left to sample (at {first:g} deg: {status[0]}): give other poses")
     return kept, status.astype(np.str_)
 
 

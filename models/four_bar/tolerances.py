@@ -25,7 +25,8 @@ NAMES = (
     "drive",
     *LOADS,
     *(name for common in OF_JOINTS for name in (common, *(f"{common}.{joint}" for joint in JOINTS))),
-    *(name for name in ("E", *(f"E.{link}" for link in LINKS))),
+    "E",
+    *(f"E.{link}" for link in LINKS),
 )
 
 
@@ -33,8 +34,9 @@ def check_names(names: Iterable[str]) -> None:
     """Refuse a name that is no parameter."""
     for name in names:
         if name not in NAMES:
-            known = f"{', '.join((*LENGTHS, 'drive', *LOADS, *OF_JOINTS, 'E'))}; .B .D .E after a joint's, .crank ... after E"
-            raise FrameError(f"{name!r} is no parameter of the four-bar: choose from {known}")
+            known = ", ".join((*LENGTHS, "drive", *LOADS, *OF_JOINTS, "E"))
+            ends = "after a joint's, .B, .D or .E may follow, after E, .crank, .coupler or .rocker"
+            raise FrameError(f"{name!r} is no parameter of the four-bar: choose from {known}; {ends}")
 
 
 def toleranced(four_bar: FourBar, samples: Samples) -> FourBar:
