@@ -96,13 +96,16 @@ class Recovery:
         pieces = self.topology.pieces_of[member]
         whole = self.solution.frame.length(member)
         _check_stations(member, at, whole)
-        which = np.minimum((at / float(whole.min()) * len(pieces)).astype(int), len(pieces) - 1)
+        # Where lengths vary, so may the piece on which a station lies.
+        which = np.minimum((at / whole[..., None] * len(pieces)).astype(int), len(pieces) - 1)
         out: list[Array] = []
-        for station, index in zip(at, which, strict=True):
-            group, position = self._where[pieces[index]]
-            length = group.length[position]
-            x = np.clip(station - index * length, 0.0, length)
-            value = field(pieces[index], x)
+        for k in range(at.shape[-1]):
+            value: Array = np.zeros(())
+            for index in np.unique(which[..., k]):
+                group, position = self._where[pieces[index]]
+                length = group.length[position]
+                x = np.clip(at[..., k] - index * length, 0.0, length)
+                value = np.where((which[..., k] == index)[..., None], field(pieces[index], x), value)
             out.append(np.broadcast_to(value, (*self.solution.shape, value.shape[-1])))
         return np.stack(out, axis=-2)
 
@@ -254,8 +257,8 @@ class Recovery:
 def _check_stations(member: str, at: Array, length: Array) -> None:
     from .errors import FrameError
 
-    least = float(length.min())
-    if np.any(at < 0.0) or np.any(at > least * (1.0 + 1e-9)):
+    if np.any(at < 0.0) or np.any(at > length[..., None] * (1.0 + 1e-9)):
+        least = float(length.min())
         raise FrameError(f"stations {at.tolist()} on member {member!r}: give distances from 0 to its length {least:.6g}")
 
 

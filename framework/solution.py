@@ -68,7 +68,7 @@ class Solution:
         return self._read(("joint", joint), lambda: self._stack(*self._recovery.joint_rows(joint)))
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
-        """Displacement and rotation at distances `at` (k,) from a member's start, in global axes, (..., k, 6)."""
+        """Displacement and rotation at distances `at` (..., k) from a member's start, in global axes, (..., k, 6)."""
         return self._masked(self._recovery.displacement_along(self._member(member), np.atleast_1d(at)))
 
     # -- forces -----------------------------------------------------------------------------------------------------
@@ -79,11 +79,11 @@ class Solution:
         return self._read(("ends", member), lambda: self._recovery.end_forces(member))
 
     def forces(self, member: str, at: ArrayLike) -> Array:
-        """Internal forces ``N Vy Vz T My Mz`` at distances `at` (k,) from a member's start, local, (..., k, 6)."""
+        """Internal forces ``N Vy Vz T My Mz`` at distances `at` (..., k) from a member's start, local, (..., k, 6)."""
         return self._masked(self._recovery.forces(self._member(member), np.atleast_1d(at)))
 
     def stress(self, member: str, at: ArrayLike) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress at distances `at` (k,), (..., k, 3)."""
+        """Least and greatest normal stress and greatest von Mises stress at distances `at` (..., k), (..., k, 3)."""
         return self._masked(self._recovery.stress(self._member(member), np.atleast_1d(at)))
 
     def reaction(self, node: str) -> Array:
