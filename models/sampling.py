@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ LEAST = 2.0**-54
 class Distribution(Protocol):
     """What a frozen distribution of `scipy.stats` offers and sampling needs."""
 
-    def ppf(self, q: ArrayLike, /) -> ArrayLike:
+    def ppf(self, q: Array, /) -> Any:
         """Quantile at probability `q`."""
 
 
@@ -125,5 +125,6 @@ def _check(distributions: Mapping[str, Distribution], n: int, sampler: str) -> N
             raise FrameError(
                 f"distribution of {name!r} is {law!r}: give a frozen one, such as scipy.stats.norm(1.0, 0.1)"
             )
-        if np.shape(law.ppf(0.5)) != () or not np.isfinite(law.ppf(0.5)):
-            raise FrameError(f"distribution of {name!r} has the median {law.ppf(0.5)}: give finite scalar parameters")
+        median = law.ppf(np.array(0.5))
+        if np.shape(median) != () or not np.isfinite(median):
+            raise FrameError(f"distribution of {name!r} has the median {median}: give finite scalar parameters")

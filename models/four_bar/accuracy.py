@@ -101,11 +101,11 @@ class Accuracy:
 
     def condition_number(self) -> Array:
         """2-norm condition number of the stiffness matrix as the paper assembles it, (...)."""
-        return np.broadcast_to(self._cases.condition_number(), (2, *self.shape))[0]
+        return np.asarray(np.broadcast_to(self._cases.condition_number(), (2, *self.shape))[0])
 
     def scaled_condition_number(self) -> Array:
         """Condition number after diagonal scaling in joint-relative coordinates, (...): what the solution feels."""
-        return np.broadcast_to(self._cases.scaled_condition_number(), (2, *self.shape))[0]
+        return np.asarray(np.broadcast_to(self._cases.scaled_condition_number(), (2, *self.shape))[0])
 
     # -- frames -----------------------------------------------------------------------------------------------------
 
