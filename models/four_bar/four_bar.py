@@ -104,11 +104,33 @@ class FourBar:
         return a, b, c, d
 
     def link_beam(self, link: str) -> Beam:
-        """Beam of ``"crank"``, ``"coupler"`` or ``"rocker"``."""
+        """Beam of a link.
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+
+        Returns
+        -------
+        Beam
+            The link's beam.
+        """
         return self.beam[link] if isinstance(self.beam, Mapping) else self.beam
 
     def joint_stiffness(self, joint: str) -> Array:
-        """Stiffness (..., 6) of joint ``"B"``, ``"D"`` or ``"E"``."""
+        """Stiffness of a passive joint.
+
+        Parameters
+        ----------
+        joint
+            ``"B"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            ``ktx kty ktz krx kry krz``, (..., 6).
+        """
         given = self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness
         value = np.asarray(given, dtype=np.float64)
         if value.ndim == 0 or value.shape[-1] != 6 or np.isnan(value).any() or np.any(value < 0.0):

@@ -146,10 +146,11 @@ def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Lin
 
     Examples
     --------
+    >>> import numpy as np
     >>> from linkframe.models import FourBar, Link
-    >>> motion = FourBar().move(np.radians(90.0))
-    >>> motion.reactions(coupler=Link(force=(0.0, 100.0), at=(0.1, 0.0))).reaction("D").round(9)
-    array([ 0., -50.,  0.])
+    >>> found = FourBar().move(np.radians(30.0)).reactions(coupler=Link(force=(0.0, 100.0), at=(0.1, 0.0)))
+    >>> round(float(found.drive_torque), 6)
+    -8.660254
     """
     links = dict(zip(LINKS, (crank, coupler, rocker), strict=True))
     weight = [finite(g, "gravity") for g in gravity]

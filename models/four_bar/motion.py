@@ -230,11 +230,33 @@ class FourBarMotion:
         return np.broadcast_to(first * self.drive_acceleration + second * self.drive_rate**2, self.shape)
 
     def direction(self, link: str) -> Complex:
-        """Unit vector x + i y along a link, (...)."""
+        """Unit vector along a link as a complex number.
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+
+        Returns
+        -------
+        ndarray
+            x + i y, (...).
+        """
         return self._direction(_known(link), 0)
 
     def origin(self, link: str) -> Complex:
-        """Origin x + i y of a link's axes, (...): A, B or E."""
+        """Origin of a link's axes as a complex number: A, B or E.
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+
+        Returns
+        -------
+        ndarray
+            x + i y, (...).
+        """
         return self._origin(_known(link), 0)
 
     # -- what is made of it -----------------------------------------------------------------------------------------
@@ -252,7 +274,20 @@ class FourBarMotion:
         rocker: Link | None = None,
         gravity: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
     ) -> Kinetostatics:
-        """Joint reactions and drive torque of the rigid linkage; see `four_bar.kinetostatics.kinetostatics`."""
+        """Joint reactions and drive torque of the rigid linkage; see `four_bar.kinetostatics.kinetostatics`.
+
+        Parameters
+        ----------
+        crank, coupler, rocker
+            Mass, centre, inertia and external load of each link; nothing where None.
+        gravity
+            Acceleration of gravity (gx, gy).
+
+        Returns
+        -------
+        Kinetostatics
+            Eight reaction components and the drive torque, (...).
+        """
         from .kinetostatics import Link, kinetostatics
 
         return kinetostatics(self, crank or Link(), coupler or Link(), rocker or Link(), gravity)

@@ -13,7 +13,7 @@ from ...framework.batch import finite
 from ...framework.errors import FrameError
 from ..sampling import Distribution, Seed, draw
 from ..spread import Spread
-from .accuracy import Accuracy, PerJoint, accuracy
+from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
 from .four_bar import FourBar
 from .tolerances import LOADS, check_names, per_joint, toleranced
 
@@ -144,8 +144,13 @@ class Study:
     def status(self) -> NDArray[np.str_]:
         """``"regular"``, or why the pose has no statistics, (poses,)."""
         status = self.excluded.astype(object)
-        answers = self.sampled.exact_status if self.exact else self.sampled.status
-        status[self.kept] = [_worst(row) for row in answers]
+        lost = {"mechanism": self.compliance.samples + self.clearance.samples}
+        if self.exact:
+            lost[OPEN_LOOP] = self.clearance_exact.samples
+        for why, samples in lost.items():
+            count = np.count_nonzero(np.isnan(samples[..., 0]), axis=-1)
+            for pose in np.flatnonzero(self.kept & (count > 0) & (status == "regular")):
+                status[pose] = f"{why} in {count[pose]} of {self.n} samples"
         return status.astype(np.str_)
 
     @cached_property
@@ -267,8 +272,3 @@ def _sorted_out(varied: FourBar, at: Array, nominal: Accuracy, n: int) -> tuple[
         first = np.degrees(nominal.motion.theta[0])
         raise FrameError(f"no pose is left to sample (at {first:g} deg: {status[0]}): give other poses")
     return kept, status.astype(np.str_)
-
-
-def _worst(answers: NDArray[np.str_]) -> str:
-    bad = answers[answers != "regular"]
-    return "regular" if bad.size == 0 else f"{bad[0]} in {bad.size} of {answers.size} samples"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Rectangle
-from linkframe.framework.errors import FrameError
+from linkframe.framework.errors import FrameError, MechanismWarning
 from linkframe.models import FourBar, accuracy, monte_carlo
 from linkframe.models.moments import Moments
 from numpy.testing import assert_allclose, assert_array_equal
@@ -264,3 +264,12 @@ def test_bad_input_is_refused(change, message):
     given = {"four_bar": FourBar(), "theta": THETA, "distributions": PAPER, "n": 10, "rng": 0} | change
     with pytest.raises(FrameError, match=message):
         monte_carlo(given.pop("four_bar"), given.pop("theta"), given.pop("distributions"), **given)
+
+
+def test_a_linkage_without_springs_is_a_mechanism_at_every_pose():
+    four_bar = FourBar(stiffness=(0.0, 0.0, 1e8, 1e8, 1e8, 0.0))
+    study = monte_carlo(four_bar, THETA, {"fy": stats.norm(100.0, 5.0)}, n=5, rng=0)
+    with pytest.warns(MechanismWarning, match="without resistance"):
+        status = study.status
+    assert_array_equal(status, ["mechanism in 5 of 5 samples"] * 4)
+    assert np.isnan(study.mean).all()
