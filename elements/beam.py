@@ -13,10 +13,10 @@ from ..framework.protocol import Array, LineElement
 from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
 from .cross_section import CrossSection
 from .direction import BARS, DIRECTIONS, Direction, stamp_rows
-from .flexibility import Six, Tapered, Uniform
+from .flexibility import Part, Six, UniformPart, tapered_part
 from .material import Material
 from .orientation import axes_towards, default_axes
-from .parameters import Real, array_of, common_shape, require
+from .parameters import Real, array_of, as_real, common_shape, require
 from .prismatic import bar_mass, plane_geometric, plane_mass
 from .quadrature import integrated_geometric, integrated_mass
 from .releases import COMPONENTS, ENDS, parse_releases
@@ -153,7 +153,7 @@ class Beam(LineElement):
         length
             Length, (...).
         """
-        length = _real(length)
+        length = as_real(length)
         matrix = np.zeros((*np.broadcast_shapes(np.shape(length), self.sections_shape), 12, 12))
         for i in BARS:
             k = self._bar(i, length)
@@ -175,7 +175,7 @@ class Beam(LineElement):
         displacement
             End displacements in local axes, (..., 12).
         """
-        length = _real(length)
+        length = as_real(length)
         u = np.moveaxis(np.asarray(displacement, dtype=np.float64), -1, 0)
         shape = np.broadcast_shapes(u.shape[1:], np.shape(length), self.sections_shape)
         forces = np.zeros((*shape, 12))
@@ -200,23 +200,8 @@ class Beam(LineElement):
         length, x
             Length and distance from the start, (...).
         """
-        length, x = _real(length), _real(x)
-        rows = np.zeros((*np.broadcast_shapes(np.shape(length), np.shape(x), self.sections_shape), 6, 12))
-        for i in BARS:
-            if (0, i) in self.releases:
-                rows[..., i, i + 6] = 1.0
-            else:
-                share = self._bar(i, length) * self._integrals.bar(i, x, length)
-                rows[..., i, i], rows[..., i, i + 6] = 1.0 - share, share
-        for way in DIRECTIONS:
-            released = self._released(way)
-            plane = self._plane(way, length)
-            whole, here = (
-                self._integrals.curve(way.bending, way.shearing, at, length, plane.centre) for at in (length, x)
-            )
-            start = start_rows(plane, length, whole, released)
-            stamp_rows(rows, way, plane_rows(plane, start, x, here))
-        return rows
+        length, x = as_real(length), as_real(x)
+        return self.shape_rows(length, x / length)[0]
 
     def shape_gradients(self, length: Array | float, x: Array | float) -> Array:
         """Derivative of `shape_functions` by `x`, (..., 6, 12).
@@ -226,20 +211,41 @@ class Beam(LineElement):
         length, x
             Length and distance from the start, (...).
         """
-        length, x = _real(length), _real(x)
-        flexibility = self._flexibility(x / length)
-        values = self.shape_functions(length, x)
-        rows = np.zeros_like(values)
+        length, x = as_real(length), as_real(x)
+        return self.shape_rows(length, x / length)[1]
+
+    def shape_rows(self, length: Real, fraction: Real) -> tuple[Array, Array]:
+        """Both `shape_functions` and `shape_gradients`, at a fraction of the length, (..., 6, 12) each.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        fraction
+            Fraction of the length, (...).
+        """
+        shape = np.broadcast_shapes(np.shape(length), np.shape(fraction), self.sections_shape)
+        values, slopes = np.zeros((*shape, 6, 12)), np.zeros((*shape, 6, 12))
+        part, flexibility = self._part(fraction), self._flexibility(fraction)
         for i in BARS:
-            strain = self._bar(i, length) * flexibility[i]
-            rows[..., i, i], rows[..., i, i + 6] = -strain, strain
+            stiffness = self._bar(i, length)
+            # a bar with a released end moves as one, with its other end
+            held, share = (0, i) not in self.releases, stiffness * part.bar(i, length)
+            values[..., i, i], values[..., i, i + 6] = (1.0 - share, share) if held else (0.0, 1.0)
+            slopes[..., i, i + 6] = stiffness * flexibility[i]
+            slopes[..., i, i] = -slopes[..., i, i + 6]
+        x = fraction * length
         for way in DIRECTIONS:
-            plane = self._plane(way, length)
-            strained = strain_rows(plane, x, flexibility[way.bending], flexibility[way.shearing])
-            stamp_rows(rows, way, strained)
+            released, plane = self._released(way), self._plane(way, length)
+            whole, here = (
+                each.curve(way.bending, way.shearing, plane.fraction, length) for each in (self._whole, part)
+            )
+            start = start_rows(plane, length, whole, released)
+            stamp_rows(values, way, plane_rows(plane, start, x, here))
+            stamp_rows(slopes, way, strain_rows(plane, x, flexibility[way.bending], flexibility[way.shearing]))
             # the slope is the shear strain and the rotation together
-            rows[..., way.moved, :] += way.sign * values[..., way.turned, :]
-        return rows
+            slopes[..., way.moved, :] += way.sign * values[..., way.turned, :]
+        return values, slopes
 
     def mass_matrix(self, length: Array | float) -> Array:
         """Consistent mass with rotary inertia, (..., 12, 12).
@@ -252,7 +258,7 @@ class Beam(LineElement):
         length
             Length, (...).
         """
-        length = _real(length)
+        length = as_real(length)
         if self.end is not None or self.releases:
             return integrated_mass(self, length)
         inertia = self._inertia(0.0)
@@ -280,7 +286,7 @@ class Beam(LineElement):
         axial
             Axial force, (...), tension positive.
         """
-        length, axial = _real(length), _real(axial)
+        length, axial = as_real(length), as_real(axial)
         if self.end is not None or self.releases:
             return integrated_geometric(self, length, axial)
         shape = np.broadcast_shapes(np.shape(length), np.shape(axial), self.sections_shape)
@@ -300,7 +306,7 @@ class Beam(LineElement):
         fraction
             Fraction of the length, (...).
         """
-        return self._stacked(fraction, self._flexibility(_real(fraction)))
+        return self._stacked(fraction, self._flexibility(as_real(fraction)))
 
     def section_inertia(self, fraction: Array | float) -> Array:
         """``rho A`` three times, ``rho (Iy + Iz)``, ``rho Iy``, ``rho Iz``: inertia per length, (..., 6).
@@ -310,7 +316,7 @@ class Beam(LineElement):
         fraction
             Fraction of the length, (...).
         """
-        return self._stacked(fraction, self._inertia(_real(fraction)))
+        return self._stacked(fraction, self._inertia(as_real(fraction)))
 
     def section_sway(self, fraction: Array | float) -> Array:
         """Weights of ``ux' .. rz'`` squared in twice the work of a unit axial force, (..., 6).
@@ -320,7 +326,7 @@ class Beam(LineElement):
         fraction
             Fraction of the length, (...).
         """
-        section = self._section(_real(fraction))
+        section = self._section(as_real(fraction))
         return self._stacked(fraction, (0.0, 1.0, 1.0, (section.Iy + section.Iz) / section.A, 0.0, 0.0))
 
     def mass_per_length(self, fraction: Array | float) -> Array:
@@ -343,7 +349,7 @@ class Beam(LineElement):
         forces
             ``N Vy Vz T My Mz`` there, (..., 6).
         """
-        return self._section(_real(fraction)).stress(forces)
+        return self._section(as_real(fraction)).stress(forces)
 
     def _section(self, fraction: Real) -> CrossSection:
         return self.section if self.end is None else self.section.between(self.end, fraction)
@@ -365,11 +371,16 @@ class Beam(LineElement):
         shape = np.broadcast_shapes(np.shape(fraction), self.sections_shape)
         return np.stack([np.broadcast_to(part, shape) for part in six], axis=-1)
 
-    @cached_property
-    def _integrals(self) -> Uniform | Tapered:
+    def _part(self, fraction: Real) -> Part:
+        """Integrals of the flexibility from the start to a fraction of the length."""
         if self.end is None:
-            return Uniform(self._flexibility(0.0))
-        return Tapered(self.section, self.end, self._flexibility)
+            return UniformPart(fraction, self._flexibility(fraction))
+        ndim = max(np.ndim(fraction), len(self.sections_shape))
+        return tapered_part(self.section, self.end, self._flexibility, fraction, ndim)
+
+    @cached_property
+    def _whole(self) -> Part:
+        return self._part(1.0)
 
     def _phi(self, way: Direction, length: Real) -> Real:
         """Ratio of the shear to the bending deformation of a prismatic beam."""
@@ -380,12 +391,12 @@ class Beam(LineElement):
         """Stiffness in tension (0) or torsion (3)."""
         if (0, component) in self.releases or (1, component) in self.releases:
             return 0.0
-        return 1.0 / self._integrals.bar(component, length, length)
+        return 1.0 / self._whole.bar(component, length)
 
     def _plane(self, way: Direction, length: Real) -> Plane:
         """Stiffness in one plane of bending."""
-        centre = self._integrals.centre(way.bending, length)
-        whole = self._integrals.curve(way.bending, way.shearing, length, length, centre)
+        centre = self._whole.centre(way.bending)
+        whole = self._whole.curve(way.bending, way.shearing, centre, length)
         return bending_plane(centre, length, whole, self._released(way))
 
     def _released(self, way: Direction) -> frozenset[int]:
@@ -406,8 +417,3 @@ def _check_parts(beam: Beam) -> None:
         raise FrameError(f"Beam: end is a {told}; give two of one type")
     if not isinstance(beam.segments, (int, np.integer)) or beam.segments < 1:
         raise FrameError(f"Beam: segments = {beam.segments!r} must be a whole number above zero")
-
-
-def _real(value: Array | float) -> Real:
-    """A Python float where there is one number: far cheaper than an array of one."""
-    return float(value) if np.ndim(value) == 0 else np.asarray(value, dtype=np.float64)

@@ -40,31 +40,35 @@ class Curve(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Bending stiffness of a member in one plane."""
+    """Bending stiffness of a member in one plane: where its centre is, and the factors of its two terms.
 
+    `fraction` of the length lies before the centre: the distance `centre`, with `rest` beyond.
+    """
+
+    fraction: Real
     centre: Real
     rest: Real
     shear: Real
     bend: Real
 
 
-def bending_plane(centre: Real, length: Real, whole: Curve, released: frozenset[int]) -> Plane:
-    """Stiffness from the flexibility `whole` at the elastic `centre`; released components carry nothing.
+def bending_plane(fraction: Real, length: Real, whole: Curve, released: frozenset[int]) -> Plane:
+    """Stiffness from the flexibility `whole` of a member at its elastic centre, at `fraction` of the length.
 
-    Released components are indices into (v1, r1, v2, r2).
+    Released components, indices into (v1, r1, v2, r2), carry nothing. A hinge takes the place of the centre.
     """
-    rest = length - centre
+    centre, rest = fraction * length, (1.0 - fraction) * length
     turning, moving = whole.rotation_by_moment, -whole.deflection_by_slope
-    zero = 0.0 * turning
+    none = 0.0 * turning
     if not released:
-        return Plane(centre, rest, 1.0 / moving, 1.0 / turning)
+        return Plane(fraction, centre, rest, 1.0 / moving, 1.0 / turning)
     if len(released) == 2:
-        return Plane(zero, zero, zero, zero)
+        return Plane(0.0, none, none, none, none)
     if START_TURNED in released:
-        return Plane(zero, length + zero, 1.0 / (moving + centre * centre * turning), zero)
+        return Plane(0.0, none, length + none, 1.0 / (moving + centre * centre * turning), none)
     if END_TURNED in released:
-        return Plane(length + zero, zero, 1.0 / (moving + rest * rest * turning), zero)
-    return Plane(centre, rest, zero, 1.0 / turning)
+        return Plane(1.0, length + none, none, 1.0 / (moving + rest * rest * turning), none)
+    return Plane(fraction, centre, rest, none, 1.0 / turning)
 
 
 def stamp_stiffness(matrix: Array, plane: Plane, dofs: tuple[int, int, int, int], sign: float) -> None:

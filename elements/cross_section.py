@@ -69,9 +69,9 @@ class CrossSection(ABC):
         fraction
             Fraction of the way, (...).
         """
-        there = end.sizes()
+        here, there = self.sizes(), end.sizes()
         return type(self)(
-            **{name: (1.0 - fraction) * here + fraction * there[name] for name, here in self.sizes().items()}
+            **{name: (1.0 - fraction) * here[name] + fraction * there[name] for name in here if name in there}
         )
 
     @abstractmethod

@@ -1,4 +1,8 @@
-"""Integrals of the section's flexibility along a member, from its start to a distance x."""
+"""Integrals of the section's flexibility over a part of a member, from its start.
+
+Distances are fractions of the length, so that members of one taper and many lengths share the
+integrals, and each length only scales them.
+"""
 
 from __future__ import annotations
 
@@ -19,90 +23,108 @@ Six = tuple[Real, Real, Real, Real, Real, Real]
 
 
 @dataclass(frozen=True, eq=False)
-class Uniform:
-    """One section all along: the integrals are polynomials.
+class UniformPart:
+    """From the start to `fraction` of a member of one section: the integrals are polynomials.
 
     Parameters
     ----------
+    fraction
+        Fraction of the length, (...).
     section
         Strain and curvature per unit ``N Vy Vz T My Mz``, six of shape (...).
     """
 
+    fraction: Real
     section: Six
 
-    def bar(self, component: int, x: Real, length: Real) -> Real:
-        """Integral of the flexibility, (...)."""
-        return self.section[component] * x
+    def bar(self, component: int, length: Real) -> Real:
+        """Elongation or twist per unit force, (...)."""
+        return self.section[component] * self.fraction * length
 
-    def centre(self, bending: int, length: Real) -> Real:
-        """Distance of the elastic centre from the start, (...)."""
-        return 0.5 * length
+    def centre(self, bending: int) -> Real:
+        """Elastic centre, (...), as a fraction."""
+        return 0.5 * self.fraction
 
-    def curve(self, bending: int, shearing: int, x: Real, length: Real, centre: Real) -> Curve:
-        """Deflection curve at x for the moment about `centre`."""
-        turn = self.section[bending] * x
+    def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
+        """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""
+        p, turn = self.fraction, self.section[bending] * self.fraction * length
         return Curve(
             turn,
-            turn * (0.5 * x - centre),
-            turn * x * 0.5,
-            turn * x * (x / 6.0 - 0.5 * centre) - self.section[shearing] * x,
+            turn * length * (0.5 * p - centre),
+            turn * length * p * 0.5,
+            turn * length * length * p * (p / 6.0 - 0.5 * centre) - self.section[shearing] * p * length,
         )
 
 
 @dataclass(frozen=True, eq=False)
-class Tapered:
-    """Sizes linear from `start` to `end`: Gauss quadrature on points spread geometrically.
-
-    With ``x ~ expm1(g t) / expm1(g)`` a size that is linear in x and grows by exp(g) is
-    exponential in t: its powers are entire functions, which Gauss's rule integrates to rounding
-    even where the member comes close to a point. The quadrature axis leads.
+class TaperedPart:
+    """From the start to `fraction` of a tapered member, by quadrature; the axis of its points leads.
 
     Parameters
     ----------
-    start, end
-        Sections at the two ends.
+    fraction
+        Fraction of the length, (...).
+    points, weights
+        Fractions and weights, (points, ...).
     section
-        Function of the fraction of the length, giving the six flexibilities.
+        Strain and curvature per unit ``N Vy Vz T My Mz`` at the points, six of shape (points, ...).
     """
 
-    start: CrossSection
-    end: CrossSection
-    section: Callable[[Real], Six]
+    fraction: Real
+    points: Array
+    weights: Array
+    section: Six
 
-    def bar(self, component: int, x: Real, length: Real) -> Real:
-        """Integral of the flexibility, (...)."""
-        xi, weight = self._points(x, length)
-        return np.asarray(np.sum(weight * self.section(xi / length)[component], axis=0))
+    def bar(self, component: int, length: Real) -> Real:
+        """Elongation or twist per unit force, (...)."""
+        return np.asarray(np.sum(self.weights * self.section[component], axis=0) * length)
 
-    def centre(self, bending: int, length: Real) -> Real:
-        """Distance of the elastic centre from the start, (...)."""
-        xi, weight = self._points(length, length)
-        turn = weight * self.section(xi / length)[bending]
-        return np.asarray(np.sum(turn * xi, axis=0) / np.sum(turn, axis=0))
+    def centre(self, bending: int) -> Real:
+        """Elastic centre, (...), as a fraction."""
+        turn = self.weights * self.section[bending]
+        return np.asarray(np.sum(turn * self.points, axis=0) / np.sum(turn, axis=0))
 
-    def curve(self, bending: int, shearing: int, x: Real, length: Real, centre: Real) -> Curve:
-        """Deflection curve at x for the moment about `centre`."""
-        xi, weight = self._points(x, length)
-        flexibility = self.section(xi / length)
-        turn = weight * flexibility[bending]
-        arm, lever = xi - centre, x - xi
+    def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
+        """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""
+        turn, slide = self.weights * self.section[bending], self.weights * self.section[shearing]
+        arm, lever = self.points - centre, self.fraction - self.points
         return Curve(
-            np.asarray(np.sum(turn, axis=0)),
-            np.asarray(np.sum(turn * arm, axis=0)),
-            np.asarray(np.sum(turn * lever, axis=0)),
-            np.asarray(np.sum(turn * lever * arm - weight * flexibility[shearing], axis=0)),
+            np.sum(turn, axis=0) * length,
+            np.sum(turn * arm, axis=0) * length * length,
+            np.sum(turn * lever, axis=0) * length * length,
+            np.sum(turn * lever * arm, axis=0) * length * length * length - np.sum(slide, axis=0) * length,
         )
 
-    def _points(self, x: Real, length: Real) -> tuple[Array, Array]:
-        """Distances and weights of a rule on (0, x), (POINTS, ...)."""
-        nodes, weights = gauss(POINTS)
-        there = self.start.between(self.end, np.asarray(x / length))
-        growth = np.log(there.Iy / self.start.Iy * (there.Iz / self.start.Iz)) / 8.0
-        # an even spread is the limit of no growth, reached well before this
-        growth = np.where(growth == 0.0, 1e-200, growth)
-        lead = (POINTS,) + (1,) * max(np.ndim(growth), np.ndim(x), np.ndim(length))
-        t, w = nodes.reshape(lead), weights.reshape(lead)
-        return x * np.expm1(growth * t) / np.expm1(growth), x * w * growth * np.exp(growth * t) / np.expm1(growth)
+
+Part = UniformPart | TaperedPart
+
+
+def tapered_part(
+    start: CrossSection, end: CrossSection, section: Callable[[Real], Six], fraction: Real, ndim: int
+) -> TaperedPart:
+    """Part of a member whose sizes are linear from `start` to `end`; `section` gives the flexibilities by fraction.
+
+    The points have at least `ndim` axes beside the leading one.
+    """
+    points, weights = spread_points(start, start.between(end, fraction), ndim)
+    points, weights = fraction * points, fraction * weights
+    return TaperedPart(fraction, points, weights, section(points))
+
+
+def spread_points(start: CrossSection, end: CrossSection, ndim: int = 0) -> tuple[Array, Array]:
+    """Gauss's rule on (0, 1), (POINTS, ...), its points spread geometrically from `start` to `end`.
+
+    With ``x = expm1(g t) / expm1(g)`` a size that is linear in x and grows by exp(g) is
+    exponential in t: its powers are entire functions, which Gauss's rule in t integrates to
+    rounding even where the member comes close to a point. After the leading axis come those of
+    the sections, at least `ndim`.
+    """
+    growth = np.asarray(np.log(end.Iy / start.Iy * (end.Iz / start.Iz)) / 8.0)
+    # an even spread is the limit of no growth, reached well before this
+    growth = np.where(growth == 0.0, 1e-200, growth)
+    t, w = (part.reshape((POINTS,) + (1,) * max(growth.ndim, ndim)) for part in gauss(POINTS))
+    span = np.expm1(growth)
+    return np.expm1(growth * t) / span, w * growth * np.exp(growth * t) / span
 
 
 @cache

@@ -80,9 +80,10 @@ def initial_of(beam: Beam, basis: Basis, axial: Array) -> Array:
 
 
 def _stations(basis: Basis) -> Array:
-    """Fractions of the length, (points, 1, ...): the axis of the points leads the batch."""
-    shape = basis.elem.shape
-    return np.asarray(basis.X[0].reshape((-1,) + (1,) * (1 if shape is None else len(shape))))
+    """Fractions of the length, (points, ...): the axis of the points leads the batch."""
+    shape = (basis.nelems,) if basis.elem.shape is None else basis.elem.shape
+    points = basis.X[0].T
+    return np.asarray(points.reshape(-1, *(shape if points.ndim == 2 else (1,) * len(shape))))
 
 
 def _on_points(basis: Basis, values: Array) -> Array:

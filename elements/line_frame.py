@@ -70,22 +70,24 @@ class ElementLineFrame(Element):  # type: ignore[misc]
             Numbers of the elements; all if None.
         """
         values, slopes = self._rows(mapping, X, tind)
-        return (DiscreteField(value=values[..., i], grad=slopes[..., i]),)
+        return (DiscreteField(value=values[i], grad=slopes[i]),)
 
     def _rows(self, mapping: ArcLengthMapping, X: Array, tind: Array | None) -> tuple[Array, Array]:
-        """Fields of all twelve, (6, elements, points, 12); kept, since they are asked for one by one."""
+        """Fields of all twelve, (12, 6, elements, points); kept, since they are asked for one by one."""
         known = self._known
         if known is None or known[0] is not mapping or known[1] is not X or known[2] is not tind:
             length, chord = mapping.length[chosen(tind)], mapping.chord[:, chosen(tind)].T
             shape = length.shape if self.shape is None else self.shape
-            fraction = np.broadcast_to(X[0], (len(length), X.shape[-1])).T
-            x = (fraction * length).reshape(-1, *shape)
+            # points shared by all elements stay one column, whose sections are then evaluated once
+            fraction = X[0].T.reshape(-1, *(shape if X.ndim == 3 else (1,) * len(shape)))
             turn = np.zeros((len(length), 12, 12))
             for k in range(0, 12, 3):
                 turn[:, k : k + 3, k : k + 3] = self.beam.axes(chord.reshape(*shape, 3)).reshape(-1, 3, 3)
             values, slopes = (
-                np.einsum("qeij,ejk->ieqk", rows(length.reshape(shape), x).reshape(len(x), -1, 6, 12), turn)
-                for rows in (self.beam.shape_functions, self.beam.shape_gradients)
+                np.ascontiguousarray(
+                    np.moveaxis(rows.reshape(len(fraction), -1, 6, 12) @ turn, (3, 2), (0, 1)).swapaxes(2, 3)
+                )
+                for rows in self.beam.shape_rows(length.reshape(shape), fraction)
             )
             known = self._known = (mapping, X, tind, values, slopes)
         return known[3], known[4]

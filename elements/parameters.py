@@ -36,7 +36,7 @@ def number(owner: str, name: str, value: ArrayLike) -> Real:
     """A finite number, or an array of them; single numbers stay Python floats, which are cheap."""
     array = array_of(owner, name, value)
     require(owner, name, array, np.isfinite(array), "finite; give a number")
-    return float(array) if array.ndim == 0 else array
+    return as_real(array)
 
 
 def positive(owner: str, name: str, value: ArrayLike) -> Real:
@@ -60,3 +60,8 @@ def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int
     except ValueError:
         told = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
         raise FrameError(f"{owner}: shapes do not broadcast: {told}; give arrays that broadcast together") from None
+
+
+def as_real(value: Array | float) -> Real:
+    """A Python float where there is one number: far cheaper than an array of one."""
+    return float(value) if np.ndim(value) == 0 else np.asarray(value, dtype=np.float64)

@@ -11,15 +11,13 @@ from skfem.assembly.form.coo_data import COOData
 
 from ..framework.protocol import Array
 from .arc_length import ArcLengthMapping
+from .flexibility import POINTS, spread_points
 from .forms import geometric, inertia_of, initial_of, mass
 from .line_frame import ElementLineFrame
 from .parameters import Real
 
 if TYPE_CHECKING:
     from .beam import Beam
-
-# Curves and sections of a taper are no polynomials: twelve points leave rounding (see the tests).
-TAPER_ORDER = 23
 
 
 def integrated_mass(beam: Beam, length: Real) -> Array:
@@ -41,10 +39,20 @@ def _detached(beam: Beam, length: Real, shape: tuple[int, ...], intorder: int) -
     lengths = np.broadcast_to(length, shape).ravel()
     points = np.zeros((3, 2 * lengths.size))
     points[0, 1::2] = lengths
-    mesh = MeshLine1(points, np.arange(2 * lengths.size).reshape(-1, 2).T)
-    order = intorder if beam.end is None else TAPER_ORDER
-    element = ElementLineFrame(replace(beam, up=None), shape)
-    return Basis(mesh, element, ArcLengthMapping(mesh), intorder=order, disable_doflocs=True)
+    mesh = MeshLine1(points, np.ascontiguousarray(np.arange(2 * lengths.size).reshape(-1, 2).T))
+    element, mapping = ElementLineFrame(replace(beam, up=None), shape), ArcLengthMapping(mesh)
+    if beam.end is None:
+        return Basis(mesh, element, mapping, intorder=intorder, disable_doflocs=True)
+    # curves and sections of a taper are no polynomials: the points of its flexibility suit them too
+    t, w = spread_points(beam.section, beam.end)
+    if t.ndim > 1:
+        t, w = (np.broadcast_to(_led(part, len(shape)), (POINTS, *shape)).reshape(POINTS, -1) for part in (t, w))
+    return Basis(mesh, element, mapping, quadrature=(t.T[None], w.T), disable_doflocs=True)
+
+
+def _led(part: Array, ndim: int) -> Array:
+    """(points, ...) with `ndim` axes after the leading one."""
+    return part.reshape(len(part), *(1,) * (ndim + 1 - part.ndim), *part.shape[1:])
 
 
 def _stack(data: COOData, shape: tuple[int, ...]) -> Array:

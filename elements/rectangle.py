@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,7 +11,7 @@ from scipy.special import zeta
 
 from ..framework.protocol import Array
 from .cross_section import CrossSection, greatest, split, von_mises
-from .parameters import Real
+from .parameters import Real, as_real
 
 CATALAN = 0.915965594177219015054603514932384110774
 
@@ -60,11 +61,9 @@ class Rectangle(CrossSection):
     def torsion_moduli(self) -> tuple[Array, Array]:
         """Torque per shear stress at mid-side, (...) each: of the sides ``y = const``, of the sides ``z = const``."""
         short, long = _sides(self.y, self.z)
-        n, decay = _terms(long / short, 0.5)
-        at_long = 1.0 - 8.0 / np.pi**2 * np.sum(2.0 * decay / (1.0 + decay**2) / n**2, axis=-1)
-        n, decay = _terms(long / short, 1.0)
-        sign = 2.0 - n % 4.0
-        at_short = 8.0 / np.pi**2 * (CATALAN - np.sum(sign * 2.0 * decay / (1.0 + decay) / n**2, axis=-1))
+        at_long = 1.0 - 8.0 / np.pi**2 * _series(long / short, 0.5, lambda n, e: 2.0 * e / (1.0 + e * e) / n**2)
+        tail = _series(long / short, 1.0, lambda n, e: (2.0 - n % 4.0) * 2.0 * e / (1.0 + e) / n**2)
+        at_short = 8.0 / np.pi**2 * (CATALAN - tail)
         of_long, of_short = self.J / (short * at_long), self.J / (short * at_short)
         upright = np.asarray(self.z) >= np.asarray(self.y)  # then the sides y = const are the long ones
         return np.where(upright, of_long, of_short), np.where(upright, of_short, of_long)
@@ -99,10 +98,8 @@ class Rectangle(CrossSection):
 def _torsion_constant(y: Real, z: Real) -> Real:
     """``b a^3 / 3 (1 - 192 a / (pi^5 b) sum_odd tanh(n pi b / 2a) / n^5)`` for the sides a <= b."""
     short, long = _sides(y, z)
-    n, decay = _terms(long / short, 1.0)
-    total = 31.0 / 32.0 * zeta(5.0) - np.sum(2.0 * decay / (1.0 + decay) / n**5, axis=-1)
-    J = long * short**3 * (1.0 - 192.0 / np.pi**5 * short / long * total) / 3.0
-    return float(J) if np.ndim(J) == 0 else np.asarray(J)
+    total = 31.0 / 32.0 * zeta(5.0) - _series(long / short, 1.0, lambda n, e: 2.0 * e / (1.0 + e) / n**5)
+    return as_real(long * short**3 * (1.0 - 192.0 / np.pi**5 * short / long * total) / 3.0)
 
 
 def _sides(y: Real, z: Real) -> tuple[Array, Array]:
@@ -110,7 +107,6 @@ def _sides(y: Real, z: Real) -> tuple[Array, Array]:
     return np.asarray(np.minimum(y, z)), np.asarray(np.maximum(y, z))
 
 
-def _terms(ratio: Array, rate: float) -> tuple[Array, Array]:
-    """Odd n and exp(-rate pi n ratio) on a trailing axis, as many as count in double precision for ratio >= 1."""
-    n = np.arange(1.0, 12.0 / rate, 2.0)
-    return n, np.exp(-rate * np.pi * n * np.asarray(ratio)[..., None])
+def _series(ratio: Array, rate: float, term: Callable[[float, Array], Array]) -> Array:
+    """Sum over odd n of ``term(n, exp(-rate pi n ratio))``, as far as counts in double precision for ratio >= 1."""
+    return np.asarray(sum(term(n, np.exp(-rate * np.pi * n * ratio)) for n in np.arange(1.0, 12.0 / rate, 2.0)))

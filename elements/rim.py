@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..framework.protocol import Array
-from .cross_section import split
+from .cross_section import greatest, split
 from .parameters import Real
 
 SAMPLES = 32
@@ -53,7 +53,11 @@ def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
             value, slope, bow = value + wave**2, slope + wave * turn, bow + turn**2 - wave * (wave - p)
         return value, slope, bow
 
-    shape = np.broadcast_shapes(*(np.shape(term) for wave in waves for term in wave))
+    sizes = [np.abs(p) + np.hypot(q, r) for p, q, r in waves]
+    scale = greatest(*sizes)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    waves = tuple((p / scale, q / scale, r / scale) for p, q, r in waves)
+    shape = scale.shape
     step = 2.0 * np.pi / SAMPLES
     angles = (step * np.arange(SAMPLES)).reshape((SAMPLES,) + (1,) * len(shape))
     value = np.broadcast_to(square(angles)[0], (SAMPLES, *shape))
@@ -63,4 +67,4 @@ def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
         _, slope, bow = square(angle)
         near = np.abs(slope) < step * np.abs(bow)
         angle = angle + np.divide(slope, np.abs(bow), out=step * np.sign(slope), where=near)
-    return np.asarray(np.sqrt(np.max(np.maximum(square(angle)[0], value.max(axis=0)), axis=0)))
+    return np.asarray(scale * np.sqrt(np.max(np.maximum(square(angle)[0], value.max(axis=0)), axis=0)))

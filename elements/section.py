@@ -62,6 +62,10 @@ class Section(CrossSection):
                 object.__setattr__(self, each.name, positive("Section", each.name, value))
         common_shape("Section", {name: np.shape(value) for name, value in self.sizes().items()})
 
+    def sizes(self) -> dict[str, Real]:
+        """The properties that were given, by name."""
+        return {name: value for name, value in super().sizes().items() if not np.any(np.isnan(value))}
+
     def _derive(self) -> dict[str, Real]:
         return {}
 
@@ -80,7 +84,7 @@ class Section(CrossSection):
         FrameError
             If one of them was not given.
         """
-        missing = [name for name in names if np.any(np.isnan(getattr(self, name)))]
+        missing = [name for name in names if name not in self.sizes()]
         if missing:
             raise FrameError(f"Section: {purpose} needs {', '.join(names)}; give {', '.join(missing)}")
 
