@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from .solution import Solution
 
 STATIONS = 24
+# Ends of a colour range, per power of ten.
+TOPS = (1.0, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 4.0, 5.0, 6.0, 8.0)
 # Largest displacement and longest arrow drawn, as shares of the structure's size.
 SHOWN, LONGEST = 0.08, 0.16
 
@@ -35,6 +37,8 @@ class Drawing:
         Joints and their displacements, two arrays (T, j, 3).
     supports, held
         Supported nodes (T, s, 3) and which of their components are held (s, 6).
+    members_at
+        Sum of the unit vectors along the members that leave each supported node, (T, s, 3).
     loaded, forces
         Loaded nodes and their displacements, two arrays (T, f, 3), and the forces there (T, f, 3).
     scale
@@ -49,27 +53,42 @@ class Drawing:
     joints: tuple[Array, Array]
     supports: Array
     held: NDArray[np.bool_]
+    members_at: Array
     loaded: tuple[Array, Array]
     forces: Array
     scale: float
     solved: NDArray[np.bool_]
 
     @property
-    def range(self) -> tuple[float, float]:
-        """Least and greatest value over all poses."""
-        least, greatest = float(self.values.min()), float(self.values.max())
-        return least, greatest if greatest > least else least + 1.0
+    def top(self) -> float:
+        """A round number not below any value, whose quarters are round too; 1 where all values are zero."""
+        greatest = float(self.values.max())
+        if greatest <= 0.0:
+            return 1.0
+        power = 10.0 ** np.floor(np.log10(greatest))
+        return float(min(step * power for step in (*TOPS, 10.0) if step * power >= greatest))
 
     @cached_property
-    def corners(self) -> Array:
-        """Least and greatest coordinates over all poses, (2, 3)."""
-        points = np.concatenate([self.rest, self.rest + self.scale * self.shift]).reshape(-1, 3)
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+    def points(self) -> Array:
+        """Members, deformed and not, at all poses, (n, 3)."""
+        return np.concatenate([self.rest, self.rest + self.scale * self.shift]).reshape(-1, 3)
+
+    @cached_property
+    def seen(self) -> Array:
+        """The members' points and the far ends of the arrows, at all poses, (n, 3)."""
+        nodes, moved = self.loaded
+        tails = nodes + self.scale * moved - self._arrows
+        return np.concatenate([self.points, tails.reshape(-1, 3)])
+
+    @property
+    def margin(self) -> float:
+        """How far what is drawn reaches beyond the points seen: the thickness of members and supports."""
+        return 3.7 * self._radius
 
     @cached_property
     def across(self) -> int | None:
         """The global axis at right angles to a plane structure; None for one in space."""
-        extent = self.corners[1] - self.corners[0]
+        extent = np.ptp(self.points, axis=0)
         # The last of equals, so that what lies on a line is seen in the xy plane.
         axis = 2 - int(extent[::-1].argmin())
         return axis if extent[axis] <= 1e-3 * extent.max() else None
@@ -85,8 +104,8 @@ class Drawing:
             "undeformed": tubes(self.rest[pose], self.values[pose], 0.35 * self._radius),
             "members": tubes(self.rest[pose] + self.scale * self.shift[pose], self.values[pose], self._radius),
             "joints": self._joints(pose),
-            "clamps": self._supports(pose, block(), self._clamped),
-            "pins": self._supports(pose, cone(), self._pinned),
+            "clamps": self._supports(pose, block(), self._clamped, self._inwards(pose)),
+            "pins": self._supports(pose, cone(), self._pinned, self._upheld),
             "forces": self._forces(pose),
         }
         return {kind: shape for kind, shape in shapes.items() if len(shape.points)}
@@ -118,20 +137,33 @@ class Drawing:
         axes = np.broadcast_to(np.eye(3), (len(places), 3, 3))
         return copies(sphere(), places, np.full(len(places), 1.6 * self._radius), axes)
 
-    def _supports(self, pose: int, template: Surface, chosen: NDArray[np.bool_]) -> Surface:
-        """Markers below the nodes or, where they do not hold upwards, beside them."""
-        places, held = self.supports[pose, chosen], (self.held & self._counts)[chosen, :3]
-        upward = held @ self.up > 0
-        axes = upright(np.where(upward[:, None], self.up, np.eye(3)[held.argmax(axis=1)]))
+    def _supports(self, pose: int, template: Surface, chosen: NDArray[np.bool_], directions: Array) -> Surface:
+        places, axes = self.supports[pose, chosen], upright(directions[chosen])
         return copies(template, places, np.full(len(places), 2.6 * self._radius), axes)
 
-    def _forces(self, pose: int) -> Surface:
-        """Arrows that end at the loaded nodes, as long as the forces are great."""
-        places, forces = self._displaced(self.loaded, pose), self.forces[pose]
-        size = np.linalg.norm(forces, axis=-1)
+    def _inwards(self, pose: int) -> Array:
+        """Direction from each support into the structure, upwards where no member says, (s, 3)."""
+        clear = np.linalg.norm(self.members_at[pose], axis=-1, keepdims=True) > 1e-3
+        return np.where(clear, self.members_at[pose], self.up)
+
+    @property
+    def _upheld(self) -> Array:
+        """Upwards where a support holds that way, else a direction in which it holds, (s, 3)."""
+        held = (self.held & self._counts)[:, :3]
+        return np.where((held @ self.up > 0.0)[:, None], self.up, np.eye(3)[held.argmax(axis=1)])
+
+    @property
+    def _arrows(self) -> Array:
+        """The forces as long as they are drawn, (T, f, 3)."""
         greatest = np.linalg.norm(self.forces, axis=-1).max(initial=np.finfo(float).tiny)
-        axes = upright(np.where(size[:, None] > 0.0, forces, self.up))
-        return copies(arrow(), places, LONGEST * diagonal(self.rest) * size / greatest, axes)
+        return LONGEST * diagonal(self.rest) / greatest * self.forces
+
+    def _forces(self, pose: int) -> Surface:
+        """Arrows that end at the loaded nodes."""
+        drawn = self._arrows[pose]
+        length = np.linalg.norm(drawn, axis=-1)
+        axes = upright(np.where(length[:, None] > 0.0, drawn, self.up))
+        return copies(arrow(), self._displaced(self.loaded, pose), length, axes)
 
     def _displaced(self, nodes: tuple[Array, Array], pose: int) -> Array:
         rest, shift = nodes
@@ -172,6 +204,7 @@ def drawing(solution: Solution, index: Index, scale: float | None, colour: str) 
         joints=_nodes(solution, index, [link.first for link in frame.joints.values()]),
         supports=_nodes(solution, index, list(frame.supports))[0],
         held=np.array([[k in held for k in range(6)] for held in frame.supports.values()], dtype=bool).reshape(-1, 6),
+        members_at=_stacked(solution, index, [_leaving(solution, node) for node in frame.supports]),
         loaded=_nodes(solution, index, list(loads)),
         forces=_stacked(solution, index, list(loads.values())),
         scale=_visible(shift, diagonal(rest)) if scale is None else scale,
@@ -201,6 +234,17 @@ def _force(solution: Solution, node: str) -> Array:
         if component < 3:
             force[..., component] += value
     return force
+
+
+def _leaving(solution: Solution, node: str) -> Array:
+    """Sum of the unit vectors along the members that leave a node, (..., 3)."""
+    frame = solution.frame
+    total = np.zeros(3)
+    for member in frame.members.values():
+        if node in (member.start, member.end):
+            chord = frame.position(member.end if node == member.start else member.start) - frame.position(node)
+            total = total + chord / np.linalg.norm(chord, axis=-1, keepdims=True)
+    return total
 
 
 def _nodes(solution: Solution, index: Index, names: list[str]) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .drawing import Drawing, diagonal, drawing
+from .drawing import Drawing, drawing
 from .entries import Entry, one, series
 from .errors import FrameError
 from .files import whole_or_nothing
@@ -26,7 +26,7 @@ TITLES = {"von_mises": "von Mises stress", "displacement": "displacement"}
 INK = "#262a33"
 # How each thing looks; members take the colour of their values.
 LOOKS: Mapping[str, Mapping[str, Any]] = {
-    "undeformed": {"color": "#c3c7ce", "specular": 0.0, "ambient": 0.35},
+    "undeformed": {"color": "#b4bac4", "specular": 0.0, "ambient": 0.3},
     "members": {"cmap": "viridis", "specular": 0.25, "specular_power": 20, "ambient": 0.2},
     "joints": {"color": INK, "specular": 0.5, "specular_power": 30},
     "clamps": {"color": "#6b7380", "ambient": 0.2},
@@ -129,6 +129,7 @@ def movie(
                 meshes[kind].points = surface.points
                 meshes[kind].point_data["Normals"][:] = surface.normals
                 meshes[kind].point_data["values"][:] = surface.values
+            _caption(plotter, shown, pose)
             plotter.write_frame()
         plotter.close()
 
@@ -159,40 +160,44 @@ def _plotted(drawing: Drawing, size: tuple[int, int], colour: Colour) -> tuple[p
             mesh,
             copy_mesh=False,
             scalars="values" if kind == "members" else None,
-            clim=drawing.range,
+            clim=(0.0, drawing.top),
             show_scalar_bar=False,
             **LOOKS[kind],
         )
         actor.prop.interpolation = "Phong"
         meshes[kind] = mesh
-        if kind == "members":
+        if kind == "members" and drawing.solved.any():
             _bar(plotter, actor.mapper, TITLES[colour], size)
-    plotter.add_text(_caption(drawing), position=(0.03 * size[0], 0.93 * size[1]), font_size=size[1] // 70, color=INK)
+    _caption(plotter, drawing, 0)
     _aim(plotter.camera, drawing, size[0] / size[1])
     return plotter, meshes
 
 
 def _bar(plotter: pyvista.Plotter, mapper: Any, title: str, size: tuple[int, int]) -> None:
-    text = size[1] // 42
     plotter.add_scalar_bar(
-        title,
+        # Its own title would lie on the labels.
+        "",
         mapper=mapper,
         width=0.44,
         height=0.075,
         position_x=0.28,
-        position_y=0.035,
-        title_font_size=text,
-        label_font_size=text,
+        position_y=0.02,
+        label_font_size=size[1] // 42,
         n_labels=5,
         fmt="%.3g",
         color=INK,
     )
+    place = (0.28 * size[0], 0.098 * size[1])
+    plotter.add_text(title, position=place, font_size=size[1] // 75, color=INK, name="title", render=False)
 
 
-def _caption(drawing: Drawing) -> str:
-    if not drawing.solved.any():
-        return "mechanism: not solved, undeformed shape"
-    return f"displacements x {drawing.scale:g}"
+def _caption(plotter: pyvista.Plotter, drawing: Drawing, pose: int) -> None:
+    moved = f"displacements \u00d7 {drawing.scale:g}"
+    text = moved if drawing.solved[pose] else "mechanism: undeformed shape, no solution"
+    width, height = plotter.window_size
+    plotter.add_text(
+        text, position=(0.03 * width, 0.93 * height), font_size=height // 75, color=INK, name="caption", render=False
+    )
 
 
 def _aim(camera: Any, drawing: Drawing, aspect: float) -> None:
@@ -204,13 +209,16 @@ def _aim(camera: Any, drawing: Drawing, aspect: float) -> None:
     right = np.cross(towards, drawing.up)
     right /= np.linalg.norm(right)
     upward = np.cross(right, towards)
-    corner = np.stack(np.meshgrid(*drawing.corners.T, indexing="ij"), axis=-1).reshape(-1, 3)
-    width, height = np.ptp(corner @ right), np.ptp(corner @ upward)
-    half = 0.62 * max(height / 0.72, width / aspect, 0.2 * diagonal(corner))
-    centre = drawing.corners.mean(axis=0) - 0.09 * half * upward
+    axes = np.stack([right, upward, towards], axis=-1)
+    seen = drawing.seen @ axes
+    low, high = seen.min(axis=0) - drawing.margin, seen.max(axis=0) + drawing.margin
+    width, height, depth = high - low
+    # The bar takes the lowest sixth of the picture and the caption the highest tenth.
+    half = max(height / (2.0 * 0.73), width / (2.0 * 0.94 * aspect))
+    centre = axes @ (low + high) / 2.0 - 0.065 * half * upward
     camera.focal_point = centre
-    camera.position = centre - 3.0 * diagonal(corner) * towards
+    camera.position = centre - 2.0 * (half + depth) * towards
     camera.up = upward
     camera.parallel_projection = True
     camera.parallel_scale = half
-    camera.clipping_range = (0.1 * diagonal(corner), 10.0 * diagonal(corner))
+    camera.clipping_range = (0.5 * (half + depth), 4.0 * (half + depth))
