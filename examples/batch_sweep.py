@@ -8,7 +8,6 @@ Nothing is looped over. What varies with the length is factorised five times, an
 """
 
 import numpy as np
-
 from linkframe.elements import Beam, Material, Tube
 from linkframe.framework import Frame
 

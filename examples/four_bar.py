@@ -12,7 +12,6 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-
 from linkframe.framework import MechanismWarning
 from linkframe.models import FourBar
 
@@ -45,7 +44,9 @@ def draw(path: Path, magnify: float = 400.0) -> None:
         left.plot(*line.T, color=sky, lw=6, solid_capstyle="round", zorder=level)
     for name in "ABPDE":
         spot = 1e3 * motion.position(name)[pose, :2]
-        left.plot(*spot, "s" if name == "A" else "o", ms=6, mec=ink, mfc={"A": ink, "P": orange}.get(name, "white"), zorder=9)
+        left.plot(
+            *spot, "s" if name == "A" else "o", ms=6, mec=ink, mfc={"A": ink, "P": orange}.get(name, "white"), zorder=9
+        )
         left.annotate(name, spot, (0, 9), textcoords="offset points", ha="center", fontsize=10)
     left.set_aspect("equal")
     left.set(xlabel="x [mm]", ylabel="y [mm]")
@@ -53,7 +54,15 @@ def draw(path: Path, magnify: float = 400.0) -> None:
     right.semilogy(np.degrees(theta), 1e6 * compliance, color=orange)
     for angle in singular:
         right.axvline(angle, color=ink, lw=0.8, ls=":")
-    right.annotate("singular", (180, 0.97), (3, 0), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=8, va="top")
+    right.annotate(
+        "singular",
+        (180, 0.97),
+        (3, 0),
+        xycoords=("data", "axes fraction"),
+        textcoords="offset points",
+        fontsize=8,
+        va="top",
+    )
     right.set(xlabel="drive angle θ [°]", ylabel="displacement of P [µm]", xticks=range(0, 361, 90))
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)

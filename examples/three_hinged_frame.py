@@ -20,7 +20,14 @@ bar = Beam(Rectangle(y=0.1, z=0.05), Material(E=210e9, nu=0.3))
 crown = (SPAN / 2, HEIGHT, 0.0)
 
 frame = Frame()
-for name, place in {"A": (0, 0, 0), "B": (0, HEIGHT, 0), "M": crown, "N": crown, "C": (SPAN, HEIGHT, 0), "E": (SPAN, 0, 0)}.items():
+for name, place in {
+    "A": (0, 0, 0),
+    "B": (0, HEIGHT, 0),
+    "M": crown,
+    "N": crown,
+    "C": (SPAN, HEIGHT, 0),
+    "E": (SPAN, 0, 0),
+}.items():
     frame.node(name, place)
 for member in ("AB", "BM", "NC", "CE"):
     frame.add(member, bar, *member)

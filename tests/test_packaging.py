@@ -83,7 +83,9 @@ def test_import_loads_no_more_than_it_must(module: str, unwanted: set[str]) -> N
     assert not unwanted.intersection(loaded)
 
 
-@pytest.mark.parametrize(("lower", "higher"), [("framework", "elements"), ("framework", "models"), ("elements", "models")])
+@pytest.mark.parametrize(
+    ("lower", "higher"), [("framework", "elements"), ("framework", "models"), ("elements", "models")]
+)
 def test_imports_point_down(lower: str, higher: str) -> None:
     upward = re.compile(rf"(?:from|import)\s+(?:\.+|linkframe\.){higher}\b")
     for module in (TOP / lower).rglob("*.py"):

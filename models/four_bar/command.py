@@ -1,0 +1,211 @@
+"""``linkframe four-bar``: the paper's job, every number of it an option."""
+
+from __future__ import annotations
+
+import math
+import re
+from argparse import ArgumentDefaultsHelpFormatter, ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .closure import BRANCHES
+from .inputs import Inputs
+
+if TYPE_CHECKING:
+    from argparse import _ArgumentGroup, _SubParsersAction
+
+PAPER = Inputs()
+
+DESCRIPTION = """\
+Where the coupler point P of a four-bar really goes: rigid motion, compliance of links and joints, joint clearance,
+and the spread of all of it under tolerances, at every pose. Without options it runs the example of the accuracy paper.
+SI units, angles in degrees."""
+
+WRITES = """\
+writes into DIR: table1.csv, figure5.png, figure6.png, figure7.png, figure3d.png (where rendering works),
+trajectory.pvd with its .vtu files, samples.npz, report.md"""
+
+
+def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
+    """Add the subcommand ``four-bar`` to the jobs of the command line."""
+    parser = jobs.add_parser(
+        "four-bar",
+        usage="%(prog)s [option ...]",
+        help="accuracy of a four-bar linkage at every pose",
+        description=DESCRIPTION,
+        epilog=WRITES,
+        formatter_class=_Formatter,
+    )
+    # Before Python 3.14 argparse takes -1e-3 for an option.
+    parser._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$|-inf$", re.IGNORECASE)
+    _linkage(parser.add_argument_group("linkage", "crank A-B, coupler B-P-D, rocker D-E; A = (0, 0), E = (ground, 0)"))
+    _links(parser.add_argument_group("links"))
+    _joints(parser.add_argument_group("joints B, D and E"))
+    _load(parser.add_argument_group("load at P"))
+    _run(parser.add_argument_group("run"))
+    parser.set_defaults(run=_start)
+
+
+def _linkage(group: _ArgumentGroup) -> None:
+    for name in ("crank", "coupler", "rocker", "ground"):
+        _add(group, name, positive, "M", f"length of the {name}")
+    _add(group, "length-sd", not_negative, "M", "standard deviation of every length")
+    group.add_argument(
+        "--point", type=finite, nargs=2, metavar=("X", "Y"), default=PAPER.point,
+        help="P in the coupler's axes: origin B, x towards D",
+    )  # fmt: skip
+    group.add_argument(
+        "--branch", choices=sorted(BRANCHES), default=PAPER.branch,
+        help="side on which D lies; by default parallel if opposite links are equal, else open",
+    )  # fmt: skip
+
+
+def _links(group: _ArgumentGroup) -> None:
+    group.add_argument(
+        "--section", type=positive, nargs=2, metavar=("M", "M"), default=PAPER.section, help="sides of the rectangle"
+    )
+    group.add_argument(
+        "--in-plane", choices=("long", "short"), default=PAPER.in_plane, help="side in the plane of motion"
+    )
+    _add(group, "young", positive, "PA", "modulus of elasticity E")
+    _add(group, "young-sd", not_negative, "PA", "its standard deviation, independent for each link")
+    _add(group, "poisson", poisson, "NU", "Poisson's ratio")
+
+
+def _joints(group: _ArgumentGroup) -> None:
+    _add(
+        group,
+        "stiffness",
+        positive_or_inf,
+        "N/M",
+        "stiffness in every direction but about the pin, where it is 0; inf is ideal",
+    )
+    _add(group, "stiffness-sd", not_negative, "N/M", "its standard deviation")
+    _add(group, "clearance", not_negative, "M", "clearance ε")
+    _add(group, "clearance-sd", not_negative, "M", "its standard deviation")
+    group.add_argument(
+        "--clearance-is", choices=("radius", "diameter"), default=PAPER.clearance_is,
+        help="whether ε is the difference of the radii, as in Eq. (11), or of the diameters",
+    )  # fmt: skip
+    group.add_argument(
+        "--closure", choices=("first-order", "exact"), default=PAPER.closure,
+        help="displacement by the clearance: to first order, or the loop closed anew",
+    )  # fmt: skip
+    _add(
+        group,
+        "contact",
+        angle_or_reaction,
+        "DEG",
+        "contact angle γ from global x, or 'reaction': along the joint's force",
+    )
+    _add(group, "contact-sd", not_negative, "DEG", "its standard deviation; not with reaction")
+    group.add_argument(
+        "--joints", choices=("independent", "shared"), default=PAPER.joints,
+        help="whether each joint draws its own stiffness, clearance and contact angle, or all share one draw",
+    )  # fmt: skip
+
+
+def _load(group: _ArgumentGroup) -> None:
+    _add(group, "load", finite, "N", "force along y")
+    _add(group, "load-sd", not_negative, "N", "its standard deviation")
+
+
+def _run(group: _ArgumentGroup) -> None:
+    group.add_argument(
+        "--poses",
+        type=finite,
+        nargs=3,
+        metavar=("FIRST", "LAST", "STEP"),
+        default=PAPER.poses,
+        help="drive angles, degrees",
+    )
+    _add(group, "samples", at_least_two, "N", "samples at each pose")
+    _add(group, "rng", seed, "SEED", "seed; the same seed gives the same bits")
+    group.add_argument(
+        "--histogram-pose", type=finite, metavar="DEG", default=PAPER.histogram_pose,
+        help="pose of figures 5 and 7, one of the poses; by default the regular pose nearest to 30",
+    )  # fmt: skip
+    group.add_argument(
+        "--magnify", type=positive, metavar="FACTOR", default=PAPER.magnify,
+        help="factor on the displacements in figure 6; by default one that shows them",
+    )  # fmt: skip
+    group.add_argument("--out", type=Path, metavar="DIR", default=Path("results"), help="directory for the results")
+
+
+def _add(group: _ArgumentGroup, name: str, kind: Callable[[str], Any], metavar: str, text: str) -> None:
+    default = getattr(PAPER, name.replace("-", "_"))
+    group.add_argument(f"--{name}", type=kind, metavar=metavar, default=default, help=text)
+
+
+def _start(options: Namespace) -> None:
+    # Not before the options are known to be good: this imports all of the numerics.
+    from .job import run
+
+    names = [field.name for field in fields(Inputs)]
+    given = {name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names}
+    run(Inputs(**given), options.out)
+
+
+def finite(text: str) -> float:
+    """A finite number."""
+    return _number(text, math.isfinite, "a finite number")
+
+
+def positive(text: str) -> float:
+    """A finite number above zero."""
+    return _number(text, lambda value: 0.0 < value < math.inf, "a finite number greater than 0")
+
+
+def positive_or_inf(text: str) -> float:
+    """A number above zero, or inf."""
+    return _number(text, lambda value: value > 0.0, "a number greater than 0, or inf")
+
+
+def not_negative(text: str) -> float:
+    """A finite number, zero or above."""
+    return _number(text, lambda value: 0.0 <= value < math.inf, "a finite number, 0 or greater")
+
+
+def poisson(text: str) -> float:
+    """Poisson's ratio of an isotropic solid."""
+    return _number(text, lambda value: -1.0 < value < 0.5, "a number between -1 and 0.5, both excluded")
+
+
+def at_least_two(text: str) -> int:
+    """A number of samples that has a standard deviation."""
+    return int(_number(text, lambda value: value >= 2 and value.is_integer(), "a whole number, 2 or greater"))
+
+
+def seed(text: str) -> int:
+    """A seed for NumPy's generator."""
+    return int(_number(text, lambda value: value >= 0 and value.is_integer(), "a whole number, 0 or greater"))
+
+
+def angle_or_reaction(text: str) -> float | str:
+    """An angle in degrees, or the word that takes the angle from the joint's force."""
+    return text if text == "reaction" else _number(text, math.isfinite, "an angle in degrees, or the word reaction")
+
+
+def _number(text: str, good: Callable[[float], bool], wanted: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not good(value):
+        raise ArgumentTypeError(f"is {text!r}: give {wanted}")
+    return value
+
+
+class _Formatter(ArgumentDefaultsHelpFormatter):
+    """Defaults as a reader writes them: no (default: None), tuples without brackets."""
+
+    def _get_help_string(self, action: Any) -> str | None:
+        if action.default is None or action.default == "==SUPPRESS==":
+            return action.help
+        if isinstance(action.default, tuple):
+            return f"{action.help} (default: {' '.join(f'{value:g}' for value in action.default)})"
+        if isinstance(action.default, float):
+            return f"{action.help} (default: {action.default:g})"
+        return super()._get_help_string(action)

@@ -1,0 +1,139 @@
+"""The inputs of the accuracy job; the defaults are the paper's example."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...framework.errors import FrameError
+
+Array = NDArray[np.float64]
+MOST_POSES = 100_000
+
+# What must stay above zero, and the deviation that could take it below; five of them leave one sample in three million.
+LENGTHS = ("crank", "coupler", "rocker", "ground")
+POSITIVE = {
+    **dict.fromkeys(LENGTHS, "length_sd"),
+    **{name: f"{name}_sd" for name in ("young", "stiffness", "clearance")},
+}
+MOST_DEVIATION = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """Every number of the accuracy job, as the command line gives it: SI units, angles in degrees.
+
+    Attributes
+    ----------
+    crank, coupler, rocker, ground, length_sd
+        Lengths of the links and the standard deviation of each.
+    point
+        P in the coupler's axes.
+    branch
+        Side of the rocker's pin; None as in `FourBar`.
+    section, in_plane
+        Sides of the links' rectangle; whether the ``"long"`` or the ``"short"`` one lies in the plane of motion.
+    young, young_sd, poisson
+        Elastic constants of the links and the standard deviation of the first.
+    stiffness, stiffness_sd
+        Stiffness of the joints in every direction but about the pin, and its standard deviation.
+    clearance, clearance_sd, clearance_is
+        Clearance, its standard deviation, and whether both are given on ``"radius"`` or ``"diameter"``.
+    closure
+        Displacement by the clearance to ``"first-order"``, or ``"exact"``, the loop closed anew.
+    contact, contact_sd
+        Contact angle, or ``"reaction"``, and its standard deviation.
+    joints
+        ``"independent"`` draws for each joint, or one ``"shared"`` draw.
+    load, load_sd
+        Force on P along y, and its standard deviation.
+    poses
+        First and last drive angle and the step between them.
+    samples, rng
+        Number of samples at each pose, and the seed.
+    histogram_pose
+        Drive angle of the histograms; None for the regular one nearest to 30.
+    magnify
+        Factor on the displacements in the drawn trajectory; None for one that shows them.
+    """
+
+    crank: float = 0.1
+    coupler: float = 0.2
+    rocker: float = 0.1
+    ground: float = 0.2
+    length_sd: float = 0.0
+    point: tuple[float, float] = (0.1, 0.0)
+    branch: str | None = None
+    section: tuple[float, float] = (6.35e-3, 12.7e-3)
+    in_plane: str = "long"
+    young: float = 2e11
+    young_sd: float = 0.0
+    poisson: float = 0.3
+    stiffness: float = 2e11
+    stiffness_sd: float = 1e10
+    clearance: float = 1e-3
+    clearance_sd: float = 5e-5
+    clearance_is: str = "radius"
+    closure: str = "first-order"
+    contact: float | str = 180.0
+    contact_sd: float = 180.0
+    joints: str = "independent"
+    load: float = 100.0
+    load_sd: float = 5.0
+    poses: tuple[float, float, float] = (0.0, 360.0, 10.0)
+    samples: int = 100
+    rng: int = 0
+    histogram_pose: float | None = None
+    magnify: float | None = None
+
+    def __post_init__(self) -> None:
+        first, last, step = self.poses
+        if step <= 0.0 or last < first:
+            raise FrameError(
+                f"--poses is {first:g} {last:g} {step:g}: give FIRST LAST STEP with LAST ≥ FIRST and STEP > 0"
+            )
+        if (last - first) / step >= MOST_POSES:
+            raise FrameError(
+                f"--poses asks for {(last - first) / step:.3g} poses: take a greater STEP, at most {MOST_POSES}"
+            )
+
+        wanted = self.histogram_pose
+        if wanted is not None and not np.isclose(self.degrees, wanted, rtol=0.0, atol=1e-9).any():
+            near = self.degrees[np.argmin(np.abs(self.degrees - wanted))]
+            raise FrameError(f"--histogram-pose {wanted:g} is none of the poses: the nearest is {near:g}")
+        for name, deviation in POSITIVE.items():
+            mean, sd = getattr(self, name), getattr(self, deviation)
+            if sd > MOST_DEVIATION * mean:
+                raise FrameError(
+                    f"--{deviation.replace('_', '-')} is {sd:g} beside --{name} {mean:g}: normal samples would go below"
+                    f" zero; give at most {MOST_DEVIATION * mean:g}"
+                )
+        if np.isinf(self.stiffness) and self.stiffness_sd > 0.0:
+            raise FrameError(
+                f"--stiffness inf leaves nothing to vary: give --stiffness-sd 0 and not {self.stiffness_sd:g}"
+            )
+
+    @cached_property
+    def degrees(self) -> Array:
+        """Drive angles, degrees, (poses,)."""
+        first, last, step = self.poses
+        return first + step * np.arange(int((last - first) / step + 1e-9) + 1)
+
+    @property
+    def theta(self) -> Array:
+        """Drive angles, radians, (poses,)."""
+        return np.radians(self.degrees)
+
+    @property
+    def is_paper_linkage(self) -> bool:
+        """Whether the printed table speaks of this linkage: the paper's lengths, point and branch."""
+        same = all(getattr(self, name) == getattr(Inputs, name) for name in (*LENGTHS, "point"))
+        return same and self.branch in (None, "parallel")
+
+    def but(self, **changes: object) -> Self:
+        """The same inputs with some of them changed."""
+        return replace(self, **changes)  # type: ignore[arg-type]

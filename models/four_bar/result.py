@@ -1,0 +1,240 @@
+"""The accuracy job computed: every number that its table, figures and report show."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...elements import Beam, Material, Rectangle
+from ...framework.errors import FrameError, MechanismWarning
+from .four_bar import JOINTS, FourBar
+from .inputs import Inputs
+from .motion import LINKS, FourBarMotion
+from .study import Study, monte_carlo
+
+if TYPE_CHECKING:
+    from ...framework.solution import Solution
+    from ..sampling import Distribution
+
+Array = NDArray[np.float64]
+
+USUAL_POSE = 30.0
+DRAWN_SPREAD = 0.12
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Outcome of the accuracy job; made by `compute`. Singular poses hold NaN.
+
+    Attributes
+    ----------
+    inputs
+        What was asked for.
+    study
+        The samples and their statistics.
+    """
+
+    inputs: Inputs
+    study: Study
+
+    @property
+    def degrees(self) -> Array:
+        """Drive angles, degrees, (poses,)."""
+        return self.inputs.degrees
+
+    @property
+    def motion(self) -> FourBarMotion:
+        """Motion of the nominal linkage, (poses,)."""
+        return self.study.nominal.motion
+
+    @property
+    def beam(self) -> Beam:
+        """Beam of every link."""
+        return self.motion.four_bar.link_beam("crank")
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """``"regular"``, or why a pose has no statistics, (poses,)."""
+        return self.study.status
+
+    @property
+    def regular(self) -> NDArray[np.bool_]:
+        """Poses that have statistics, (poses,)."""
+        return np.asarray(self.status == "regular")
+
+    @property
+    def rigid(self) -> Array:
+        """Position of P with rigid links and no clearance, (poses, 3)."""
+        return self.study.rigid
+
+    @property
+    def path(self) -> Array:
+        """The same at closely spaced poses, (steps, 3)."""
+        theta = self.inputs.theta
+        fine = np.linspace(theta[0], theta[-1], 721)
+        closes = self.motion.four_bar.assembles(fine)
+        return self.motion.four_bar.move(fine[closes]).position("P")
+
+    @property
+    def samples(self) -> Array:
+        """Displacement of P from its rigid position, (poses, samples, 3)."""
+        return self.study.samples
+
+    @property
+    def draws(self) -> Mapping[str, Array]:
+        """Samples of the inputs, (samples,) each."""
+        return self.study.inputs
+
+    @cached_property
+    def mean(self) -> Array:
+        """Mean position of P, (poses, 3)."""
+        return self.rigid + self.study.mean
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation of the position of P, (poses, 3)."""
+        return self.study.std
+
+    @property
+    def standard_error(self) -> Array:
+        """Standard error of `mean`, (poses, 3)."""
+        return self.study.standard_error
+
+    @property
+    def has_kappa(self) -> bool:
+        """Whether the paper's matrix exists: an ideal joint has no stiffness to put into it."""
+        return bool(np.isfinite(self.inputs.stiffness))
+
+    @property
+    def kappa(self) -> Array:
+        """Condition number as the paper assembles the stiffness matrix, at the mean inputs, (poses,)."""
+        return self.study.kappa if self.has_kappa else np.full_like(self.degrees, np.nan)
+
+    @property
+    def kappa_scaled(self) -> Array:
+        """Scaled condition number of the matrix that is solved, at the mean inputs, (poses,)."""
+        return self.study.kappa_scaled
+
+    @cached_property
+    def sampled_kappa(self) -> Array:
+        """Condition numbers of the samples at the regular poses, (regular poses, samples)."""
+        return self.study.sampled.condition_number() if self.has_kappa else np.full((1, self.study.n), np.nan)
+
+    @cached_property
+    def compliance(self) -> Array:
+        """Displacement of P under the mean load, without clearance, (poses, 3)."""
+        return self.study.nominal.compliance
+
+    @cached_property
+    def solution(self) -> Solution:
+        """The linkage at the mean inputs under the mean load, without clearance, (poses,)."""
+        frame = self.motion.frame()
+        frame.load("P", fy=self.inputs.load)
+        return frame.solve()
+
+    @cached_property
+    def pose(self) -> int:
+        """Number of the pose that the histograms show."""
+        wanted = self.inputs.histogram_pose
+        distance = np.abs(self.degrees - (USUAL_POSE if wanted is None else wanted))
+        chosen = int(np.argmin(np.where(self.regular, distance, np.inf) if wanted is None else distance))
+        if not self.regular[chosen]:
+            raise FrameError(f"--histogram-pose {wanted:g} has no samples, it is {self.status[chosen]}: take another")
+        return chosen
+
+    @cached_property
+    def magnify(self) -> float:
+        """Factor on displacements that makes the spread visible beside the path: 1, 2 or 5 times a power of ten."""
+        if self.inputs.magnify is not None:
+            return self.inputs.magnify
+        four_bar = self.inputs
+        largest = np.nanquantile(np.abs(self.samples), 0.9)
+        if largest == 0.0:
+            return 1.0
+        factor = DRAWN_SPREAD * max(four_bar.crank, four_bar.rocker) / largest
+        decade = 10.0 ** np.floor(np.log10(factor))
+        return float(max(1.0, decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= factor)))
+
+    @property
+    def line_stiffness(self) -> float:
+        """Stiffness of coupler, rocker and the joints D and E in one line, all in series."""
+        inputs = self.inputs
+        links = (inputs.coupler + inputs.rocker) / (inputs.young * np.prod(inputs.section))
+        return float(1.0 / (links + len(JOINTS) / inputs.stiffness))
+
+
+def compute(inputs: Inputs) -> Result:
+    """Compute the accuracy job.
+
+    Parameters
+    ----------
+    inputs
+        What to compute.
+
+    Returns
+    -------
+    Result
+        Outcome.
+
+    Raises
+    ------
+    FrameError
+        If the linkage cannot be assembled at a pose, a sample is out of range, or the pose of the histograms is not
+        among the regular ones.
+    """
+    scale = 0.5 if inputs.clearance_is == "diameter" else 1.0
+    with warnings.catch_warnings():
+        # Singular poses are part of the answer: their status says so.
+        warnings.simplefilter("ignore", MechanismWarning)
+        study = monte_carlo(
+            four_bar(inputs),
+            inputs.theta,
+            distributions(inputs, scale),
+            load=(0.0, inputs.load, 0.0),
+            clearance=scale * inputs.clearance,
+            contact=inputs.contact if isinstance(inputs.contact, str) else np.radians(inputs.contact),
+            n=inputs.samples,
+            rng=inputs.rng,
+            exact=inputs.closure == "exact",
+        )
+        result = Result(inputs, study)
+        _ = result.pose, result.std, result.kappa, result.kappa_scaled, result.compliance
+    return result
+
+
+def four_bar(inputs: Inputs) -> FourBar:
+    """The linkage at the mean inputs."""
+    long, short = max(inputs.section), min(inputs.section)
+    section = Rectangle(y=long, z=short) if inputs.in_plane == "long" else Rectangle(y=short, z=long)
+    return FourBar(
+        crank=inputs.crank,
+        coupler=inputs.coupler,
+        rocker=inputs.rocker,
+        ground=inputs.ground,
+        point=inputs.point,
+        branch=inputs.branch,
+        beam=Beam(section, Material(E=inputs.young, nu=inputs.poisson)),
+        stiffness=(inputs.stiffness,) * 5 + (0.0,),
+    )
+
+
+def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
+    """Normal distributions (12) of what is uncertain; what has no deviation is left out."""
+    from scipy import stats
+
+    each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
+    spread = {name: (getattr(inputs, name), inputs.length_sd) for name in (*LINKS, "ground")}
+    spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
+    spread |= {f"stiffness{joint}": (inputs.stiffness, inputs.stiffness_sd) for joint in each}
+    spread |= {f"clearance{joint}": (scale * inputs.clearance, scale * inputs.clearance_sd) for joint in each}
+    if not isinstance(inputs.contact, str):
+        angle = float(np.radians(inputs.contact)), float(np.radians(inputs.contact_sd))
+        spread |= {f"contact{joint}": angle for joint in each}
+    spread["fy"] = inputs.load, inputs.load_sd
+    return {name: stats.norm(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}

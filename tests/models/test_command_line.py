@@ -1,0 +1,137 @@
+"""The command line: help, version, and what it says to bad input, which leaves nothing behind."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from linkframe.models.command_line import main, parser
+
+
+def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """Error message of a command that must end with exit code 2."""
+    code: object = None
+    try:
+        code = main(arguments)
+    except SystemExit as end:  # argparse leaves this way
+        code = end.code
+    captured = capsys.readouterr()
+    assert code == 2
+    assert captured.out == ""
+    assert "Traceback" not in captured.err
+    return captured.err
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["--version"])
+    assert end.value.code == 0
+    assert re.fullmatch(r"linkframe \d+\.\d+\.\d+\n", capsys.readouterr().out)
+
+
+def test_without_a_job_it_names_what_is_missing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "JOB" in refused([], capsys)
+
+
+def test_help_describes_every_option(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["four-bar", "--help"])
+    assert end.value.code == 0
+    text = capsys.readouterr().out
+    headings = ["linkage:", "links:", "joints B, D and E:", "load at P:", "run:"]
+    places = [text.index(f"\n{heading}") for heading in headings]
+    assert places == sorted(places)
+    assert "(default: None)" not in text
+
+
+def test_defaults_are_the_example_of_the_paper() -> None:
+    options = parser().parse_args(["four-bar"])
+    assert (options.crank, options.coupler, options.rocker, options.ground) == (0.1, 0.2, 0.1, 0.2)
+    assert (options.point, options.section, options.young) == ((0.1, 0.0), (6.35e-3, 12.7e-3), 2e11)
+    assert (options.stiffness, options.stiffness_sd, options.load, options.load_sd) == (2e11, 1e10, 100.0, 5.0)
+    assert (options.clearance, options.clearance_sd, options.contact, options.contact_sd) == (1e-3, 5e-5, 180.0, 180.0)
+    assert (options.poses, options.samples, options.rng) == ((0.0, 360.0, 10.0), 100, 0)
+
+
+@pytest.mark.parametrize("option", ["--crank", "--coupler", "--rocker", "--ground", "--young"])
+@pytest.mark.parametrize("value", ["0", "-1", "nan", "inf", "long"])
+def test_sizes_must_be_positive(option: str, value: str, capsys: pytest.CaptureFixture[str]) -> None:
+    message = refused(["four-bar", option, value], capsys)
+    assert f"argument {option}: is '{value}': give a finite number greater than 0" in message
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["--poisson", "0.5"], ["--poisson", "'0.5'", "between -1 and 0.5"]),
+        (["--section", "0.01", "-0.01"], ["--section", "'-0.01'", "greater than 0"]),
+        (["--stiffness", "-1"], ["--stiffness", "'-1'", "greater than 0, or inf"]),
+        (["--stiffness", "inf"], ["--stiffness inf", "--stiffness-sd 0"]),
+        (["--clearance", "-1e-3"], ["--clearance", "'-1e-3'", "0 or greater"]),
+        (["--clearance-sd", "1e-3"], ["--clearance-sd", "0.001", "at most 0.0002"]),
+        (["--length-sd", "0.03"], ["--length-sd", "--crank 0.1", "at most 0.02"]),
+        (["--contact", "reaction", "--load", "0"], ["contact", "reaction", "load"]),
+        (["--poses", "0", "0", "1"], ["no pose is left", "singular"]),
+        (["--clearance-sd", "inf"], ["--clearance-sd", "'inf'", "finite"]),
+        (["--contact", "north"], ["--contact", "'north'", "reaction"]),
+        (["--load", "nan"], ["--load", "'nan'", "finite"]),
+        (["--samples", "1"], ["--samples", "'1'", "2 or greater"]),
+        (["--samples", "2.5"], ["--samples", "'2.5'", "whole number"]),
+        (["--rng", "-1"], ["--rng", "'-1'", "0 or greater"]),
+        (["--branch", "left"], ["--branch", "'left'", "parallel"]),
+        (["--in-plane", "0.01"], ["--in-plane", "'0.01'", "long"]),
+        (["--poses", "0", "360", "0"], ["--poses", "0 360 0", "STEP > 0"]),
+        (["--poses", "90", "0", "10"], ["--poses", "90 0 10", "LAST ≥ FIRST"]),
+        (["--poses", "0", "360", "1e-9"], ["--poses", "greater STEP"]),
+        (["--histogram-pose", "33"], ["--histogram-pose 33", "none of the poses", "30"]),
+        (["--histogram-pose", "180"], ["--histogram-pose 180", "singular: coupler and rocker in line"]),
+        (["--ground", "0.5"], ["cannot be assembled", "deg", "gap"]),
+        (["--frobnicate"], ["--frobnicate"]),
+    ],
+    ids=lambda value: " ".join(value[:2]) if value[0].startswith("--") else "",
+)
+def test_bad_input_is_named_and_leaves_nothing(
+    arguments: list[str], parts: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "deep" / "results"
+    message = refused(["four-bar", *arguments, "--out", str(out)], capsys)
+    for part in parts:
+        assert part in message
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_directory_that_cannot_be_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    message = refused(["four-bar", "--out", str(tmp_path / "file" / "results")], capsys)
+    assert str(tmp_path / "file" / "results") in message
+    assert "--out" in message
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "in the way"
+
+
+def test_directory_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    assert str(tmp_path / "file") in refused(["four-bar", "--out", str(tmp_path / "file")], capsys)
+
+
+def test_directory_without_permission_to_write(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    # /proc refuses to make files for every user, root included.
+    message = refused(["four-bar", "--out", "/proc/linkframe"], capsys)
+    assert "/proc/linkframe" in message
+
+
+def test_installed_command_prints_no_traceback(tmp_path: Path) -> None:
+    command = [
+        str(Path(sys.executable).with_name("linkframe")),
+        "four-bar",
+        "--ground",
+        "0.5",
+        "--out",
+        str(tmp_path / "x"),
+    ]
+    outcome = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert outcome.returncode == 2
+    assert outcome.stderr.startswith("linkframe four-bar: error: ")
+    assert "Traceback" not in outcome.stderr
