@@ -161,8 +161,8 @@ def accuracy(
     """Displacement of the coupler point P of a four-bar held at its drive: by compliance, by clearance, and in total.
 
     The contact in a joint is given by an angle, or comes from the joint's own force in static equilibrium under the
-    load: the journal then lies against the bearing along that force. For a linkage that moves, give the angles of the
-    forces that `FourBarMotion.reactions` finds.
+    load: the journal then lies against the bearing along that force. For a linkage that moves, give the angles
+    `Kinetostatics.contact_angle` of its dynamic reactions.
 
     Parameters
     ----------

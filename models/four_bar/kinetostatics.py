@@ -116,6 +116,25 @@ class Kinetostatics:
         force[..., :2] = self.unknowns[..., column : column + 2]
         return force
 
+    def contact_angle(self, joint: str) -> Array:
+        """Angle γ at which a joint with clearance makes contact while it transmits its reaction, radians, (...).
+
+        The journal lies against the bearing along the force, so that the later link's pin centre is displaced from
+        the earlier one's that way: the γ of Eq. (11) "from the dynamic model", as `accuracy` takes it.
+
+        Parameters
+        ----------
+        joint
+            ``"B"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            Angle from global x, (...).
+        """
+        force = self.reaction(joint)
+        return np.arctan2(force[..., 1], force[..., 0])
+
 
 def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Link, gravity: Pair) -> Kinetostatics:
     """Solve the linkage's nine equations of dynamic equilibrium, Eq. (1)-(4) of the accuracy paper.

@@ -185,7 +185,8 @@ def monte_carlo(
     """Sample the uncertain parameters (12) of a four-bar and solve all poses and samples at once.
 
     What has no distribution keeps its nominal value, from `four_bar`, `load`, `clearance` and `contact`. The same seed
-    gives the same bits, and an input that is added does not change the samples of the others.
+    gives the same bits, and an input that is added does not change the samples of the others. All samples are held at
+    once; for more than memory holds, `propagate` a function that calls `accuracy`: it draws the same ones.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 from linkframe.framework.errors import FrameError, MechanismWarning
-from linkframe.models import FourBar, accuracy
+from linkframe.models import FourBar, Link, accuracy
 from numpy.testing import assert_allclose, assert_array_equal
 
 THETA = np.radians([10.0, 30.0, 60.0, 90.0, 150.0, 230.0, 300.0, 350.0])
@@ -67,6 +67,14 @@ def test_contact_by_reaction_is_the_angle_of_the_joint_force():
     given = accuracy(ROCKING, THETA, load=LOAD, clearance={"B": 1e-3, "D": 5e-4}, contact=angles)
     assert_allclose(by_force.clearance, given.clearance, rtol=1e-9, atol=1e-15)
     assert_allclose(by_force.clearance_exact, given.clearance_exact, rtol=1e-9, atol=1e-15)
+
+
+def test_contact_by_kinetostatics_is_that_by_reaction_when_nothing_moves():
+    given = {"load": (20.0, 100.0, 0.0), "clearance": 1e-3}
+    reactions = ROCKING.move(THETA).reactions(coupler=Link(force=(20.0, 100.0), at=ROCKING.point))
+    angles = {joint: reactions.contact_angle(joint) for joint in "BDE"}
+    still = accuracy(ROCKING, THETA, contact="reaction", **given)
+    assert_allclose(accuracy(ROCKING, THETA, contact=angles, **given).clearance, still.clearance, atol=1e-12)
 
 
 def test_an_unloaded_joint_stays_centred():

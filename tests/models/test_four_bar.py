@@ -139,7 +139,33 @@ def test_rhombus_has_a_limit_where_the_crank_pin_meets_the_pivot():
     motion = FourBar(1, 1, 1, 1).move([0.0, 1e-9, 1e-3])
     assert_allclose(motion.position("D")[:, 0], 1.0 + np.cos([0.0, 1e-9, 1e-3]), atol=1e-15)
     assert_array_equal(motion.status, [SINGULAR, "regular", "regular"])
-    assert np.isnan(FourBar(1, 1, 1, 1).move(0.0, rate=1.0).velocity("D")[0])
+    assert np.isnan(FourBar(1, 1, 1, 1).move([0.0, 2 * np.pi], rate=1.0).velocity("D")[:, 0]).all()
+
+
+def test_lengths_written_in_decimals_make_a_change_point():
+    """0.1 + 0.4 and 0.2 + 0.3 are not equal in binary; a half chord from their difference would be 4e-9."""
+    assert FourBar(0.1, 0.2, 0.3, 0.4).gap(np.pi) == 0.0
+    for excess in (0.0, 1e-16, -1e-16):
+        motion = FourBar(0.1, 0.2, 0.3 + excess, 0.4, branch="parallel").move(np.pi, rate=1.0)
+        assert motion.status == SINGULAR
+        assert_allclose(motion.position("D"), [0.1, 0.0, 0.0], atol=1e-16)
+        assert np.isfinite(motion.velocity("D")).all()
+
+
+def test_antiparallelogram_passes_its_change_points():
+    """On the other branch the pin moves as smoothly: its path has a continuous velocity through θ = π."""
+    h = 1e-5
+    motion = FourBar(branch="antiparallel").move(np.pi + h * np.arange(-2, 3), rate=1.0)
+    place = motion.position("D")
+    slope = (place[0] - 8 * place[1] + 8 * place[3] - place[4]) / (12 * h)
+    assert motion.status[2] == SINGULAR
+    assert_allclose(motion.velocity("D")[2], slope, atol=1e-10)
+    assert np.sign(place[4, 1]) != np.sign(FourBar().move(np.pi + 2 * h).position("D")[1])
+
+
+def test_branch_follows_from_the_lengths():
+    assert FourBar().branch == FourBar(crank=[0.1, 0.2], rocker=[0.1, 0.2]).branch == "parallel"
+    assert FourBar(2, 7, 9, 6).branch == FourBar(crank=[0.1, 0.2], rocker=0.1).branch == "open"
 
 
 @pytest.mark.parametrize("branch", ["open", "crossed"])
@@ -217,6 +243,16 @@ def test_a_loop_that_does_not_close_names_pose_and_gap():
     assert_allclose(four_bar.gap(theta)[2], 1.5)
     with pytest.raises(FrameError, match=r"pose 2 \(theta = 180 deg\).* gap of 1.5 \(2 of 3"):
         four_bar.move(theta)
+
+
+def test_rounding_does_not_open_the_loop_at_the_limit_of_reach():
+    """The drive angle at which coupler and rocker are stretched out, known to rounding only."""
+    ground = np.linspace(2.1, 2.9, 400)
+    limit = np.arccos((1 + ground**2 - 4) / (2 * ground))
+    four_bar = FourBar(1.0, 1.0, 1.0, ground)
+    assert four_bar.assembles(limit).all()
+    assert four_bar.singular(limit).all()
+    assert not four_bar.assembles(limit + 1e-12).any()
 
 
 def test_limit_of_reach_is_singular_and_without_velocity():

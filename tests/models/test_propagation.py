@@ -79,6 +79,12 @@ def test_quantiles_are_those_of_the_distribution():
     assert_allclose(result.quantile([0.1, 0.5, 0.99]), stats.norm(1, 2).ppf([0.1, 0.5, 0.99]), atol=0.02)
 
 
+def test_a_uniform_number_of_zero_gives_a_finite_sample(monkeypatch):
+    monkeypatch.setattr("linkframe.models.sampling._random", lambda names, n, root: iter([np.zeros((BLOCK, 1))]))
+    samples = draw({"x": stats.norm()}, 3, 0)["x"]
+    assert_allclose(samples, stats.norm.ppf(2.0**-54))
+
+
 # -- same bits --------------------------------------------------------------------------------------------------------
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework.errors import FrameError, MechanismWarning
-from linkframe.models import FourBar, accuracy, monte_carlo
+from linkframe.models import FourBar, accuracy, monte_carlo, propagate
 from linkframe.models.moments import Moments
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
@@ -149,6 +149,14 @@ def test_free_and_ideal_springs_stay_so():
     assert_array_equal(found[:, 0], study.inputs["stiffness"])
 
 
+def test_an_uncertain_modulus_keeps_poisson_ratio_and_density():
+    study = monte_carlo(FourBar(), THETA, {"E": stats.norm(1e11, 1e10)}, load=(0.0, 1.0, 0.0), n=4, rng=0)
+    material = study.sampled.motion.four_bar.link_beam("rocker").material
+    assert_array_equal(material.E, study.inputs["E"])
+    assert_array_equal(material.G, material.E / 2.6)
+    assert material.density == 7850.0
+
+
 # -- parts, bits, statistics ------------------------------------------------------------------------------------------
 
 
@@ -170,6 +178,18 @@ def test_same_seed_same_bits_and_an_input_more_changes_no_other():
     for name in PAPER:
         assert_array_equal(more.inputs[name], first.inputs[name])
     assert_array_equal(more.clearance_exact.samples, first.clearance_exact.samples)
+
+
+def test_propagation_of_accuracy_draws_the_same_samples_in_flat_memory():
+    def displacement(stiffness, clearance, contact, fy):
+        springs = np.stack([stiffness] * 5 + [0 * stiffness], axis=-1)
+        linkage = FourBar(stiffness=springs)
+        return accuracy(linkage, THETA[:, None], load=(0.0, fy, 0.0), clearance=clearance, contact=contact).total
+
+    study = monte_carlo(FourBar(), THETA, PAPER, n=3000, rng=4)
+    stream = propagate(displacement, PAPER, n=3000, rng=4, axis=1, chunk=1024, keep_samples=False)
+    assert_allclose(stream.mean, study.mean, rtol=1e-11, atol=1e-18)
+    assert_allclose(stream.std, study.std, rtol=1e-11, atol=1e-18)
 
 
 def test_one_pose_of_many_is_the_pose_alone():
