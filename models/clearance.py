@@ -52,8 +52,8 @@ def pressed(clearance: Array, force: Complex, largest: Array) -> Complex:
     Returns
     -------
     ndarray
-        ε F/|F|, (...); 0 where F is 0 to rounding.
+        ε F/|F|, (...); 0 where F is 0 to rounding, or not finite, as at a singular pose.
     """
     size = np.abs(force)
-    loaded = ~(size <= UNLOADED * largest)
+    loaded = size > UNLOADED * largest
     return np.asarray(np.where(loaded, clearance * (force / np.where(loaded, size, 1.0)), 0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import aligned, finite, joined
-from ...framework.errors import FrameError
+from ...framework.errors import FrameError, MechanismWarning
 from ..clearance import offset, pressed
 from ..planar import Complex
 from .clearance import clearance_displacement
@@ -101,11 +102,11 @@ class Accuracy:
 
     def condition_number(self) -> Array:
         """2-norm condition number of the stiffness matrix as the paper assembles it, (...)."""
-        return np.asarray(np.broadcast_to(self._cases.condition_number(), (2, *self.shape))[0])
+        return np.broadcast_to(self._under_load.condition_number(), self.shape)
 
     def scaled_condition_number(self) -> Array:
         """Condition number after diagonal scaling in joint-relative coordinates, (...): what the solution feels."""
-        return np.asarray(np.broadcast_to(self._cases.scaled_condition_number(), (2, *self.shape))[0])
+        return np.broadcast_to(self._under_load.scaled_condition_number(), self.shape)
 
     # -- frames -----------------------------------------------------------------------------------------------------
 
@@ -128,10 +129,17 @@ class Accuracy:
         """Offset δ_x + i δ_y in each joint, of the later link relative to the earlier one, (...)."""
         if self.contacts is not None:
             return {joint: offset(self.clearances[joint], self.contacts[joint]) for joint in JOINTS}
-        solved = self._loaded().solve()
-        force = {joint: solved.joint_force(joint)[..., 0] + 1j * solved.joint_force(joint)[..., 1] for joint in JOINTS}
+        with warnings.catch_warnings():
+            # Singular poses have no forces; the displacements tell of them when they are read.
+            warnings.simplefilter("ignore", MechanismWarning)
+            forces = {joint: self._under_load.joint_force(joint) for joint in JOINTS}
+        force = {joint: each[..., 0] + 1j * each[..., 1] for joint, each in forces.items()}
         largest = np.max(np.abs(list(force.values())), axis=0)
         return {joint: pressed(self.clearances[joint], force[joint], largest) for joint in JOINTS}
+
+    @cached_property
+    def _under_load(self) -> Solution:
+        return self._loaded().solve()
 
     def _loaded(self) -> Frame:
         frame = self.motion.frame()

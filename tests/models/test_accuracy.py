@@ -95,6 +95,17 @@ def test_singular_poses_have_a_status_and_no_number():
     assert_allclose(found.rigid[:, 0], [0.2, 0.15, 0.0, 0.2], atol=1e-16)
 
 
+def test_contact_by_reaction_leaves_singular_poses_out():
+    found = accuracy(FourBar(), np.radians([0.0, 60.0]), load=LOAD, clearance=1e-4, contact="reaction")
+    assert np.all(np.isfinite(found.condition_number()))
+    with pytest.warns(MechanismWarning):
+        total = found.total
+    assert_array_equal(np.isnan(total[:, 0]), [True, False])
+    assert_array_equal(found.status, [SINGULAR, "regular"])
+    regular = accuracy(FourBar(), np.radians(60.0), load=LOAD, clearance=1e-4, contact="reaction")
+    assert_allclose(total[1], regular.total, rtol=1e-12, atol=1e-18)
+
+
 def test_a_loop_that_clearance_leaves_open_says_so():
     found = accuracy(FourBar(), np.radians([2.0, 60.0]), clearance=1e-3, contact=0.0)
     assert_array_equal(found.status, ["regular", "regular"])

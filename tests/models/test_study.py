@@ -213,9 +213,12 @@ def test_statistics_are_those_of_the_samples():
 
 def test_contact_by_reaction_follows_each_sample():
     given = {"load": (0.0, 100.0, 0.0), "contact": "reaction"}
-    study = monte_carlo(ROCKING, THETA, {"clearance": CLEARANCE}, n=6, rng=0, **given)
-    alone = accuracy(ROCKING, THETA, clearance=study.inputs["clearance"][4], **given)
-    assert_allclose(study.clearance.samples[:, 4], alone.clearance, rtol=1e-9, atol=1e-15)
+    theta = np.radians([0.0, 60.0, 150.0, 180.0])
+    study = monte_carlo(FourBar(), theta, {"clearance": CLEARANCE}, n=6, rng=0, **given)
+    alone = accuracy(FourBar(), theta[1:3], clearance=study.inputs["clearance"][4], **given)
+    assert_allclose(study.clearance.samples[1:3, 4], alone.clearance, rtol=1e-9, atol=1e-15)
+    assert_array_equal(study.status, [SINGULAR, "regular", "regular", SINGULAR])
+    assert study.kappa[0] > 1e14 > study.kappa[1]
 
 
 def test_what_depends_on_the_pose_alone_is_not_repeated_over_samples():
