@@ -13,7 +13,7 @@ from linkframe.framework import Frame
 
 length = np.linspace(0.4, 1.2, 5)[:, None]
 force = np.linspace(10.0, 400.0, 40)
-pipe = Tube(outer=30e-3, inner=26e-3)
+pipe = Tube(outer=30e-3, thickness=2e-3)
 
 end = np.zeros((*length.shape, 3))
 end[..., 0] = length

@@ -1,8 +1,10 @@
 """Three-hinged frame: an ideal joint in the middle of the beam, pinned feet.
 
-    H → B-----o-----C
-        |   M   N   |     statically determinate: the feet carry H/2 each to the left,
-        | h         |     and the couple H h as forces H h / L up and down
+              | W
+              v
+    H → B-----o-----C     statically determinate: against the push each foot carries H / 2
+        |   M   N   |     to the left and H h / L down or up, against the weight W / 2 upwards
+        | h         |     and the thrust W L / 4 h inwards
         A           E
         ^---- L ----^
 
@@ -15,7 +17,7 @@ from math import inf
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 
-PUSH, HEIGHT, SPAN = 1000.0, 3.0, 4.0
+PUSH, WEIGHT, HEIGHT, SPAN = 1000.0, 600.0, 3.0, 4.0
 bar = Beam(Rectangle(y=0.1, z=0.05), Material(E=210e9, nu=0.3))
 crown = (SPAN / 2, HEIGHT, 0.0)
 
@@ -35,6 +37,7 @@ frame.add("hinge", Joint(stiffness=(inf, inf, inf, inf, inf, 0.0)), "M", "N")
 for foot in "AE":
     frame.fix(foot, "ux", "uy", "uz", "rx", "ry")
 frame.load("B", fx=PUSH)
+frame.load("M", fy=-WEIGHT)
 solution = frame.solve()
 
 feet = {foot: solution.reaction(foot)[:2] for foot in "AE"}
