@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .batch import Array, aligned, turned
+from .batch import Array, aligned, block_diagonal, turned
 from .member_loads import applied_forces, equivalent, weight_forces
 from .parts import Grid, Value, add, is_zero
 from .stage import Forces, Matrix
 from .topology import Group, Index, Topology
+
+if TYPE_CHECKING:
+    from .plan import Plan
 
 
 def stiffness_entries(topology: Topology, grid: Grid) -> Matrix:
@@ -78,3 +82,15 @@ def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
             for position in loaded:
                 at = np.array([position])
                 yield group, at, equivalent(group, at, applied_forces(topology, group, position))
+
+
+def point_masses(plan: Plan) -> Iterator[tuple[int, Array]]:
+    """Masses at nodes: node number, and matrix (..., 6, 6) in the node's axes."""
+    for point in plan.frame.masses.values():
+        node = plan.topology.number[point.node]
+        matrix = aligned(point.element.mass_matrix(), len(plan.frame.shape), 2)
+        axes = plan.topology.axes(node)
+        if axes is not None:
+            turn = block_diagonal((axes, axes))
+            matrix = np.swapaxes(turn, -1, -2) @ matrix @ turn
+        yield node, matrix

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,3 +73,12 @@ def turned(axes: Array, vectors: Array) -> Array:
     split = vectors.reshape(*vectors.shape[:-1], -1, 3)
     out: Array = np.einsum("...ij,...kj->...ki", axes, split)
     return out.reshape(*out.shape[:-2], -1)
+
+
+def block_diagonal(parts: Sequence[Array]) -> Array:
+    """Block-diagonal matrices (..., 3 m, 3 m) of m matrices (..., 3, 3)."""
+    shape = np.broadcast_shapes(*(part.shape[:-2] for part in parts))
+    out = np.zeros((*shape, 3 * len(parts), 3 * len(parts)))
+    for k, part in enumerate(parts):
+        out[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = part
+    return out

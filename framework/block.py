@@ -9,6 +9,7 @@ the chunks: the same bits for every chunk size and number of threads.
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -82,15 +83,16 @@ class Factor:
 
     def __init__(self, block: Block, chunk: int = CHUNK, workers: int | None = None) -> None:
         self.block, self.workers = block, workers or min(4, os.cpu_count() or 1)
-        sizes = block.grid.sizes
-        self.small: Wanted = [size <= chunk for size in sizes]
-        self.large: Wanted = [size > chunk for size in sizes]
-        self.axis = int(np.argmax(block.grid.shape)) if block.grid.shape else 0
-        self.step = max(1, chunk * block.grid.shape[self.axis] // sizes[-1]) if block.grid.shape else 1
+        grid = block.grid
+        self.small: Wanted = [size <= chunk for size in grid.sizes]
+        self.large: Wanted = [size > chunk for size in grid.sizes]
+        self.axis = int(np.argmax(grid.shape)) if grid.shape else 0
+        self.step = max(1, chunk * grid.shape[self.axis] // max(1, grid.sizes[-1])) if grid.shape else 1
         self._masks = _Masks(block)
         with np.errstate(all="ignore"):
             self.shared = self._run(self._start(), self.small)
         self._kept: dict[int, _Progress] = {}
+        self._margins: dict[int, Array] = {}
 
     @property
     def chunks(self) -> int:
@@ -106,13 +108,15 @@ class Factor:
 
     def margin(self) -> Array:
         """Least ratio of a pivot to its assembled diagonal, (...) of the batch shape."""
-        shape = self.block.grid.shape
-        out = np.full(shape, np.inf)
-        for stage in (self.shared.inner, self.shared.outer):
-            for value in stage.margin.values():
-                out = np.minimum(out, value)
+        out = np.full(self.block.grid.shape, np.inf)
+        for value in _margins(self.shared):
+            out = np.minimum(out, value)
         if any(self.large):
-            self._each(lambda index, progress: self._note_margin(out, index, progress))
+            if len(self._margins) < self.chunks:
+                self._each(lambda index, progress: None)
+            for index, least in self._margins.items():
+                part = self._part(index)
+                out[part] = np.minimum(out[part], least)
         return out
 
     # -- one run ----------------------------------------------------------------------------------------------------
@@ -206,7 +210,7 @@ class Factor:
         results: list[Value] = [0.0] * len(rows)
 
         def gather(index: int, progress: _Progress) -> None:
-            part = self._slice(index)
+            part = self._part(index)
             cut = [{k: self._cut(value, part) for k, value in row.items()} for row in rows]
             for k, value in enumerate(self._answer(progress, cut)):
                 if isinstance(value, float):
@@ -217,7 +221,7 @@ class Factor:
                     shape = list(value.shape)
                     shape[self.axis] = self.block.grid.shape[self.axis]
                     target = results[k] = np.empty(shape)
-                target[(slice(None),) * self.axis + (part,)] = value
+                target[part] = value
 
         self._each(gather)
         return results
@@ -239,7 +243,7 @@ class Factor:
     def _chunk(self, index: int) -> _Progress:
         if index in self._kept:
             return self._kept[index]
-        part = self._slice(index)
+        part = self._part(index)
 
         def cut(value: Value) -> Value:
             return self._cut(value, part)
@@ -254,23 +258,16 @@ class Factor:
         )
         progress.inner.margin, progress.outer.margin = {}, {}
         self._run(progress, self.large)
+        self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
         if self._bytes() < KEEP:
             self._kept[index] = progress
         return progress
 
-    def _slice(self, index: int) -> slice:
-        return slice(index * self.step, (index + 1) * self.step)
+    def _part(self, index: int) -> tuple[slice, ...]:
+        return (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
 
-    def _cut(self, value: Value, part: slice) -> Value:
-        if isinstance(value, float) or value.shape[self.axis] == 1:
-            return value
-        return value[(slice(None),) * self.axis + (part,)]
-
-    def _note_margin(self, out: Array, index: int, progress: _Progress) -> None:
-        target = out[(slice(None),) * self.axis + (self._slice(index),)]
-        for stage in (progress.inner, progress.outer):
-            for value in stage.margin.values():
-                np.minimum(target, value, out=target)
+    def _cut(self, value: Value, part: tuple[slice, ...]) -> Value:
+        return value if isinstance(value, float) or value.shape[self.axis] == 1 else value[part]
 
     def _bytes(self) -> int:
         sizes = self.block.grid.sizes
@@ -280,6 +277,11 @@ class Factor:
             for k in order.pivots
             if self.large[order.masks[k]]
         )
+
+
+def _margins(progress: _Progress) -> list[Array]:
+    """Least pivot ratios found so far, by mask."""
+    return [np.asarray(value) for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,8 @@ def buckling(frame: Frame, count: int) -> Buckling:
     if not 1 <= count <= size:
         raise FrameError(f"buckling({count}): give a number from 1 to the frame's {size} unknowns")
     if not np.all(solution.status == "regular"):
-        raise FrameError(f"buckling: the frame is a mechanism without the load: {solution.mechanism(*_first(solution))}")
+        moving = solution.mechanism(*_first(solution))
+        raise FrameError(f"buckling: the frame is a mechanism even without the load: {moving}")
     stiffness, geometric = dense.stiffness(plan), _geometric(solution)
     values, vectors = inverse_pencil(stiffness, -geometric, size)
     order = np.argsort(-values, axis=-1, kind="stable")[..., :count]

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from .batch import Array, aligned, turned
+from .assembly import point_masses
+from .batch import Array
 from .parts import Row, Value
 from .plan import Plan
-from .topology import Group
+from .topology import Group, Index
+
+
+def summed(stacks: list[tuple[Index, Array]], size: int) -> Array:
+    """Sum over all DOFs, (..., size, size), of matrices (n, ..., m, m) at DOF numbers (n, m)."""
+    shape = np.broadcast_shapes(*(stack.shape[1:-2] for _, stack in stacks)) if stacks else ()
+    out = np.zeros((*shape, size, size))
+    for numbers, stack in stacks:
+        for dofs, matrix in zip(numbers, stack, strict=True):
+            out[..., dofs[:, None], dofs[None, :]] += matrix
+    return out
 
 
 def nodal(plan: Plan, stacks: list[tuple[Group, Array]]) -> Array:
     """Sum of member matrices (n, ..., 12, 12), given in the nodes' axes, over all DOFs, (..., N, N)."""
-    size = 6 * len(plan.topology.number)
-    shape = np.broadcast_shapes(*(stack.shape[1:-2] for _, stack in stacks)) if stacks else ()
-    out = np.zeros((*shape, size, size))
-    for group, stack in stacks:
-        for dofs, matrix in zip(group.dofs, stack, strict=True):
-            out[..., dofs[:, None], dofs[None, :]] += matrix
-    return out
+    return summed([(group.dofs, stack) for group, stack in stacks], 6 * len(plan.topology.number))
 
 
 def stiffness(plan: Plan) -> Array:
@@ -34,15 +39,8 @@ def stiffness(plan: Plan) -> Array:
 
 def mass(plan: Plan) -> Array:
     """Mass in joint-relative coordinates, (..., n, n)."""
-    frame, topology = plan.frame, plan.topology
-    out = nodal(plan, [(group, group.mass()) for group in topology.groups])
-    for point in frame.masses.values():
-        node = topology.number[point.node]
-        matrix = aligned(point.element.mass_matrix(), len(frame.shape), 2)
-        axes = topology.axes(node)
-        if axes is not None:
-            half = turned(np.swapaxes(axes, -1, -2)[..., None, :, :], np.swapaxes(matrix, -1, -2))
-            matrix = turned(np.swapaxes(axes, -1, -2)[..., None, :, :], np.swapaxes(half, -1, -2))
+    out = nodal(plan, [(group, group.mass()) for group in plan.topology.groups])
+    for node, matrix in point_masses(plan):
         padded = np.zeros((*np.broadcast_shapes(out.shape[:-2], matrix.shape[:-2]), *out.shape[-2:]))
         padded[..., 6 * node : 6 * node + 6, 6 * node : 6 * node + 6] = matrix
         out = out + padded

@@ -44,7 +44,8 @@ def _components(plan: Plan) -> list[str]:
     for name in sorted(plan.components):
         unknowns = [k for k, component in plan.component.items() if component == name]
         if name not in plan.excited:
-            lines.append(f"Skipped: {len(unknowns)} unknowns ({_kinds(unknowns)}); no load, offset or support motion reaches them.")
+            why = "no load, offset or support motion reaches them"
+            lines.append(f"Skipped: {len(unknowns)} unknowns ({_kinds(unknowns)}); {why}.")
             continue
         block = plan.block(name)
         lines.append(f"Solved: {len(unknowns)} unknowns ({_kinds(unknowns)}) by broadcasting LDL^T.")

@@ -213,7 +213,8 @@ class Frame:
             self._new("element", name, known)
         wanted = 1 if isinstance(element, PointElement) else 2
         if len(nodes) != wanted:
-            raise FrameError(f"{name!r} was given {len(nodes)} nodes {nodes}: a {type(element).__name__} takes {wanted}")
+            kind = type(element).__name__
+            raise FrameError(f"{name!r} was given {len(nodes)} nodes {nodes}: a {kind} takes {wanted}")
         for node in nodes:
             self._node(node, f"{name!r}")
         if wanted == 2 and nodes[0] == nodes[1]:
@@ -380,7 +381,9 @@ class Frame:
         twin = copy.copy(self)
         for name, value in vars(self).items():
             if isinstance(value, dict):
-                setattr(twin, name, {key: copy.copy(held) if isinstance(held, dict | list) else held for key, held in value.items()})
+                changing = (dict, list)
+                held = {key: copy.copy(v) if isinstance(v, changing) else v for key, v in value.items()}
+                setattr(twin, name, held)
             elif isinstance(value, list):
                 setattr(twin, name, list(value))
         return twin
@@ -482,4 +485,6 @@ class Frame:
 
 def _known(names: object) -> str:
     listed = [repr(name) for name in names] if isinstance(names, dict) else []
-    return f"known are {', '.join(listed[:12])}{' ...' if len(listed) > 12 else ''}" if listed else "none is defined yet"
+    if not listed:
+        return "none is defined yet"
+    return f"known are {', '.join(listed[:12])}{' ...' if len(listed) > 12 else ''}"

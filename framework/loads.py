@@ -14,7 +14,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 @dataclass(frozen=True)
 class LineLoad:
-    """Force per length, linear from `start` (..., 3) at ``x1`` to `end` (..., 3) at ``x2``; `span` None: whole member."""
+    """Force per length, linear from `start` (..., 3) to `end` (..., 3) over `span` (x1, x2); None: the whole member."""
 
     start: Array
     end: Array

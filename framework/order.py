@@ -33,9 +33,12 @@ class Order:
     below: dict[int, list[int]]
     masks: dict[int, int]
 
-    def operations(self, grid: Grid) -> int:
-        """Multiplications and additions of the factorisation over the whole batch."""
-        return sum(grid.sizes[self.masks[k]] * len(self.below[k]) * (len(self.below[k]) + 3) for k in self.pivots)
+    def operations(self, grid: Grid, *, shared: bool = True) -> int:
+        """Multiplications and additions of the factorisation over the whole batch, as is or with nothing `shared`."""
+        return sum(
+            (grid.sizes[self.masks[k]] if shared else grid.sizes[-1]) * len(self.below[k]) * (len(self.below[k]) + 3)
+            for k in self.pivots
+        )
 
 
 def link(pattern: Pattern, i: int, j: int, mask: int) -> None:

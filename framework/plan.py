@@ -14,6 +14,9 @@ from .stage import Forces, Matrix
 from .topology import Topology
 from .tree import Tree
 
+# Unknowns above which a frame that does not vary goes the sparse way.
+LARGE = 100
+
 
 class Plan:
     """A frame compiled: which unknowns there are, how they are coupled, which of them a load can reach.
@@ -30,6 +33,15 @@ class Plan:
         self.topology = Topology.of(frame)
         self.tree = Tree.of(self.topology)
         self._blocks: dict[int, Block] = {}
+
+    @cached_property
+    def large(self) -> bool:
+        """Whether this is one large frame, whose stiffness does not vary over the batch: the sparse way is faster."""
+        tree = self.tree
+        constant = all(group.stiffness_size == 1 for group in self.topology.groups)
+        numbers = [v for rows in tree.rows.values() for row in rows for v in row.values()]
+        numbers += [v for s in tree.springs for v in (s.stiffness, *s.row.values())]
+        return len(self.unknowns) > LARGE and constant and all(isinstance(v, float) for v in numbers)
 
     @cached_property
     def matrix(self) -> Matrix:

@@ -125,9 +125,9 @@ class Recovery:
             parts = [self.tree.unknown(self._branches[joint], k) for k in range(6)]
             return [row for row, _ in parts], [known for _, known in parts]
         edge, rows, gaps = next(c for c in self.tree.closing if c[0].kind == "joint" and c[0].name == joint)
-        rows = [self.tree.elimination.substituted(row)[0] for row in rows]
-        known = [self.tree.elimination.substituted(row)[1] for row in next(c[1] for c in self.tree.closing if c[0] is edge)]
-        return rows, [combine([(1.0, g), (1.0, o), (1.0, n)]) for g, o, n in zip(gaps, edge.offset, known, strict=True)]
+        free, known = zip(*(self.tree.elimination.substituted(row) for row in rows), strict=True)
+        offset = edge.offset
+        return list(free), [combine([(1.0, gaps[k]), (1.0, offset[k]), (1.0, known[k])]) for k in range(6)]
 
     def joint_force(self, joint: str) -> Array:
         """Force of a joint on its first node, in its axes, (..., 6)."""
@@ -259,7 +259,8 @@ def _check_stations(member: str, at: Array, length: Array) -> None:
 
     if np.any(at < 0.0) or np.any(at > length[..., None] * (1.0 + 1e-9)):
         least = float(length.min())
-        raise FrameError(f"stations {at.tolist()} on member {member!r}: give distances from 0 to its length {least:.6g}")
+        asked = at.tolist()
+        raise FrameError(f"stations {asked} on member {member!r}: give distances from 0 to its length {least:.6g}")
 
 
 __all__ = ["GROUND", "Recovery", "aligned"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .batch import Array, Shape
-from .block import Factor
+from .broadcast import BroadcastSolver
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
-from .parts import Row, Value, combine, is_zero
+from .parts import Row, Value, is_zero
 from .plan import Plan
 from .recovery import Recovery
-
-# A pivot below this many roundings of its assembled diagonal is none.
-_ROUNDINGS = 10.0
+from .sparse import SparseSolver
 
 
 class Solution:
@@ -39,8 +37,6 @@ class Solution:
 
     def __init__(self, frame: Frame, plan: Plan) -> None:
         self.frame, self.plan = frame, plan
-        self._factors: dict[int, Factor] = {}
-        self._singular: dict[int, NDArray[np.bool_]] = {}
         self._known: dict[object, Array] = {}
         self._warned = False
 
@@ -89,7 +85,8 @@ class Solution:
     def reaction(self, node: str) -> Array:
         """Force and moment of a support on its node in global axes, (..., 6); zero where the node is not held."""
         if node not in self.frame.supports:
-            raise FrameError(f"node {node!r} has no support: reactions are at {', '.join(self.frame.supports) or 'none'}")
+            supported = ", ".join(self.frame.supports) or "none"
+            raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
         return self._read(("reaction", node), lambda: self._recovery.reaction(node))
 
     def joint_force(self, joint: str) -> Array:
@@ -103,9 +100,13 @@ class Solution:
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance; ``idle`` where it can
         move but no load does so, and the results hold."""
-        pushed = self._mechanism(self.plan.excited)
-        idle = self._mechanism(self.plan.components - self.plan.excited)
-        return np.where(pushed, "mechanism", np.where(idle, "idle", "regular"))
+        idle = ~(self.solver.margin(excited=False) > 1.0)
+        return np.where(self._singular, "mechanism", np.where(idle, "idle", "regular"))
+
+    @cached_property
+    def _singular(self) -> NDArray[np.bool_]:
+        """Entries that the loads move without resistance."""
+        return ~(self.solver.margin(excited=True) > 1.0)
 
     def mechanism(self, *entry: int) -> str:
         """Which nodes move in which direction at a batch entry, in words; empty where none does."""
@@ -153,14 +154,12 @@ class Solution:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
-        split: dict[int, list[Row]] = {}
-        for index, row in enumerate(rows):
-            for k, factor in row.items():
-                name = self.plan.component[k]
-                if name in self.plan.excited:
-                    split.setdefault(name, [{} for _ in rows])[index][k] = factor
-        found = [self._factor(name).values(part) for name, part in split.items()]
-        return [combine([(1.0, part[index]) for part in found]) for index in range(len(rows))]
+        return self.solver.values(rows)
+
+    @cached_property
+    def solver(self) -> BroadcastSolver | SparseSolver:
+        """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
+        return SparseSolver(self.plan) if self.plan.large else BroadcastSolver(self.plan)
 
     def stacked(self, values: Sequence[Value], shifts: Sequence[Value]) -> Array:
         """Values plus known parts as one array (..., n) of the batch shape."""
@@ -184,7 +183,7 @@ class Solution:
         return self._known[key]
 
     def _masked(self, array: Array) -> Array:
-        singular = self._mechanism(self.plan.excited)
+        singular = self._singular
         if singular.any():
             if not self._warned:
                 self._warned = True
@@ -193,25 +192,13 @@ class Solution:
         return array
 
     def _warning(self, singular: NDArray[np.bool_]) -> str:
-        entry = tuple(int(k) for k in np.argwhere(singular)[0]) if singular.ndim else ()
-        where = f"{singular.sum()} of {singular.size} batch entries, the first at {entry}," if singular.ndim else "the frame"
-        return f"{where} can move without resistance and holds NaN: {self.mechanism(*entry)}"
-
-    def _factor(self, component: int) -> Factor:
-        if component not in self._factors:
-            self._factors[component] = Factor(self.plan.block(component))
-        return self._factors[component]
-
-    def _mechanism(self, components: Iterable[int]) -> NDArray[np.bool_]:
-        out = np.zeros(self.shape, dtype=bool)
-        for name in components:
-            if name not in self._singular:
-                factor = self._factor(name)
-                size = sum(len(order.pivots) for order in factor.block.orders)
-                least = _ROUNDINGS * np.sqrt(size) * np.finfo(float).eps
-                self._singular[name] = ~(factor.margin() > least)
-            out |= self._singular[name]
-        return out
+        if not singular.ndim:
+            return f"the frame can move without resistance and its results are NaN: {self.mechanism()}"
+        entry = tuple(int(k) for k in np.argwhere(singular)[0])
+        return (
+            f"{singular.sum()} of {singular.size} batch entries can move without resistance and their results are NaN; "
+            f"the first, {entry}: {self.mechanism(*entry)}"
+        )
 
     def _number(self, node: str) -> int:
         if node not in self.plan.topology.number:

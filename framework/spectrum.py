@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from . import dense
 from .batch import Array
@@ -27,3 +28,23 @@ def inverse_pencil(stiffness: Array, other: Array, count: int) -> tuple[Array, A
     values = np.take_along_axis(values, chosen, axis=-1)
     vectors = np.take_along_axis(vectors, chosen[..., None, :], axis=-1)
     return values, root[..., :, None] * np.linalg.solve(np.swapaxes(half, -1, -2), vectors)
+
+
+def sparse_pencil(stiffness: csr_matrix, mass: csr_matrix, count: int, shift: float) -> tuple[Array, Array]:
+    """The `count` least eigenvalues of ``K x = lambda M x``, by shift and inversion about -`shift`, and vectors."""
+    from skfem.utils import solver_eigen_scipy_sym
+
+    start = np.ones(stiffness.shape[0])
+    values, vectors = solver_eigen_scipy_sym(k=count, sigma=-shift, v0=start)(stiffness.tocsc(), mass.tocsc())
+    order = np.argsort(values)
+    return values[order], vectors[:, order]
+
+
+def extremes(matrix: csr_matrix) -> tuple[Array, Array]:
+    """Least and greatest eigenvalue of a symmetric positive semidefinite matrix, by Lanczos."""
+    from scipy.sparse.linalg import eigsh
+
+    start = np.ones(matrix.shape[0])
+    greatest = eigsh(matrix, k=1, v0=start, return_eigenvectors=False)
+    least = eigsh(matrix.tocsc(), k=1, sigma=0.0, v0=start, return_eigenvectors=False)
+    return np.asarray(least[0]), np.asarray(greatest[0])

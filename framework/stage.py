@@ -85,9 +85,9 @@ class Stage:
         lower = {j: value * inverse for j, _, value in columns}
         for a, (i, over, _) in enumerate(columns):
             del self.matrix[i][k]
-            low, target = lower[i], self.matrix[i]
+            low = lower[i]
             for j, other, value in columns[a:]:
-                subtract(target[j], over | other | varying, low * value)
+                subtract(self.entry(i, j), over | other | varying, low * value)
         self.pivots[k] = Pivot(mask, inverse, lower)
         self._judge(varying, pivot, self.scale.pop(k, {}))
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .batch import Array, aligned
+from .batch import Array, aligned, block_diagonal
 from .dofs import DISPLACEMENTS
 from .protocol import LineElement
 
@@ -62,11 +63,13 @@ class Group:
     def transform(self) -> Array:
         """From displacements in the nodes' axes to local ones, (n, ..., 12, 12)."""
         start, end = self.turns
-        batch = np.broadcast_shapes(start.shape[:-2], end.shape[:-2])
-        out = np.zeros((*batch, 12, 12))
-        for block, turn in enumerate((start, start, end, end)):
-            out[..., 3 * block : 3 * block + 3, 3 * block : 3 * block + 3] = turn
-        return out
+        return block_diagonal((start, start, end, end))
+
+    @property
+    def stiffness_size(self) -> int:
+        """Number of batch entries over which the stiffness of a piece varies."""
+        geometry = self.transform.shape[1:-2], self.length.shape[1:], self.element.shape
+        return int(np.prod(np.broadcast_shapes(*geometry), dtype=np.int64))
 
     def turned(self, local: Array) -> Array:
         """Local matrices (n, ..., 12, 12) in the nodes' axes."""
@@ -122,7 +125,7 @@ class Topology:
             pieces_of[name] = range(len(pieces), len(pieces) + count)
             pieces += [
                 Piece(name, i, count, member.element.part(i, count) if count > 1 else member.element, nodes)
-                for i, nodes in enumerate(zip(chain[:-1], chain[1:], strict=True))
+                for i, nodes in enumerate(pairwise(chain))
             ]
         return cls(frame, number, bodies, pieces, pieces_of)
 

@@ -223,7 +223,8 @@ class Tree:
         for node in self.rows:
             new = [self.elimination.substituted(row) for row in self.rows[node]]
             self.rows[node] = [row for row, _ in new]
-            self.shifts[node] = [combine([(1.0, a), (1.0, b)]) for a, (_, b) in zip(self.shifts[node], new, strict=True)]
+            pairs = zip(self.shifts[node], new, strict=True)
+            self.shifts[node] = [combine([(1.0, own), (1.0, known)]) for own, (_, known) in pairs]
         self.springs = [self._substituted(spring) for spring in self.springs]
 
     def _substituted(self, spring: Spring) -> Spring:
@@ -244,7 +245,7 @@ def _joint(frame: Frame, grid: Grid, name: str, number: dict[str, int]) -> Edge:
     stiffness = link.element.stiffness
     infinite = np.isinf(stiffness).reshape(-1, 6)
     if np.any(infinite.any(axis=0) != infinite.all(axis=0)):
-        raise FrameError(f"joint {name!r} is ideal (inf) in some batch entries only: solve those as a frame of their own")
+        raise FrameError(f"joint {name!r} is ideal (inf) in some batch entries only: solve those as another frame")
     ideal = tuple(int(k) for k in np.flatnonzero(infinite.any(axis=0)))
     springs = tuple(grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
     axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
