@@ -96,7 +96,8 @@ class Drawing:
     @property
     def up(self) -> Array:
         """The upward direction of the picture: y if it shows the xy plane, else z."""
-        return np.eye(3)[1 if self.across == 2 else 2]
+        up: Array = np.eye(3)[1 if self.across == 2 else 2]
+        return up
 
     def surfaces(self, pose: int) -> dict[str, Surface]:
         """What one pose shows, by kind; kinds of which there is nothing are left out."""
@@ -126,11 +127,13 @@ class Drawing:
 
     @property
     def _clamped(self) -> NDArray[np.bool_]:
-        return (self.held | ~self._counts).all(axis=1)
+        clamped: NDArray[np.bool_] = np.all(self.held | ~self._counts, axis=1)
+        return clamped
 
     @property
     def _pinned(self) -> NDArray[np.bool_]:
-        return (self.held & self._counts)[:, :3].any(axis=1) & ~self._clamped
+        held: NDArray[np.bool_] = np.any((self.held & self._counts)[:, :3], axis=1)
+        return held & ~self._clamped
 
     def _joints(self, pose: int) -> Surface:
         places = self._displaced(self.joints, pose)
@@ -155,7 +158,7 @@ class Drawing:
     @property
     def _arrows(self) -> Array:
         """The forces as long as they are drawn, (T, f, 3)."""
-        greatest = np.linalg.norm(self.forces, axis=-1).max(initial=np.finfo(float).tiny)
+        greatest = float(np.linalg.norm(self.forces, axis=-1).max(initial=np.finfo(float).tiny))
         return LONGEST * diagonal(self.rest) / greatest * self.forces
 
     def _forces(self, pose: int) -> Surface:
@@ -167,7 +170,8 @@ class Drawing:
 
     def _displaced(self, nodes: tuple[Array, Array], pose: int) -> Array:
         rest, shift = nodes
-        return rest[pose] + self.scale * shift[pose]
+        places: Array = rest[pose] + self.scale * shift[pose]
+        return places
 
 
 def drawing(solution: Solution, index: Index, scale: float | None, colour: str) -> Drawing:

@@ -132,5 +132,6 @@ def _axes(curves: Array) -> tuple[Array, Array, Array]:
 def _across(vectors: Array) -> Array:
     """A unit vector perpendicular to each of `vectors` (n, 3)."""
     least = np.eye(3)[np.abs(vectors).argmin(axis=-1)]
-    across = np.cross(vectors, least)
-    return across / np.linalg.norm(across, axis=-1, keepdims=True)
+    across: Array = np.cross(vectors, least)
+    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    return across

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -18,6 +19,7 @@ from .rendering import REMEDY, RenderingError, can_render, quiet
 if TYPE_CHECKING:
     import pyvista
 
+    from .shapes import Surface
     from .solution import Solution
 
 Colour = Literal["von_mises", "displacement"]
@@ -75,8 +77,8 @@ def picture(
     shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour)
     with whole_or_nothing(path.parent) as stage, quiet():
         plotter, _ = _plotted(shown, size, colour)
-        plotter.screenshot(stage / path.name)
-        plotter.close()
+        with closing(plotter):
+            plotter.screenshot(stage / path.name)
 
 
 def movie(
@@ -88,7 +90,7 @@ def movie(
     scale: float | None = None,
     colour: Colour = "von_mises",
     size: tuple[int, int] = (960, 608),
-    rate: float = 12.0,
+    rate: int = 12,
 ) -> None:
     """Draw the poses along a batch axis one after the other, with one camera, scale and colour range.
 
@@ -120,18 +122,15 @@ def movie(
     shown = drawing(solution, series(solution.shape, axis, entry, path.name), scale, colour)
     with whole_or_nothing(path.parent) as stage, quiet():
         plotter, meshes = _plotted(shown, size, colour)
-        if path.suffix == ".gif":
-            plotter.open_gif(str(stage / path.name), fps=rate)
-        else:
-            plotter.open_movie(str(stage / path.name), framerate=rate)
-        for pose in range(len(shown.rest)):
-            for kind, surface in shown.surfaces(pose).items():
-                meshes[kind].points = surface.points
-                meshes[kind].point_data["Normals"][:] = surface.normals
-                meshes[kind].point_data["values"][:] = surface.values
-            _caption(plotter, shown, pose)
-            plotter.write_frame()
-        plotter.close()
+        with closing(plotter):
+            if path.suffix == ".gif":
+                plotter.open_gif(str(stage / path.name), fps=rate)
+            else:
+                plotter.open_movie(str(stage / path.name), framerate=rate)
+            for pose in range(len(shown.rest)):
+                _update(meshes, shown.surfaces(pose))
+                _caption(plotter, shown, pose)
+                plotter.write_frame()
 
 
 def _checked(path: str | Path, endings: tuple[str, ...], colour: str) -> Path:
@@ -145,7 +144,9 @@ def _checked(path: str | Path, endings: tuple[str, ...], colour: str) -> Path:
     return path
 
 
-def _plotted(drawing: Drawing, size: tuple[int, int], colour: Colour) -> tuple[pyvista.Plotter, dict[str, Any]]:
+def _plotted(
+    drawing: Drawing, size: tuple[int, int], colour: Colour
+) -> tuple[pyvista.Plotter, dict[str, pyvista.PolyData]]:
     """A plotter that shows the first pose, and its meshes by kind."""
     import pyvista
 
@@ -153,7 +154,8 @@ def _plotted(drawing: Drawing, size: tuple[int, int], colour: Colour) -> tuple[p
     plotter.enable_anti_aliasing("ssaa")
     meshes = {}
     for kind, surface in drawing.surfaces(0).items():
-        mesh = pyvista.PolyData.from_regular_faces(surface.points, surface.faces)
+        faces: Any = surface.faces
+        mesh = pyvista.PolyData.from_regular_faces(surface.points, faces)
         mesh.point_data.active_normals = surface.normals
         mesh.point_data["values"] = surface.values
         actor = plotter.add_mesh(
@@ -173,10 +175,18 @@ def _plotted(drawing: Drawing, size: tuple[int, int], colour: Colour) -> tuple[p
     return plotter, meshes
 
 
-def _bar(plotter: pyvista.Plotter, mapper: Any, title: str, size: tuple[int, int]) -> None:
+def _update(meshes: Mapping[str, pyvista.PolyData], surfaces: Mapping[str, Surface]) -> None:
+    """Move the meshes in place: their topology is the same at all poses."""
+    for kind, surface in surfaces.items():
+        meshes[kind].points = surface.points
+        data: Any = meshes[kind].point_data
+        data["Normals"][:] = surface.normals
+        data["values"][:] = surface.values
+
+
+def _bar(plotter: Any, mapper: Any, title: str, size: tuple[int, int]) -> None:
     plotter.add_scalar_bar(
-        # Its own title would lie on the labels.
-        "",
+        title="",  # its own title would lie on the labels
         mapper=mapper,
         width=0.44,
         height=0.075,
