@@ -159,7 +159,7 @@ def _singular(result: Result, table: Printed) -> Iterable[str]:
         " carry the load. The displacement of P that the mean load then gives, coupler, rocker and joints taken as one"
         " spring in line and without bending, is finite:"
     )
-    moved = [1e3 * finite_rotation(result.motion, i, result.inputs.load, result.line_stiffness) for i in singular]
+    moved = [1e3 * finite_rotation(result.motion, int(i), result.inputs.load, result.line_stiffness) for i in singular]
     yield markdown(
         ["θ", "κ", "displacement of P, mm", "status"],
         [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from argparse import ArgumentDefaultsHelpFormatter, ArgumentParser, ArgumentTypeError, Namespace
+from argparse import Action, ArgumentDefaultsHelpFormatter, ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
@@ -144,7 +144,9 @@ def _start(options: Namespace) -> None:
     from .job import run
 
     names = [field.name for field in fields(Inputs)]
-    given = {name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names}
+    given: dict[str, Any] = {
+        name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names
+    }
     run(Inputs(**given), options.out)
 
 
@@ -201,7 +203,7 @@ def _number(text: str, good: Callable[[float], bool], wanted: str) -> float:
 class _Formatter(ArgumentDefaultsHelpFormatter):
     """Defaults as a reader writes them: no (default: None), tuples without brackets."""
 
-    def _get_help_string(self, action: Any) -> str | None:
+    def _get_help_string(self, action: Action) -> str | None:
         if action.default is None or action.default == "==SUPPRESS==":
             return action.help
         if isinstance(action.default, tuple):

@@ -10,7 +10,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Inputs = ParamSpec("Inputs")
 
 INK, GREY, BLUE, SKY, ORANGE = "#222222", "#8c8c8c", "#0b5394", "#9cc3e6", "#d55e00"
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     "font.size": 9.0,
     "axes.edgecolor": INK,
     "axes.linewidth": 0.7,
@@ -68,7 +68,7 @@ def draw_linkage(points: Mapping[str, Array], load: tuple[float, float], theta: 
     at = {name: np.asarray(point, dtype=float)[:2] for name, point in points.items()}
     # Every size follows from the linkage, so that any four-bar is drawn alike.
     size = float(np.ptp(np.array(list(at.values())), axis=0).max())
-    figure, axes = _figure(6.4, 3.9)
+    figure, (axes,) = _figure(6.4, 3.9)
     axes.set_aspect("equal")
     axes.axis("off")
 
@@ -84,7 +84,7 @@ def draw_linkage(points: Mapping[str, Array], load: tuple[float, float], theta: 
 
     _arrow(axes, at["P"], load, 0.26 * size)
     _angle(axes, at["A"], theta, min(0.2 * size, 0.36 * float(np.linalg.norm(at["B"] - at["A"]))))
-    _labels(axes, at)
+    _labels(axes, at, above=load[1] < 0.0)
     axes.margins(0.09)
     return figure
 
@@ -113,10 +113,10 @@ def draw_trajectory(path: Array, rigid: Array, samples: Array, magnify: float, p
     Figure
         The path with displacements magnified, and one pose to true scale.
     """
-    figure, (left, right) = _figure(7.6, 4.2, columns=2, ratios=(1.25, 1.0))
+    figure, (left, right) = _figure(7.6, 4.2, ratios=(1.25, 1.0))
     places, spread = 1e3 * rigid[:, :2], 1e3 * samples[..., :2]
     normal = path_normal(rigid)
-    regular = np.isfinite(spread).all((1, 2))
+    regular = np.asarray(np.isfinite(spread).all((1, 2)))
 
     across = np.einsum("psk,pk->ps", spread, normal)
 
@@ -132,7 +132,7 @@ def draw_trajectory(path: Array, rigid: Array, samples: Array, magnify: float, p
     left.plot(*places[pose], "o", mfc="none", mec=ORANGE, ms=9, mew=1.2, zorder=6)
     left.set(xlabel="x of P [mm]", ylabel="y of P [mm]", aspect="equal", adjustable="datalim")
     left.set_title(f"displacements × {magnify:g}", loc="left")
-    left.legend(loc="center", handlelength=1.6)
+    left.legend(loc="best", handlelength=1.6)
 
     cloud = spread[pose]
     right.axhline(0.0, color=GREY, lw=0.6)
@@ -162,7 +162,7 @@ def draw_histograms(displacement: Array, theta: float) -> Figure:
     Figure
         One panel for x and one for y.
     """
-    figure, panels = _figure(7.6, 3.2, columns=2)
+    figure, panels = _figure(7.6, 3.2, ratios=(1.0, 1.0))
     for axes, name, values in zip(panels, "xy", 1e3 * displacement[:, :2].T, strict=True):
         mean, std = values.mean(), values.std(ddof=1)
         axes.hist(values, bins="auto", density=True, color=SKY, ec="white", lw=0.8)
@@ -191,14 +191,20 @@ def path_normal(rigid: Array) -> Array:
     tangent = np.gradient(rigid[:, :2], axis=0) if len(rigid) > 1 else np.array([[1.0, 0.0]])
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1)
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+    return np.asarray(np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0))
 
 
-def _figure(width: float, height: float, columns: int = 1, ratios: tuple[float, ...] | None = None) -> Any:
+def _figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) -> tuple[Figure, list[Axes]]:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
-    return figure, figure.subplots(1, columns, width_ratios=ratios)
+    return figure, list(figure.subplots(1, len(ratios), width_ratios=ratios, squeeze=False)[0])
+
+
+def _note(axes: Axes, text: str, at: Array, shift: ArrayLike, **style: Any) -> None:
+    """Write `text` at a point, `shift` points of type away from it."""
+    (x, y), (across, up) = at, np.asarray(shift)
+    axes.annotate(text, (x, y), (across, up), textcoords="offset points", **style)
 
 
 def _bar(axes: Axes, ends: list[Array], level: float) -> None:
@@ -223,11 +229,11 @@ def _arrow(axes: Axes, tail: Array, load: tuple[float, float], length: float) ->
     force = float(np.hypot(*load))
     if force == 0.0:
         return
-    tip = tail + length * np.array(load) / force
+    tip: Array = tail + length * np.array(load) / force
     style = {"arrowstyle": "-|>,head_length=0.7,head_width=0.3", "color": ORANGE, "lw": 2.0, "shrinkA": 4, "shrinkB": 0}
-    axes.annotate("", tip, tail, arrowprops=style, zorder=5)
+    axes.annotate("", tuple(tip), tuple(tail), arrowprops=style, zorder=5)
     axes.plot(*tip, alpha=0.0)
-    axes.annotate(f"{force:g} N", tip, (7, -3), textcoords="offset points", color=ORANGE)
+    _note(axes, f"{force:g} N", tip, (7.0, -3.0), color=ORANGE)
 
 
 def _angle(axes: Axes, at: Array, theta: float, radius: float) -> None:
@@ -235,30 +241,30 @@ def _angle(axes: Axes, at: Array, theta: float, radius: float) -> None:
     axes.plot(*(at[:, None] + radius * np.stack([np.cos(swept), np.sin(swept)])), color=GREY, lw=0.9, zorder=0.5)
     way = np.array([np.cos(theta / 2), np.sin(theta / 2)])
     align = "left" if way[0] > 0.1 else "right"
-    axes.annotate(
-        f"θ = {np.degrees(theta):g}°", at + radius * way, 5.0 * way, textcoords="offset points", va="center", ha=align
-    )
+    _note(axes, f"θ = {np.degrees(theta):g}°", at + radius * way, 5.0 * way, va="center", ha=align)
 
 
-def _labels(axes: Axes, at: Mapping[str, Array]) -> None:
+def _labels(axes: Axes, at: Mapping[str, Array], above: bool) -> None:
+    # Pivots are labelled on the side away from their link, pins outside the corner, P away from its load.
+    away = {name: -np.sign(at[link][0] - at[name][0] or 1.0) for name, link in (("A", "B"), ("E", "D"))}
+    shifts = {"P": np.array([0.0, 15.0 if above else -15.0])} | {
+        name: np.array([23.0 * side, -12.0]) for name, side in away.items()
+    }
+    shifts |= {"B": _corner(at["B"], at["A"], at["P"]), "D": _corner(at["D"], at["P"], at["E"])}
     for name, point in at.items():
-        if name == "P":
-            offset = np.array([0.0, -15.0])
-        elif name in "AE":
-            side = 1.0 if at["B" if name == "A" else "D"][0] < point[0] else -1.0
-            offset = np.array([23.0 * side, -12.0])
-        else:
-            away = -sum(_unit(at[other] - point) for other in {"B": "AP", "D": "PE"}[name])
-            offset = 15.0 * _unit(away) if np.linalg.norm(away) > 0.2 else np.array([0.0, 15.0])
-        axes.annotate(f"${name}$", point, offset, textcoords="offset points", ha="center", va="center", fontsize=11)
-    for link, (start, end) in {"crank": "AB", "coupler": "BP", "rocker": "ED"}.items():
+        _note(axes, f"${name}$", point, shifts[name], ha="center", va="center", fontsize=11)
+    for name, start, end in (("crank", "A", "B"), ("coupler", "B", "P"), ("rocker", "E", "D")):
         along = _unit(at[end] - at[start])
-        slope = (np.degrees(np.arctan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
-        side = np.array([-np.sin(np.radians(slope)), np.cos(np.radians(slope))])
-        axes.annotate(
-            link, (at[start] + at[end]) / 2, 11.0 * side, textcoords="offset points", rotation=slope,
-            rotation_mode="anchor", ha="center", va="center", color=GREY,
-        )  # fmt: skip
+        slope = np.pi / 2 - (np.pi / 2 - np.arctan2(along[1], along[0])) % np.pi
+        shift = 11.0 * np.array([-np.sin(slope), np.cos(slope)])
+        turned = {"rotation": np.degrees(slope), "rotation_mode": "anchor", "ha": "center", "va": "center"}
+        _note(axes, name, (at[start] + at[end]) / 2, shift, color=GREY, **turned)
+
+
+def _corner(point: Array, first: Array, second: Array) -> Array:
+    """Where the label of a pin goes: outside the corner of its two links, above where they are in line."""
+    out = -_unit(first - point) - _unit(second - point)
+    return 15.0 * (_unit(out) if np.linalg.norm(out) > 0.2 else np.array([0.0, 1.0]))
 
 
 def _unit(vector: Array) -> Array:

@@ -121,7 +121,7 @@ class Inputs:
     def degrees(self) -> Array:
         """Drive angles, degrees, (poses,)."""
         first, last, step = self.poses
-        return first + step * np.arange(int((last - first) / step + 1e-9) + 1)
+        return np.asarray(first + step * np.arange(int((last - first) / step + 1e-9) + 1))
 
     @property
     def theta(self) -> Array:

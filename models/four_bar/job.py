@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -112,16 +112,16 @@ def _made(out: Path) -> Iterator[None]:
 
 
 def _save_samples(result: Result, path: Path) -> None:
-    np.savez_compressed(
-        path,
-        theta=result.inputs.theta,
-        rigid=result.rigid,
-        displacement=result.samples,
-        status=result.status,
-        kappa=result.kappa,
-        kappa_scaled=result.kappa_scaled,
-        **{f"input_{name.replace(' ', '_')}": value for name, value in result.draws.items()},
-    )
+    arrays: dict[str, Any] = {
+        "theta": result.inputs.theta,
+        "rigid": result.rigid,
+        "displacement": result.samples,
+        "status": result.status,
+        "kappa": result.kappa,
+        "kappa_scaled": result.kappa_scaled,
+    }
+    arrays |= {f"input_{name}": value for name, value in result.draws.items()}
+    np.savez_compressed(path, **arrays)
 
 
 def _draw(result: Result, stage: Path) -> None:
