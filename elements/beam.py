@@ -130,6 +130,11 @@ class Beam(LineElement):
         section, end = (self.section.between(self.end, k / count) for k in (index, index + 1))
         return replace(self, section=section, end=end, segments=1, release=release)
 
+    def check(self, chord: Array) -> None:
+        """Raise FrameError where `up` is parallel to `chord` (..., 3)."""
+        if self.up is not None:
+            self.axes(chord)
+
     def axes(self, chord: Array) -> Array:
         """Local axes as rows x, y, z, (..., 3, 3).
 

@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 from linkframe.elements import Beam
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Assembled = tuple[Array, Array, Array]

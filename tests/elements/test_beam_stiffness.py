@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose
-from numpy.typing import NDArray
-
 from linkframe.elements import Beam, Circle, Material, Rectangle, Section
 from linkframe.framework.errors import FrameError
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
@@ -54,7 +53,7 @@ def test_closed_form(shear: bool, y: float, z: float, length: float) -> None:
     beam = Beam(Rectangle(y=y, z=z), STEEL, shear=shear)
     A, Iy, Iz = y * z, y * z**3 / 12, z * y**3 / 12
     E, G = 200e9, 200e9 / 2.6
-    phi = [12 * E * I / (5 / 6 * G * A * length**2) if shear else 0.0 for I in (Iz, Iy)]
+    phi = [12 * E * inertia / (5 / 6 * G * A * length**2) if shear else 0.0 for inertia in (Iz, Iy)]
     expected = przemieniecki(E * A, G * beam.section.J, E * Iy, E * Iz, *phi, length)
     K = beam.stiffness_matrix(length)
     assert_allclose(K, expected, rtol=1e-13)
@@ -143,10 +142,7 @@ def test_a_large_motion_of_the_whole_costs_end_forces_no_digits(shift: float) ->
 @given(beam=beams, length=lengths)
 def test_seen_from_the_other_end(beam: Beam, length: float) -> None:
     """Half a turn about z swaps the ends: x and y are reversed, z stays."""
-    if beam.end is None:
-        other = beam
-    else:
-        other = replace(beam, section=beam.end, end=beam.section)
+    other = beam if beam.end is None else replace(beam, section=beam.end, end=beam.section)
     signs = np.array([-1.0, -1.0, 1.0] * 4)
     turn = np.zeros((12, 12))
     turn[np.arange(12), (np.arange(12) + 6) % 12] = signs

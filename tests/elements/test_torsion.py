@@ -1,17 +1,18 @@
-"""Saint-Venant torsion: Timoshenko & Goodier's table, the series in 30 digits, the same series the other way round, finite elements."""
+"""Saint-Venant torsion: a printed table, the series in 30 digits and the other way round, finite elements."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from linkframe.elements import ISection, Rectangle
 from numpy.testing import assert_allclose
 from skfem import Basis, ElementQuad2, MeshQuad, condense, solve
 from skfem.models.poisson import laplace, unit_load
-
-from linkframe.elements import ISection, Rectangle
 
 # Timoshenko & Goodier, Theory of Elasticity, 3rd ed., art. 109, p. 312: b/a, k1 = J / (a^3 b), k2 = T / (a^2 b tau)
 TABLE = [
@@ -45,7 +46,7 @@ def series(short: mp.mpf, long: mp.mpf) -> mp.mpf:
 def test_thirty_digits(ratio: float) -> None:
     with mp.workdps(30):
         expected = series(mp.mpf(1) / 2, mp.mpf(ratio) / 2)
-    assert Rectangle(y=0.5 * ratio, z=0.5).J == pytest.approx(float(expected), rel=3e-16)
+    assert pytest.approx(float(expected), rel=3e-16) == Rectangle(y=0.5 * ratio, z=0.5).J
 
 
 @given(ratio=st.floats(0.2, 5.0))
@@ -75,13 +76,13 @@ def prandtl(ys: np.ndarray, zs: np.ndarray, inside: object) -> float:
 
 
 def graded(*marks: float, step: float) -> np.ndarray:
-    parts = [np.linspace(a, b, 1 + int(np.ceil((b - a) / step))) for a, b in zip(marks[:-1], marks[1:], strict=True)]
+    parts = [np.linspace(a, b, 1 + int(np.ceil((b - a) / step))) for a, b in pairwise(marks)]
     return np.unique(np.concatenate(parts))
 
 
 def test_rectangle_against_finite_elements() -> None:
     ys, zs = np.linspace(0.0, 0.5, 25), np.linspace(0.0, 0.8, 33)
-    assert Rectangle(y=1.0, z=1.6).J == pytest.approx(prandtl(ys, zs, lambda y, z: y > -1), rel=1e-5)
+    assert pytest.approx(prandtl(ys, zs, lambda y, z: y > -1), rel=1e-5) == Rectangle(y=1.0, z=1.6).J
 
 
 @pytest.mark.parametrize(("web", "tolerance"), [(0.3, 5e-3), (0.66, 5e-3), (1.0, 5e-3), (1.5, 5e-3), (2.0, 2.5e-2)])
@@ -91,10 +92,10 @@ def test_i_section_against_finite_elements(web: float, tolerance: float) -> None
     step = min(web, tf) / 6.0
     ys, zs = graded(0.0, web / 2, b / 2, step=step), graded(0.0, h / 2 - tf, h / 2, step=step)
     J = prandtl(ys, zs, lambda y, z: (y < web / 2) | (z > h / 2 - tf))
-    assert ISection(height=h, width=b, web=web, flange=tf).J == pytest.approx(J, rel=tolerance)
+    assert pytest.approx(J, rel=tolerance) == ISection(height=h, width=b, web=web, flange=tf).J
 
 
 def test_a_long_strip() -> None:
     """J -> b a^3 / 3 (1 - 0.630 a / b) (Timoshenko & Goodier, art. 109, Eq. 163)."""
     strip = Rectangle(y=1.0, z=1e6)
-    assert strip.J == pytest.approx(1e6 / 3 * (1 - 0.63025 * 1e-6), rel=1e-11)
+    assert pytest.approx(1e6 / 3 * (1 - 0.63025 * 1e-6), rel=1e-11) == strip.J
