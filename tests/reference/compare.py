@@ -17,6 +17,11 @@ def allowed(scaled_condition_number: ArrayLike) -> Array:
     return np.where(kappa < 1e4, 1e-12, 100 * EPS * kappa)
 
 
+# A force is a stiffness times a difference of displacements that are larger than it, and the opening of a stiff joint
+# is a force over its spring: of 400 random frames and linkages the worst lost a factor 11 more than the displacements.
+FORCES = 30.0
+
+
 def stacked(vectors: Mapping[str, ArrayLike], names: Iterable[str] | None = None) -> Array:
     """Six-component results of all (or the named) nodes or joints, (..., n, 6)."""
     chosen = [np.asarray(vectors[name], dtype=np.float64) for name in (vectors if names is None else names)]
@@ -30,4 +35,5 @@ def apart(result: Array, truth: Array) -> Array:
         error = np.abs(result[..., part] - truth[..., part]).max(axis=(-1, -2))
         size = np.abs(truth[..., part]).max(axis=(-1, -2))
         worst.append(np.divide(error, size, out=np.zeros_like(error * size), where=error > 0))
-    return np.maximum(*worst)
+    greatest: Array = np.maximum(*worst)
+    return greatest

@@ -40,7 +40,8 @@ class Arithmetic:
 
 def eliminate(matrix: Array, right: Array) -> Array:
     """Solve by Gauss with partial pivoting; object arrays keep their numbers' own precision."""
-    a, b = matrix.copy(), right.copy()
+    a: Array = matrix.copy()
+    b: Array = right.copy()
     size = len(b)
     for k in range(size):
         pivot = k + int(np.argmax(np.abs(a[k:, k])))
@@ -67,7 +68,8 @@ def member_axes(chord: Array, up: Array, arithmetic: Arithmetic) -> Array:
     """Rows x along the chord, z nearest to `up`, y = z cross x; y is global y where `up` is along the chord."""
 
     def unit(v: Array) -> Array:
-        return v / arithmetic.sqrt(v @ v)
+        scaled: Array = v / arithmetic.sqrt(v @ v)
+        return scaled
 
     x = unit(chord)
     side = cross(up, x)
@@ -147,13 +149,14 @@ def solve(structure: Structure, arithmetic: Arithmetic = EXACT) -> Result:
     load, u = arithmetic.array(np.zeros(size)), arithmetic.array(np.zeros(size))
     for node, values in structure.loads.items():
         load[start[node] : start[node] + 6] += arithmetic.array(values)
-    held = []
+    held: list[int] = []
     for node, prescribed in structure.supports.items():
         for component, value in prescribed.items():
             held.append(start[node] + COMPONENTS.index(component))
             u[held[-1]] = arithmetic.number(value)
     free = np.setdiff1d(np.arange(size), held)
-    u[free] = arithmetic.solve(stiffness[np.ix_(free, free)], load[free] - stiffness[np.ix_(free, held)] @ u[held])
+    known = stiffness[free][:, held] @ u[held]
+    u[free] = arithmetic.solve(stiffness[np.ix_(free, free)], load[free] - known)
 
     reaction = stiffness @ u - load
     displacement = {name: u[i : i + 6] for name, i in start.items()}
