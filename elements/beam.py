@@ -131,7 +131,18 @@ class Beam(LineElement):
         return replace(self, section=section, end=end, segments=1, release=release)
 
     def check(self, chord: Array) -> None:
-        """Raise FrameError where `up` is parallel to `chord` (..., 3)."""
+        """Whether the member can lie along a chord.
+
+        Parameters
+        ----------
+        chord
+            From the first node to the second, global, (..., 3).
+
+        Raises
+        ------
+        FrameError
+            If `up` is parallel to the member.
+        """
         if self.up is not None:
             self.axes(chord)
 

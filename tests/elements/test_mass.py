@@ -82,7 +82,7 @@ def supported(count: int) -> Array:
 
 @pytest.mark.parametrize(("shear", "rate"), [(False, 4.0), (True, 2.0)], ids=["rayleigh", "timoshenko"])
 def test_frequency_of_a_simply_supported_beam(chain: Chain, shear: bool, rate: float) -> None:
-    """Errors fall with the fourth power of the element's length; with shear, which is constant in it, with the second."""
+    """Errors fall with the fourth power of the element's length; with shear, constant in it, with the second."""
     errors = []
     for count in (8, 16):
         K, M, _ = chain(Beam(BAR, STEEL, shear=shear), L, count)

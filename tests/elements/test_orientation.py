@@ -80,4 +80,5 @@ def test_up_along_the_member_is_refused() -> None:
     with pytest.raises(
         FrameError, match=r"up = \(0.0, 0.0, 2.0\) is parallel to the member; give a direction across it"
     ):
-        beam.axes(np.array([0.0, 0.0, -1.0]))
+        beam.check(np.array([0.0, 0.0, -1.0]))
+    beam.check(np.array([1.0, 0.0, -1.0]))
