@@ -14,6 +14,7 @@ from linkframe.framework import Frame, Solution
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from reference.compare import FORCES, allowed, apart
+from reference.random_structures import few
 
 Array = NDArray[np.float64]
 Parameters = dict[str, Array]
@@ -131,6 +132,7 @@ def test_poses_by_samples() -> None:
     assert_is_its_members(arrays, entries=20)
 
 
+@few
 @given(st.integers(0, 2**32 - 1))
 def test_any_axes(seed: int) -> None:
     """Each parameter with random axes of a common (2, 3) shape."""

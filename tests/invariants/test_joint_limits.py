@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from reference.as_frame import as_frame
 from reference.compare import allowed, apart, stacked
-from reference.random_structures import linkages, structures
+from reference.random_structures import few, linkages, structures
 from reference.stiffness_method import solve
 from reference.structure import Structure
 
@@ -30,6 +30,7 @@ def stiffened(structure: Structure, stiffness: float) -> Structure:
     return replace(structure, joints=joints)
 
 
+@few
 @given(structures, st.sampled_from([1e20, 1e30]))
 def test_inf_is_the_limit_of_a_stiff_joint(structure: Structure, stiffness: float) -> None:
     """An ideal joint and one of 1e20: springs 10^10 times stiffer than any member, so equal to 1e-9; forces too.
@@ -50,6 +51,7 @@ def test_inf_is_the_limit_of_a_stiff_joint(structure: Structure, stiffness: floa
         assert np.all(shut[~free] == 0.0)
 
 
+@few
 @given(linkages)
 def test_a_welded_joint_is_no_joint(structure: Structure) -> None:
     """All six springs ideal: the same as members that share the node."""

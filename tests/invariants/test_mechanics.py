@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from reference.as_frame import as_frame
 from reference.compare import allowed, stacked
-from reference.random_structures import load, structures
+from reference.random_structures import few, load, structures
 from reference.structure import COMPONENTS, LOADS, Structure
 
 Array = NDArray[np.float64]
@@ -38,6 +38,7 @@ def random_cases(structure: Structure, seed: int, count: int) -> Array:
     return np.array([[load(rng) for _ in structure.nodes] for _ in range(count)])
 
 
+@few
 @given(structures, seeds)
 def test_reciprocity(structure: Structure, seed: int) -> None:
     """Maxwell and Betti: the work of one load case on the displacements of another is mutual."""
@@ -50,6 +51,7 @@ def test_reciprocity(structure: Structure, seed: int) -> None:
     assert abs(work[0, 1] - work[1, 0]) <= 10 * bound * np.sqrt(work[0, 0] * work[1, 1])
 
 
+@few
 @given(structures, seeds)
 def test_superposition(structure: Structure, seed: int) -> None:
     """Displacements of a sum of loads, and of a multiple, are those of the parts."""
@@ -61,6 +63,7 @@ def test_superposition(structure: Structure, seed: int) -> None:
     assert np.all(np.abs(2.0 * u[0] - 3.0 * u[1] - u[2]) <= bound * size.max())
 
 
+@few
 @given(structures, seeds)
 def test_equilibrium(structure: Structure, seed: int) -> None:
     """Reactions balance nodal, line and point loads: three forces, three moments about the origin."""
@@ -108,6 +111,7 @@ def strain_energy(frame: Frame, structure: Structure, solution: Solution) -> Arr
     return energy
 
 
+@few
 @given(structures, seeds)
 def test_castigliano(structure: Structure, seed: int) -> None:
     """The strain energy's derivative by a load is the displacement at it: central differences, exact for a parabola."""
@@ -124,6 +128,7 @@ def test_castigliano(structure: Structure, seed: int) -> None:
     assert abs(derivative - solution.displacement(node)[1, component]) <= bound * energy.max() / step[2]
 
 
+@few
 @given(structures)
 def test_clapeyron(structure: Structure) -> None:
     """The strain energy is half the work of the loads."""
@@ -134,6 +139,7 @@ def test_clapeyron(structure: Structure) -> None:
     assert abs(work - energy) <= 10 * allowed(solution.scaled_condition_number()) * energy
 
 
+@few
 @given(structures, seeds)
 def test_rigid_motion_costs_nothing(structure: Structure, seed: int) -> None:
     """All supports moved as one rigid body: nodes follow, joints stay shut, end forces and reactions are rounding.
@@ -163,6 +169,7 @@ def test_rigid_motion_costs_nothing(structure: Structure, seed: int) -> None:
         assert_allclose(solution.joint_displacement(name), 0.0, atol=bound * 1e-3)
 
 
+@few
 @given(structures)
 def test_end_forces_balance_the_nodes(structure: Structure) -> None:
     """Each member is in equilibrium, and its end forces are its internal forces at the ends, minus at the start."""

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from reference.as_frame import as_frame
 from reference.compare import FORCES, allowed, apart, stacked
-from reference.random_structures import columns, rotation, structures, vector
+from reference.random_structures import columns, few, rotation, structures, vector
 from reference.structure import Member, Spring, Structure
 
 Array = NDArray[np.float64]
@@ -81,6 +81,7 @@ def assert_moves_along(structure: Structure, matrix: Array, shift: Array) -> Non
     assert_same(changed, expected, 4 * bound)
 
 
+@few
 @given(structures, seeds)
 def test_turning_and_shifting(structure: Structure, seed: int) -> None:
     """A rigid motion of the whole model turns its results and changes nothing else."""
@@ -88,6 +89,7 @@ def test_turning_and_shifting(structure: Structure, seed: int) -> None:
     assert_moves_along(structure, rotation(rng), rng.normal(size=3))
 
 
+@few
 @given(structures, seeds)
 def test_mirroring(structure: Structure, seed: int) -> None:
     """A mirror image has mirrored displacements (polar) and rotations (axial)."""
@@ -95,6 +97,7 @@ def test_mirroring(structure: Structure, seed: int) -> None:
     assert_moves_along(structure, np.eye(3) - 2 * np.outer(normal, normal), np.zeros(3))
 
 
+@few
 @given(structures, st.sampled_from([1e3, 1e-3, 39.37]), st.sampled_from([1e-3, 1e6, 0.2248]))
 def test_units(structure: Structure, length: float, force: float) -> None:
     """Millimetres and kilonewtons in place of metres and newtons: the same mechanics, the same status."""
@@ -130,6 +133,7 @@ def test_units(structure: Structure, length: float, force: float) -> None:
     )
 
 
+@few
 @given(structures, seeds)
 def test_order_of_description(structure: Structure, seed: int) -> None:
     """Nodes, members, joints, supports and loads given in another order."""
@@ -145,6 +149,7 @@ def test_order_of_description(structure: Structure, seed: int) -> None:
     assert_same(results(solution, structure), original, bound)
 
 
+@few
 @given(structures)
 def test_members_from_end_to_start(structure: Structure) -> None:
     """A member described from its other end: same displacements, reactions and joints."""
@@ -154,6 +159,7 @@ def test_members_from_end_to_start(structure: Structure) -> None:
     assert_same(changed, original, bound)
 
 
+@few
 @given(structures)
 def test_joints_from_second_to_first(structure: Structure) -> None:
     """A joint (C, B) in place of (B, C): its displacement and force change sign, nothing else changes."""
@@ -163,6 +169,7 @@ def test_joints_from_second_to_first(structure: Structure) -> None:
     assert_same(changed, original[:2] + [-found for found in original[2:]], bound)
 
 
+@few
 @given(structures, st.integers(2, 5))
 def test_segments(structure: Structure, segments: int) -> None:
     """Cutting members into segments changes nothing: the elements are exact.

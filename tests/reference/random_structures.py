@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from hypothesis import settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -106,3 +107,6 @@ def columns(matrix: Array) -> tuple[Vector, Vector, Vector]:
 frames = st.integers(0, 2**32 - 1).map(random_frame)
 linkages = st.integers(0, 2**32 - 1).map(random_linkage)
 structures = frames | linkages
+
+# Each example is a whole frame, solved two or three times.
+few = settings(max_examples=25)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from reference.as_frame import as_frame
 from reference.compare import FORCES, allowed, apart, stacked
 from reference.four_bar import CLAMPED, ENDS, JOINTS, LENGTH, coordinates, four_bar
-from reference.random_structures import structures
+from reference.random_structures import few, structures
 from reference.stiffness_method import DOUBLE, EXACT, mp, solve
 from reference.structure import LOADS, Structure, Vector
 
@@ -139,6 +139,7 @@ def test_four_bar_agrees_with_fifty_digits_where_the_usual_assembly_does_not(des
     assert np.all(apart(stacked({name: solution.joint_force(name) for name in "BDE"}), forces) < 1e-12)
 
 
+@few
 @given(structures)
 def test_random_frames_agree_with_fifty_digits(structure: Structure) -> None:
     """Displacements to the numerical contract; forces and joint displacements to FORCES times it."""

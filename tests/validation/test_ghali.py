@@ -31,11 +31,11 @@ def test_cantilever_with_three_masses() -> None:
 def test_mass_on_a_beam_on_two_springs() -> None:
     """Timoshenko, Young, Weaver, Vibration Problems in Engineering, 4th ed., p. 11, problem 1.1-3: f = 1.876 Hz.
 
-    W = 1000 lb at 7 ft of a 10 ft beam on springs of 300 lb/in, the beam light and (here) 10^7 times stiffer than the
-    springs: k = 300 / (0.7^2 + 0.3^2) lb/in. Printed with three decimals.
+    W = 1000 lb at 7 ft of a light 10 ft beam, EI = 3e7 lb in2, on springs of 300 lb/in. Printed T = 0.533 s; to all
+    digits the compliance under W is (0.3^2 + 0.7^2)/k + a^2 b^2/(3 EI L).
     """
     weight, spring, g = 1000.0, 300.0, 12 * 32.174
-    beam = Beam(Section(A=1.0, Iy=1e7, Iz=1e7, J=1.0), Material(E=3e7, nu=0.3, density=1e-12))
+    beam = Beam(Section(A=1.0, Iy=1.0, Iz=1.0, J=1.0), Material(E=3e7, nu=0.3, density=1e-12))
     frame = Frame()
     for name, x in {"left": 0.0, "mass": 84.0, "right": 120.0}.items():
         frame.node(name, (x, 0.0, 0.0))
@@ -49,4 +49,6 @@ def test_mass_on_a_beam_on_two_springs() -> None:
     frame.add("weight", PointMass(weight / g), "mass")
     frequency = frame.modes(1).frequencies[0]
     assert_allclose(frequency, 1.876, rtol=0, atol=0.5e-3)
-    assert_allclose(frequency, np.sqrt(spring / 0.58 * g / weight) / (2 * np.pi), rtol=1e-6)
+    assert_allclose(1 / frequency, 0.533, rtol=0, atol=0.5e-3)
+    compliance = 0.58 / spring + 84.0**2 * 36.0**2 / (3 * 3e7 * 120.0)
+    assert_allclose(frequency, np.sqrt(g / (weight * compliance)) / (2 * np.pi), rtol=1e-9)

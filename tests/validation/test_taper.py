@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material, Rectangle
 from linkframe.framework import Frame
+from numpy.polynomial import Polynomial
 from numpy.testing import assert_allclose
 
 LENGTH, E, NU = 1.8, 110e9, 0.34
@@ -62,30 +63,40 @@ def test_cone(segments: int) -> None:
 
 
 @pytest.mark.parametrize("segments", [1, 4])
-def test_clamped_taper_under_a_uniform_load(segments: int) -> None:
+@pytest.mark.parametrize("ratio", [0.4, 2.5, 0.1])
+@pytest.mark.parametrize("load", ["line", "weight"])
+def test_clamped_taper_under_a_load_along_it(load: str, ratio: float, segments: int) -> None:
     """Force method: the far end's shear V and moment M make its deflection and slope vanish.
 
-    With M(x) = M + V (L-x) + w (L-x)^2/2, the integrals of M(x)/EI and of M(x) (L-x)/EI are zero; by quadrature.
+    With M(x) = M + V (L-x) + m(x), m'' = q and m(L) = m'(L) = 0, the integrals of M(x)/EI and M(x) (L-x)/EI are zero,
+    and the deflection at a is the integral of M(x) (a-x)/EI up to a; by quadrature.
     """
-    thick, thin, line = Rectangle(y=0.06, z=0.03), Rectangle(y=0.024, z=0.02), -50.0
+    y, z, line, at = 0.06, 0.03, -50.0, 0.7
+    size = Polynomial([1.0, (ratio - 1.0) / LENGTH])
+    pull = (Polynomial([line]) if load == "line" else 7800.0 * line * y * z * size**2).integ(2, lbnd=LENGTH)
 
-    def integral(power: int) -> float:
-        def density(x: float) -> mpmath.mpf:
-            y, z = 0.06 - 0.036 * x / LENGTH, 0.03 - 0.01 * x / LENGTH
-            return (LENGTH - x) ** power / (E * z * y**3 / 12)
+    def integral(moment: Polynomial, end: float = LENGTH) -> float:
+        stiffness = Polynomial([E * z * y**3 / 12]) * size**4
+        return float(mpmath.quad(lambda x: moment(x) / stiffness(x), mpmath.linspace(0, end, 9)))
 
-        return float(mpmath.quad(density, mpmath.linspace(0, LENGTH, 5)))
+    arm, one = Polynomial([LENGTH, -1.0]), Polynomial([1.0])
+    matrix = [[integral(arm * a), integral(one * a)] for a in (one, arm)]
+    shear, couple = np.linalg.solve(matrix, [-integral(pull * a) for a in (one, arm)])
+    moment = couple * one + shear * arm + pull
+    sag = integral(moment * Polynomial([at, -1.0]), at)
 
-    i0, i1, i2, i3 = (integral(power) for power in range(4))
-    shear, moment = np.linalg.solve([[i1, i0], [i2, i1]], [-line * i2 / 2, -line * i3 / 2])
     frame = Frame()
     frame.node("0", (0.0, 0.0, 0.0))
     frame.node("1", (LENGTH, 0.0, 0.0))
-    frame.add("beam", Beam(thick, Material(E=E, nu=NU), end=thin, segments=segments), "0", "1")
-    frame.line_load("beam", fy=line)
+    thick, thin = Rectangle(y=y, z=z), Rectangle(y=y * ratio, z=z * ratio)
+    frame.add("beam", Beam(thick, Material(E=E, nu=NU, density=7800.0), end=thin, segments=segments), "0", "1")
+    if load == "line":
+        frame.line_load("beam", fy=line)
+    else:
+        frame.gravity((0.0, line, 0.0))
     frame.fix("0")
     frame.fix("1")
     solution = frame.solve()
-    assert_allclose(solution.reaction("1")[[1, 5]], [shear, moment], rtol=1e-10)
-    near = moment + shear * LENGTH + line * LENGTH**2 / 2
-    assert_allclose(solution.forces("beam", np.array([0.0, LENGTH]))[:, 5], [near, moment], rtol=1e-10)
+    assert_allclose(solution.reaction("1")[[1, 5]], [shear, couple], rtol=1e-10)
+    assert_allclose(solution.forces("beam", np.array([0.0, at]))[:, 5], moment(np.array([0.0, at])), rtol=1e-10)
+    assert_allclose(solution.displacement_along("beam", np.array([at]))[0, 1], sag, rtol=1e-10)
