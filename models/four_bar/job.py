@@ -90,6 +90,8 @@ def run(inputs: Inputs, out: Path) -> None:
             text = report(result, pictures, notes, stages.seconds)
             (stage / "report.md").write_text(text, encoding="utf-8")
         stages.bar.close()
+        new = {path.relative_to(stage) for path in stage.rglob("*")}
+    _forget(out, new)
     _tell(result, out, notes, stages)
 
 
@@ -109,6 +111,13 @@ def _made(out: Path) -> Iterator[None]:
         for path in missing:
             path.rmdir()
         raise
+
+
+def _forget(out: Path, new: set[Path]) -> None:
+    """Remove what an earlier run left and this one did not write: more poses, a picture in space."""
+    for path in (out / "figure3d.png", *out.glob("trajectory/*.vtu")):
+        if path.relative_to(out) not in new:
+            path.unlink(missing_ok=True)
 
 
 def _save_samples(result: Result, path: Path) -> None:

@@ -52,6 +52,18 @@ def test_everything_is_written_and_nothing_else(job: tuple[Path, str]) -> None:
     assert {path.name for path in out.iterdir()} == names | {"figure5.png", "figure6.png", "figure7.png"}
 
 
+def test_a_second_run_replaces_the_first_and_leaves_the_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(view, "can_render", lambda: False)
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+    (tmp_path / "figure3d.png").write_text("old", encoding="utf-8")
+    for last, count in (("60", 4), ("40", 2)):
+        assert main(["four-bar", "--poses", "30", last, "10", "--samples", "5", "--out", str(tmp_path)]) == 0
+        assert len(list((tmp_path / "trajectory").glob("beams*.vtu"))) == count
+    assert (tmp_path / "mine.txt").read_text(encoding="utf-8") == "mine"
+    assert not (tmp_path / "figure3d.png").exists()
+    assert not list(tmp_path.glob(".*"))
+
+
 def test_without_rendering_the_job_says_what_to_install(job: tuple[Path, str], report: str) -> None:
     assert "libegl1" in job[1]
     assert "libegl1" in report
