@@ -113,6 +113,11 @@ class Beam(LineElement):
         up = None if self.up is None else (self.up.shape, self.up.tobytes())
         return self.section, self.material, self.end, up, self.shear, self.releases
 
+    @property
+    def quadrature(self) -> int:
+        """Gauss points that integrate a linear load times the shape functions, cubics or a taper's curves, to rounding."""
+        return 3 if self.end is None else 40
+
     def part(self, index: int, count: int) -> Beam:
         """One of `count` equal parts: its piece of the taper, and the releases of the ends that it keeps.
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .batch import Array
 from .block import Factor
 from .parts import Row, Value, combine
 from .plan import Plan
+from .status import is_singular
 
-# A pivot below this many roundings of its assembled diagonal is none.
-ROUNDINGS = 10.0
+# A pivot below this share of the stiffness whose rounding it carries raises suspicion.
+SUSPECT = 1e-11
 
 
 class BroadcastSolver:
@@ -39,14 +40,17 @@ class BroadcastSolver:
         found = [self.factor(name).values(part) for name, part in split.items()]
         return [combine([(1.0, part[index]) for part in found]) for index in range(len(rows))]
 
-    def margin(self, *, excited: bool) -> Array:
-        """Least pivot, in units of what counts as none, of the components that loads reach or of the others, (...)."""
+    def singular(self, *, excited: bool) -> NDArray[np.bool_]:
+        """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.
+
+        Pivots no larger than the rounding of what they are made of raise the suspicion, eigenvalues confirm it.
+        """
         names = self.plan.excited if excited else self.plan.components - self.plan.excited
-        out = np.full(self.plan.frame.shape, np.inf)
+        out = np.zeros(self.plan.frame.shape, dtype=bool)
         for name in names:
-            factor = self.factor(name)
-            size = sum(len(order.pivots) for order in factor.block.orders)
-            out = np.minimum(out, factor.margin() / (ROUNDINGS * np.sqrt(size) * np.finfo(float).eps))
+            suspects = ~(self.factor(name).margin() > SUSPECT)
+            if suspects.any():
+                out |= is_singular(self.plan, suspects, self.plan.members_of(name))
         return out
 
     def factor(self, component: int) -> Factor:

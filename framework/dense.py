@@ -2,13 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .assembly import point_masses
 from .batch import Array
 from .parts import Row, Value
 from .plan import Plan
 from .topology import Group, Index
+
+
+@dataclass(frozen=True)
+class Entries:
+    """Some batch entries as one axis, or (None) the whole batch as it is.
+
+    Attributes
+    ----------
+    index
+        By batch axis the indices (m,) of the entries.
+    """
+
+    index: tuple[NDArray[np.int64], ...] | None = None
+
+    def of(self, stack: Array, trailing: int, leading: int = 0) -> Array:
+        """`stack` (leading..., batch..., trailing...) at the entries, (leading..., m, trailing...)."""
+        if self.index is None or stack.ndim == leading + trailing:
+            return stack
+        sizes = stack.shape[leading : stack.ndim - trailing]
+        picked = tuple(k if n > 1 else np.zeros_like(k) for k, n in zip(self.index, sizes, strict=True))
+        out: Array = stack[(slice(None),) * leading + picked]
+        return out
+
+
+WHOLE = Entries()
 
 
 def summed(stacks: list[tuple[Index, Array]], size: int) -> Array:
@@ -21,18 +49,19 @@ def summed(stacks: list[tuple[Index, Array]], size: int) -> Array:
     return out
 
 
-def nodal(plan: Plan, stacks: list[tuple[Group, Array]]) -> Array:
+def nodal(plan: Plan, stacks: list[tuple[Group, Array]], entries: Entries = WHOLE) -> Array:
     """Sum of member matrices (n, ..., 12, 12), given in the nodes' axes, over all DOFs, (..., N, N)."""
-    return summed([(group.dofs, stack) for group, stack in stacks], 6 * len(plan.topology.number))
+    picked = [(group.dofs, entries.of(stack, 2, leading=1)) for group, stack in stacks]
+    return summed(picked, 6 * len(plan.topology.number))
 
 
-def stiffness(plan: Plan) -> Array:
+def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
     """Stiffness in joint-relative coordinates, (..., n, n), in the order of `plan.unknowns`."""
     stacks = [(group, group.stiffness()) for group in plan.topology.groups]
-    out = reduced(plan, nodal(plan, stacks))
+    out = reduced(plan, nodal(plan, stacks, entries), entries)
     for spring in plan.tree.springs:
-        row = _spread(plan, [spring.row])
-        k = np.asarray(spring.stiffness)
+        row = _spread(plan, [spring.row], entries)
+        k = entries.of(np.asarray(spring.stiffness), 0)
         out = out + k[..., None, None] * np.swapaxes(row, -1, -2) * row
     return out
 
@@ -47,27 +76,24 @@ def mass(plan: Plan) -> Array:
     return reduced(plan, out)
 
 
-def reduced(plan: Plan, matrix: Array) -> Array:
-    """T^T A T for a matrix over all DOFs."""
-    change = substitution(plan)
+def reduced(plan: Plan, matrix: Array, entries: Entries = WHOLE) -> Array:
+    """T^T A T for a matrix over all DOFs, with T of ``u = T q + g``."""
+    nodes = range(len(plan.topology.number))
+    change = _spread(plan, [plan.tree.row(node, k)[0] for node in nodes for k in range(6)], entries)
     out: Array = np.swapaxes(change, -1, -2) @ matrix @ change
     return out
 
 
-def substitution(plan: Plan) -> Array:
-    """T of ``u = T q + g``: nodal displacements, in the nodes' axes, from the unknowns, (..., N, n)."""
-    nodes = range(len(plan.topology.number))
-    return _spread(plan, [plan.tree.row(node, k)[0] for node in nodes for k in range(6)])
-
-
-def global_substitution(plan: Plan, nodes: list[int]) -> Array:
+def global_substitution(plan: Plan, nodes: list[int], entries: Entries = WHOLE) -> Array:
     """Displacements of `nodes` in global axes from the unknowns, (..., 6 nodes, n)."""
-    return _spread(plan, [row for node in nodes for row in plan.tree.global_rows(node)[0]])
+    return _spread(plan, [row for node in nodes for row in plan.tree.global_rows(node)[0]], entries)
 
 
-def _spread(plan: Plan, rows: list[Row]) -> Array:
+def _spread(plan: Plan, rows: list[Row], entries: Entries) -> Array:
     column = {k: index for index, k in enumerate(plan.unknowns)}
-    values: list[tuple[int, int, Value]] = [(r, column[k], v) for r, row in enumerate(rows) for k, v in row.items()]
+    values: list[tuple[int, int, Value]] = [
+        (r, column[k], entries.of(np.asarray(v), 0)) for r, row in enumerate(rows) for k, v in row.items()
+    ]
     shape = np.broadcast_shapes(*(np.shape(value) for _, _, value in values)) if values else ()
     out = np.zeros((*shape, len(rows), len(column)))
     for r, c, value in values:

@@ -62,6 +62,23 @@ def save(
     follow the order of the description; `vtu.read_names` gives their names.
 
     In ParaView: Warp By Vector (displacement), Extract Surface, Tube.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from linkframe.elements import Beam, Material, Rectangle
+    >>> from linkframe.framework import Frame
+    >>> frame = Frame()
+    >>> frame.node("A", (0.0, 0.0, 0.0))
+    >>> frame.node("B", (1.0, 0.0, 0.0))
+    >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+    >>> frame.fix("A")
+    >>> frame.load("B", fy=[-10.0, -20.0])
+    >>> with TemporaryDirectory() as folder:
+    ...     frame.solve().save(f"{folder}/loads.pvd", times=[10.0, 20.0])
+    ...     sorted(path.name for path in Path(folder).rglob("*.*"))
+    ['beams_000.vtu', 'beams_001.vtu', 'loads.pvd']
     """
     path = Path(path)
     if stations not in range(1, 1001):

@@ -178,7 +178,13 @@ class Frame:
         self._size = max(self._size, float(np.abs(self.position(name)).max()))
 
     def position(self, node: str) -> Array:
-        """Global position of a node, (..., 3)."""
+        """Global position of a node, (..., 3).
+
+        Parameters
+        ----------
+        node
+            The node.
+        """
         at = self.nodes[self._node(node)]
         if at.body is None:
             return at.coordinates
@@ -186,12 +192,24 @@ class Frame:
         return body.origin + turned(body.axes, at.coordinates)
 
     def chord(self, member: str) -> Array:
-        """Vector from start to end of a member, (..., 3), in the axes of its body where both ends share one."""
+        """Vector from start to end of a member, (..., 3), in the axes of its body where both ends share one.
+
+        Parameters
+        ----------
+        member
+            The member.
+        """
         ends = self.members[self._member(member)]
         return self._chord(ends.start, ends.end)
 
     def length(self, member: str) -> Array:
-        """Length of a member, (...)."""
+        """Length of a member, (...).
+
+        Parameters
+        ----------
+        member
+            The member.
+        """
         length: Array = np.linalg.norm(self.chord(member), axis=-1)
         return length
 
@@ -221,10 +239,12 @@ class Frame:
             raise FrameError(f"{name!r} begins and ends at node {nodes[0]!r}: give two different nodes")
         if isinstance(element, LineElement):
             self._check_length(name, *nodes)
+            element.check(self._chord(*nodes))
             self._join(f"member {name!r}", element.shape)
             self.members[name] = Member(element, *nodes)
         elif isinstance(element, JointElement):
             self._check_coincident(name, *nodes)
+            _check_ideal(name, element)
             self._join(f"joint {name!r}", element.shape)
             self.joints[name] = JointLink(element, *nodes)
         else:
@@ -232,7 +252,15 @@ class Frame:
             self.masses[name] = MassPoint(element, *nodes)
 
     def rigid(self, master: str, *slaves: str) -> None:
-        """Join `slaves` to `master` by rigid links, exactly: they move as one body."""
+        """Join nodes by rigid links, exactly: they move as one body.
+
+        Parameters
+        ----------
+        master
+            The node that leads.
+        *slaves
+            The nodes that follow.
+        """
         self._tie(master, slaves, tuple(range(6)), rigid=True)
 
     def tie(self, master: str, slave: str, *names: str) -> None:
@@ -488,3 +516,9 @@ def _known(names: object) -> str:
     if not listed:
         return "none is defined yet"
     return f"known are {', '.join(listed[:12])}{' ...' if len(listed) > 12 else ''}"
+
+
+def _check_ideal(name: str, element: JointElement) -> None:
+    infinite = np.isinf(element.stiffness).reshape(-1, 6)
+    if np.any(infinite.any(axis=0) != infinite.all(axis=0)):
+        raise FrameError(f"joint {name!r} is ideal (inf) at some batch entries only: give those a frame of their own")

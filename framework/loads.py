@@ -8,9 +8,6 @@ import numpy as np
 
 from .batch import Array
 
-# Three Gauss points integrate a linear load times a cubic shape function exactly.
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
-
 
 @dataclass(frozen=True)
 class LineLoad:
@@ -26,13 +23,13 @@ class LineLoad:
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
         return np.clip(x1, lower, upper), np.clip(x2, lower, upper)
 
-    def points(self, lower: Array, upper: Array, length: Array) -> list[tuple[Array, Array]]:
-        """Distances from the member's start and forces (..., 6) that stand for the load between `lower` and `upper`."""
+    def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:
+        """Distances from the member's start and `count` forces (..., 6) that stand for the load in between."""
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
         a, b = self.clipped(lower, upper, length)
         half = (b - a) / 2.0
         out = []
-        for point, weight in zip(_POINTS, _WEIGHTS, strict=True):
+        for point, weight in zip(*np.polynomial.legendre.leggauss(count), strict=True):
             x = a + half * (1.0 + point)
             share = ((x - x1) / (x2 - x1))[..., None]
             force = weight * half[..., None] * (self.start * (1.0 - share) + self.end * share)
@@ -48,7 +45,7 @@ class PointLoad:
     force: Array
     local: bool
 
-    def points(self, lower: Array, upper: Array, length: Array) -> list[tuple[Array, Array]]:
+    def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:
         """The load itself where `at` lies between `lower` and `upper`, the member's end included; else nothing."""
         inside = (lower <= self.at) & ((self.at < upper) | (upper >= length))
         return [(np.clip(self.at, lower, upper), np.where(np.asarray(inside)[..., None], self.force, 0.0))]

@@ -8,9 +8,6 @@ from .batch import Array
 from .member_loads import PointForces, applied_forces, equivalent, weight_forces
 from .topology import Group, Topology
 
-# Strains are products of low polynomials between load ends; eight points a stretch are exact to rounding for tapers.
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-
 
 def cut_forces(topology: Topology, group: Group, position: int, x: Array, start: Array) -> Array:
     """Internal forces ``N Vy Vz T My Mz`` at distance `x` (...) from the start of a piece, (..., 6).
@@ -61,9 +58,10 @@ def _integrated(topology: Topology, group: Group, position: int, x: Array, start
     length = group.length[position]
     out: Array = np.zeros((*np.broadcast_shapes(start.shape[:-1], np.shape(x)), 6))
     lower = np.zeros_like(length)
+    points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
     for upper in _breaks(topology, group, position):
         a, b = np.minimum(lower, x), np.minimum(upper, x)
-        for point, weight in zip((1.0 + _POINTS) / 2.0, _WEIGHTS / 2.0, strict=True):
+        for point, weight in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
             s = a + (b - a) * point
             strain = group.element.section_flexibility(s / length) * cut_forces(topology, group, position, s, start)
             out = out + (weight * (b - a))[..., None] * _carried(strain, x - s)

@@ -11,10 +11,6 @@ from .batch import Array, aligned, turned
 from .loads import LineLoad, MemberLoad
 from .topology import Group, Index, Topology
 
-# Six points integrate the weight of a quadratic taper times a cubic exactly.
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
-
-
 PointForces = Iterator[tuple[Array, Array]]
 
 
@@ -43,7 +39,8 @@ def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | Non
     length = group.length[at]
     end = length if upto is None else upto
     push = turned(group.level[at], aligned(weight, length.ndim - 1, 1)[None])
-    for point, share in zip((1.0 + _POINTS) / 2.0, _WEIGHTS / 2.0, strict=True):
+    points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
+    for point, share in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
         mass = group.element.mass_per_length(end * point / length)
         force = (share * mass * end)[..., None] * push
         yield end * point, np.concatenate([force, np.zeros_like(force)], axis=-1)
@@ -56,7 +53,7 @@ def applied_forces(topology: Topology, group: Group, position: int, upto: Array 
     start = length * piece.index
     end = start + (length if upto is None else upto)
     for load in topology.frame.member_loads.get(piece.member, []):
-        for x, force in _local(load, level).points(start, end, length * piece.count):
+        for x, force in _local(load, level).points(start, end, length * piece.count, group.element.quadrature):
             yield (x - start)[None], force[None]
 
 

@@ -73,9 +73,8 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
 def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
     solver = SparseSolver(plan)
     _check(solver.mass.nnz > 0)
-    regular = bool(np.all(solver.margin(excited=True) > 1.0) and np.all(solver.margin(excited=False) > 1.0))
     shift = 0.0
-    if not regular:
+    if solver.singular(excited=True).any() or solver.singular(excited=False).any():
         shift = float(solver.stiffness.diagonal().sum() / solver.mass.diagonal().sum())
         for _ in range(_NARROWINGS):
             squared, _ = sparse_pencil(solver.stiffness, solver.mass, count + 6, shift)

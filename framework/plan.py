@@ -110,6 +110,10 @@ class Plan:
         reached |= {k for spring in self.tree.springs if not is_zero(spring.gap) for k in spring.row}
         return {self.component[k] for k in reached}
 
+    def members_of(self, component: int) -> set[int]:
+        """Unknowns of a component."""
+        return {k for k, name in self.component.items() if name == component}
+
     @property
     def components(self) -> set[int]:
         """Names of all components."""
@@ -127,7 +131,7 @@ class Plan:
         return list(self.tree.rows[node][k]) if node in self.tree.rows else [dof]
 
     def _assembled(self, component: int) -> Block:
-        unknowns = {k for k, name in self.component.items() if name == component}
+        unknowns = self.members_of(component)
         ends = {
             6 * node + k: row
             for node, rows in self.tree.rows.items()
@@ -169,7 +173,8 @@ class Plan:
         pattern: Pattern = {}
         for a, row in matrix.items():
             for b, parts in row.items():
-                link(pattern, a, b, _union(parts))
+                if parts or (a == b and a not in rows):
+                    link(pattern, a, b, _union(parts))
         first = order(pattern, inner, self.grid)
         reduced: Pattern = {k: {k: 0} for k in unknowns.difference(inner)}
         for a, coupled in pattern.items():

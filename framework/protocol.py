@@ -39,9 +39,18 @@ class LineElement(ABC):
     def kind(self) -> Hashable:
         """Equal for two elements whose stacks may be evaluated together."""
 
+    @property
+    @abstractmethod
+    def quadrature(self) -> int:
+        """Gauss points that integrate a linear load times the shape functions to rounding."""
+
     @abstractmethod
     def part(self, index: int, count: int) -> LineElement:
         """Part `index` of `count` equal parts, with the releases and taper that fall to it."""
+
+    @abstractmethod
+    def check(self, chord: Array) -> None:
+        """Raise FrameError where the member cannot lie along `chord` (..., 3)."""
 
     @abstractmethod
     def axes(self, chord: Array) -> Array:

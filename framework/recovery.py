@@ -96,18 +96,18 @@ class Recovery:
         pieces = self.topology.pieces_of[member]
         whole = self.solution.frame.length(member)
         _check_stations(member, at, whole)
-        # Where lengths vary, so may the piece on which a station lies.
-        which = np.minimum((at / whole[..., None] * len(pieces)).astype(int), len(pieces) - 1)
-        out: list[Array] = []
-        for k in range(at.shape[-1]):
-            value: Array = np.zeros(())
-            for index in np.unique(which[..., k]):
-                group, position = self._where[pieces[index]]
-                length = group.length[position]
-                x = np.clip(at[..., k] - index * length, 0.0, length)
-                value = np.where((which[..., k] == index)[..., None], field(pieces[index], x), value)
-            out.append(np.broadcast_to(value, (*self.solution.shape, value.shape[-1])))
-        return np.stack(out, axis=-2)
+        # Where lengths vary, so may the piece on which a station lies. Stations lead, the batch follows.
+        fraction = aligned(at / whole[..., None], len(self.solution.shape), 1)
+        which = np.moveaxis(np.minimum((fraction * len(pieces)).astype(int), len(pieces) - 1), -1, 0)
+        stations = np.moveaxis(np.broadcast_to(at, fraction.shape), -1, 0)
+        out: Array = np.zeros(())
+        for index in np.unique(which):
+            group, position = self._where[pieces[index]]
+            length = group.length[position]
+            value = field(pieces[index], np.clip(stations - index * length, 0.0, length))
+            out = np.where((which == index)[..., None], value, out)
+        full: Array = np.broadcast_to(out, (len(stations), *self.solution.shape, out.shape[-1]))
+        return np.array(np.moveaxis(full, 0, -2))
 
     @cached_property
     def _where(self) -> dict[int, tuple[Group, int]]:

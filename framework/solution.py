@@ -42,7 +42,13 @@ class Solution:
 
     @classmethod
     def of(cls, frame: Frame) -> Solution:
-        """Solution of a frame; later changes of the frame do not reach it."""
+        """Solution of a frame; later changes of the frame do not reach it.
+
+        Parameters
+        ----------
+        frame
+            The description.
+        """
         described = frame.copy()
         return cls(described, Plan(described))
 
@@ -54,43 +60,137 @@ class Solution:
     # -- displacements ----------------------------------------------------------------------------------------------
 
     def displacement(self, node: str) -> Array:
-        """Displacement and rotation of a node in global axes, (..., 6)."""
+        """Displacement and rotation of a node in global axes.
+
+        Parameters
+        ----------
+        node
+            The node.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., 6), length and radians.
+        """
         number = self._number(node)
         return self._read(("displacement", node), lambda: self._stack(*self.plan.tree.global_rows(number)))
 
     def joint_displacement(self, joint: str) -> Array:
-        """Displacement of a joint's second node relative to its first, in the joint's axes, (..., 6)."""
+        """Displacement of a joint's second node relative to its first, in the joint's axes.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
+        """
         self._joint(joint)
         return self._read(("joint", joint), lambda: self._stack(*self._recovery.joint_rows(joint)))
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
-        """Displacement and rotation at distances `at` (..., k) from a member's start, in global axes, (..., k, 6)."""
+        """Displacement and rotation along a member in global axes, exact between its nodes.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., k, 6).
+        """
         return self._masked(self._recovery.displacement_along(self._member(member), np.atleast_1d(at)))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
     def end_forces(self, member: str) -> Array:
-        """Forces on the ends of a member in its local axes, start before end, (..., 12)."""
+        """Forces and moments on the ends of a member in its local axes.
+
+        Parameters
+        ----------
+        member
+            The member.
+
+        Returns
+        -------
+        ndarray
+            Start before end, (..., 12).
+        """
         self._member(member)
         return self._read(("ends", member), lambda: self._recovery.end_forces(member))
 
     def forces(self, member: str, at: ArrayLike) -> Array:
-        """Internal forces ``N Vy Vz T My Mz`` at distances `at` (..., k) from a member's start, local, (..., k, 6)."""
+        """Internal forces along a member, which the part ahead exerts on the part behind; tension is positive.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            ``N Vy Vz T My Mz`` in local axes, (..., k, 6).
+        """
         return self._masked(self._recovery.forces(self._member(member), np.atleast_1d(at)))
 
     def stress(self, member: str, at: ArrayLike) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress at distances `at` (..., k), (..., k, 3)."""
+        """Extreme stresses of the section along a member.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
+        """
         return self._masked(self._recovery.stress(self._member(member), np.atleast_1d(at)))
 
     def reaction(self, node: str) -> Array:
-        """Force and moment of a support on its node in global axes, (..., 6); zero where the node is not held."""
+        """Force and moment of a support on its node in global axes.
+
+        Parameters
+        ----------
+        node
+            The node.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., 6); zero where the node is not held.
+        """
         if node not in self.frame.supports:
             supported = ", ".join(self.frame.supports) or "none"
             raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
         return self._read(("reaction", node), lambda: self._recovery.reaction(node))
 
     def joint_force(self, joint: str) -> Array:
-        """Force and moment that a joint exerts on its first node, in the joint's axes, (..., 6)."""
+        """Force and moment that a joint exerts on its first node, in the joint's axes.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components.
+        """
         self._joint(joint)
         return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
 
@@ -100,16 +200,22 @@ class Solution:
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance; ``idle`` where it can
         move but no load does so, and the results hold."""
-        idle = ~(self.solver.margin(excited=False) > 1.0)
+        idle = self.solver.singular(excited=False)
         return np.where(self._singular, "mechanism", np.where(idle, "idle", "regular"))
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
         """Entries that the loads move without resistance."""
-        return ~(self.solver.margin(excited=True) > 1.0)
+        return self.solver.singular(excited=True)
 
     def mechanism(self, *entry: int) -> str:
-        """Which nodes move in which direction at a batch entry, in words; empty where none does."""
+        """Which nodes move in which direction where nothing resists, in words; empty where none does.
+
+        Parameters
+        ----------
+        *entry
+            Indices of a batch entry.
+        """
         from .status import describe
 
         return describe(self.plan, entry)
@@ -149,11 +255,28 @@ class Solution:
     # -- inside -----------------------------------------------------------------------------------------------------
 
     def piece_forces(self, piece: int) -> Array:
-        """Forces on both ends of a piece of a member, in its local axes, (..., 12)."""
+        """Forces on both ends of a piece of a member, in its local axes.
+
+        Parameters
+        ----------
+        piece
+            Number of the piece in `plan.topology.pieces`.
+
+        Returns
+        -------
+        ndarray
+            Start before end, (..., 12).
+        """
         return self._masked(np.array(self._recovery.piece_forces(piece)))
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns."""
+        """Values of combinations of the unknowns.
+
+        Parameters
+        ----------
+        rows
+            Factor by unknown, for each combination.
+        """
         return self.solver.values(rows)
 
     @cached_property
@@ -162,7 +285,20 @@ class Solution:
         return SparseSolver(self.plan) if self.plan.large else BroadcastSolver(self.plan)
 
     def stacked(self, values: Sequence[Value], shifts: Sequence[Value]) -> Array:
-        """Values plus known parts as one array (..., n) of the batch shape."""
+        """Values plus known parts as one array of the batch shape.
+
+        Parameters
+        ----------
+        values
+            n computed parts.
+        shifts
+            n known parts.
+
+        Returns
+        -------
+        ndarray
+            (..., n).
+        """
         out = np.zeros((*self.shape, len(values)))
         for k, (value, shift) in enumerate(zip(values, shifts, strict=True)):
             out[..., k] = value if is_zero(shift) else value + shift

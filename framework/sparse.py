@@ -14,10 +14,13 @@ from scipy.sparse.linalg import splu
 
 from .assembly import member_loads, nodal_loads, point_masses
 from .batch import Array, turned
-from .broadcast import ROUNDINGS
 from .parts import Row, Value
 from .plan import Plan
+from .spectrum import zero_eigenvalue
 from .topology import Group, Index
+
+# Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
+_ITERATIONS = 4
 
 
 class SparseSolver:
@@ -32,7 +35,7 @@ class SparseSolver:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self.column = {k: index for index, k in enumerate(plan.unknowns)}
-        self._factors: dict[bytes, tuple[Any, float]] = {}
+        self._factors: dict[bytes, SparseFactor] = {}
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
@@ -43,12 +46,11 @@ class SparseSolver:
             out.append(self.plan.grid.value(np.broadcast_to(value, (self._cases,)).reshape(shape)))
         return out
 
-    def margin(self, *, excited: bool) -> Array:
-        """Least pivot, in units of what counts as none, of the components that loads reach or of the others, (...)."""
+    def singular(self, *, excited: bool) -> NDArray[np.bool_]:
+        """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
         where = self._excited if excited else ~self._excited
-        least = self._factor(where)[1] if where.any() else np.inf
-        scale = ROUNDINGS * np.sqrt(max(1, where.sum())) * np.finfo(float).eps
-        return np.full(self.plan.frame.shape, least / scale)
+        found = bool(where.any()) and self._factor(where).least_eigenvalue() <= zero_eigenvalue(int(where.sum()))
+        return np.full(self.plan.frame.shape, found)
 
     @cached_property
     def unknowns(self) -> Array:
@@ -59,7 +61,7 @@ class SparseSolver:
         where = self._excited
         if where.any():
             matrix = self.stiffness[where][:, where]
-            out[where] = solve(matrix, self.load[where], solver=lambda _, b: self._factor(where)[0](b))
+            out[where] = solve(matrix, self.load[where], solver=lambda _, b: self._factor(where).solve(b))
         return out
 
     @cached_property
@@ -130,11 +132,10 @@ class SparseSolver:
         found: NDArray[np.bool_] = np.isin(label, pushed)
         return found
 
-    def _factor(self, where: NDArray[np.bool_]) -> tuple[Any, float]:
-        """A solver for the unknowns `where`, and the least pivot of their scaled matrix."""
+    def _factor(self, where: NDArray[np.bool_]) -> SparseFactor:
         key = where.tobytes()
         if key not in self._factors:
-            self._factors[key] = _factorised(self.stiffness[where][:, where])
+            self._factors[key] = SparseFactor(self.stiffness[where][:, where])
         return self._factors[key]
 
     def _spread(self, rows: list[Row]) -> csr_matrix:
@@ -176,12 +177,39 @@ def summed(stacks: list[tuple[Index, Array]], size: int) -> csr_matrix:
     return csr_matrix(total.tocsr())
 
 
-def _factorised(matrix: csr_matrix) -> tuple[Any, float]:
-    diagonal = matrix.diagonal()
-    root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    scaled = (diags(root) @ matrix @ diags(root)).tocsc()
-    try:
-        factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError:
-        return (lambda b: np.full_like(b, np.nan)), 0.0
-    return (lambda b: root[:, None] * factor.solve(root[:, None] * b)), float(factor.U.diagonal().min())
+class SparseFactor:
+    """LU of a symmetric positive definite matrix scaled to unit diagonal.
+
+    Parameters
+    ----------
+    matrix
+        The matrix (n, n).
+    """
+
+    def __init__(self, matrix: csr_matrix) -> None:
+        diagonal = matrix.diagonal()
+        self.root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        scaled = (diags(self.root) @ matrix @ diags(self.root)).tocsc()
+        options = {"SymmetricMode": True}
+        try:
+            self.factor: Any = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        except RuntimeError:  # SuperLU's word for an exactly zero pivot
+            self.factor = None
+
+    def solve(self, load: Array) -> Array:
+        """Solution for `load` (n, cases); NaN where the matrix has an exactly zero pivot."""
+        if self.factor is None:
+            return np.full_like(load, np.nan)
+        out: Array = self.root[:, None] * self.factor.solve(self.root[:, None] * load)
+        return out
+
+    def least_eigenvalue(self) -> float:
+        """Estimate, from above, of the scaled matrix's least eigenvalue by inverse iteration."""
+        if self.factor is None:
+            return 0.0
+        vector = np.random.default_rng(0).standard_normal(len(self.root))
+        growth = 1.0
+        for _ in range(_ITERATIONS):
+            vector = self.factor.solve(vector / np.linalg.norm(vector))
+            growth = float(np.linalg.norm(vector))
+        return 1.0 / growth if np.isfinite(growth) else 0.0

@@ -11,6 +11,14 @@ from .batch import Array
 # Above this many unknowns a single frame goes the sparse way.
 DENSE = 400
 
+# Roundings, for the square root of its size, below which an eigenvalue of a matrix with unit diagonal is zero.
+_ROUNDINGS = 8.0
+
+
+def zero_eigenvalue(size: int) -> float:
+    """What counts as zero among the eigenvalues of a matrix with unit diagonal."""
+    return _ROUNDINGS * float(np.sqrt(size) * np.finfo(float).eps)
+
 
 def inverse_pencil(stiffness: Array, other: Array, count: int) -> tuple[Array, Array]:
     """Eigenvalues mu of largest magnitude of ``other x = mu stiffness x``, (..., count), and vectors (..., n, count).

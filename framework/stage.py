@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .order import Order
-from .parts import Parts, Value, is_zero, total
+from .parts import Parts, Value, add, is_zero, total
 
 Matrix = dict[int, dict[int, Parts]]
 Forces = dict[int, Parts]
@@ -34,11 +34,11 @@ class Stage:
     forces
         Parts of the load; that of an eliminated unknown waits there for the back substitution.
     scale
-        Parts of the diagonal as assembled, beside which a pivot is judged.
+        Parts of the stiffness whose rounding the diagonal carries: as assembled, growing with the elimination.
     pivots
         Steps done.
     margin
-        Least ratio of pivot to assembled diagonal, by mask.
+        Least ratio of pivot to scale, by mask: zero to rounding where the matrix is singular.
     """
 
     matrix: Matrix = field(default_factory=dict)
@@ -81,21 +81,26 @@ class Stage:
         row = self.matrix.pop(k, {})
         varying, pivot = total(row.get(k, {}))
         inverse = reciprocal(pivot)
-        columns = [(j, *total(row[j])) for j in below]
+        columns = [(j, *total(row[j])) for j in below if row.get(j)]
         lower = {j: value * inverse for j, _, value in columns}
-        for a, (i, over, _) in enumerate(columns):
+        over, weight = total(self.scale.pop(k, {}))
+        self._judge(varying | over, pivot, weight)
+        for a, (i, own, _) in enumerate(columns):
             del self.matrix[i][k]
             low = lower[i]
             for j, other, value in columns[a:]:
-                subtract(self.entry(i, j), over | other | varying, low * value)
+                subtract(self.entry(i, j), own | other | varying, low * value)
+            add(self.scale.setdefault(i, {}), own | varying | over, low * low * weight)
         self.pivots[k] = Pivot(mask, inverse, lower)
-        self._judge(varying, pivot, self.scale.pop(k, {}))
 
-    def _judge(self, varying: int, pivot: Value, assembled: Parts) -> None:
-        over, scale = total(assembled)
-        ratio = pivot * reciprocal(scale)
-        key = varying | over
-        self.margin[key] = np.minimum(self.margin[key], ratio) if key in self.margin else ratio
+    def _judge(self, mask: int, pivot: Value, weight: Value) -> None:
+        """Note a pivot in units of the stiffness whose rounding it carries.
+
+        With the unknowns before it relaxed, unit motion of an unknown is a shape z, the pivot its energy z.A z, and
+        the rounding of it that of z.diag(A) z; `scale` accumulates the latter.
+        """
+        ratio = pivot * reciprocal(weight)
+        self.margin[mask] = np.minimum(self.margin[mask], ratio) if mask in self.margin else ratio
 
     def forward(self, order: Order, wanted: Sequence[bool]) -> None:
         """Carry the loads of the eliminated unknowns on, as far as the result's mask is `wanted`."""

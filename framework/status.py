@@ -1,49 +1,63 @@
-"""Mechanisms in words: which nodes move in which direction where nothing resists."""
+"""Mechanisms: where the stiffness is singular, and in words which nodes move in which direction."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags, eye
 
 from . import dense
 from .batch import Array
+from .dense import Entries
 from .dofs import DISPLACEMENTS
 from .plan import Plan
 from .sparse import SparseSolver
-from .spectrum import DENSE, sparse_pencil
+from .spectrum import DENSE, sparse_pencil, zero_eigenvalue
 
-# Eigenvalues of the scaled stiffness below this are zero; motions below this share of the largest are not named.
-_ZERO = 1e-12
+# Motions below this share of the largest are not named, and no more than so many nodes and motions are.
 _NAMED = 0.05
 _MOST = 6
 # Where zero eigenvalues of a large frame are looked for.
 _NEAR = 1e-9
 
 
+def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> NDArray[np.bool_]:
+    """Which of the `suspects`, (...) of the batch shape, have a zero eigenvalue among `unknowns`."""
+    out = np.zeros(suspects.shape, dtype=bool)
+    index = np.nonzero(np.atleast_1d(suspects)) if suspects.ndim else ()
+    kept = [k for k, unknown in enumerate(plan.unknowns) if unknown in unknowns]
+    if not suspects.any():
+        return out
+    matrix = dense.stiffness(plan, Entries(index or None))[..., kept, :][..., :, kept]
+    values = np.linalg.eigvalsh(dense.scaled(matrix)[0])
+    out[suspects] = values[..., 0] <= zero_eigenvalue(len(kept))
+    return out
+
+
 def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
     """Displacements of the described nodes, (motions, nodes, 6), global, that cost no energy at a batch entry."""
+    entries = Entries(tuple(np.array([k]) for k in entry) or None)
     if plan.large and len(plan.unknowns) > DENSE:
         stiffness = SparseSolver(plan).stiffness
         root = 1.0 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
         scaled = csr_matrix(diags(root) @ stiffness @ diags(root))
         values, vectors = sparse_pencil(scaled, eye(len(root), format="csr"), _MOST, _NEAR)
     else:
-        matrix, root = dense.scaled(_at(dense.stiffness(plan), entry))
+        matrix, root = dense.scaled(_only(dense.stiffness(plan, entries)))
         values, vectors = np.linalg.eigh(matrix)
-    shapes = (root[:, None] * vectors[:, values < _ZERO * max(1.0, float(values[-1]))]).T
+    shapes = (root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]).T
     nodes = [plan.topology.number[name] for name in plan.frame.nodes]
-    moved = shapes @ _at(dense.global_substitution(plan, nodes), entry).T
+    moved = shapes @ _only(dense.global_substitution(plan, nodes, entries)).T
     motions: Array = moved.reshape(len(shapes), len(nodes), 6)
     return motions
 
 
 def describe(plan: Plan, entry: tuple[int, ...]) -> str:
     """Each free motion of a batch entry as a list of nodes and directions."""
-    motions = free_motions(plan, entry)
     names = list(plan.frame.nodes)
     size = _size(plan)
     sentences = []
-    for motion in motions:
+    for motion in free_motions(plan, entry):
         weighed = motion * np.array([1.0, 1.0, 1.0, size, size, size])
         largest = np.abs(weighed).max(axis=-1)
         leading = [k for k in np.argsort(-largest, kind="stable") if largest[k] > _NAMED * largest.max()]
@@ -66,9 +80,7 @@ def _size(plan: Plan) -> float:
     return max(lengths, default=1.0)
 
 
-def _at(stack: Array, entry: tuple[int, ...]) -> Array:
-    """The matrix of one batch entry from a stack whose axes may have size one."""
-    axes = stack.shape[:-2]
-    index = tuple(k if n > 1 else 0 for k, n in zip(entry, axes, strict=True)) if axes else ()
-    matrix: Array = stack[index]
+def _only(stack: Array) -> Array:
+    """The matrix of the one entry in a stack."""
+    matrix: Array = stack.reshape(stack.shape[-2:])
     return matrix

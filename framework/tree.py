@@ -16,7 +16,6 @@ import numpy as np
 
 from .batch import Array, aligned
 from .constraints import Constraint, Elimination, eliminate
-from .errors import FrameError
 from .frame import Frame, Tie
 from .parts import Grid, Row, Value, add_row, combine, is_zero
 from .topology import Topology
@@ -243,10 +242,7 @@ def edges_of(topology: Topology, grid: Grid) -> list[Edge]:
 def _joint(frame: Frame, grid: Grid, name: str, number: dict[str, int]) -> Edge:
     link = frame.joints[name]
     stiffness = link.element.stiffness
-    infinite = np.isinf(stiffness).reshape(-1, 6)
-    if np.any(infinite.any(axis=0) != infinite.all(axis=0)):
-        raise FrameError(f"joint {name!r} is ideal (inf) in some batch entries only: solve those as another frame")
-    ideal = tuple(int(k) for k in np.flatnonzero(infinite.any(axis=0)))
+    ideal = tuple(int(k) for k in np.flatnonzero(np.isinf(stiffness.reshape(-1, 6)[0])))
     springs = tuple(grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
     axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
     offset = _filled(grid, frame.offsets.get(name, {}))
