@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Inputs = ParamSpec("Inputs")
 
+# More sampled paths and points than this only make the picture darker.
+MOST_PATHS, MOST_POINTS = 200, 2000
+
 INK, GREY, BLUE, SKY, ORANGE = "#222222", "#8c8c8c", "#0b5394", "#9cc3e6", "#d55e00"
 STYLE: Any = {
     "font.size": 9.0,
@@ -120,9 +123,9 @@ def draw_trajectory(path: Array, rigid: Array, samples: Array, magnify: float, p
 
     across = np.einsum("psk,pk->ps", spread, normal)
 
-    drawn = places[:, None] + magnify * spread
+    drawn = places[:, None] + magnify * spread[:, :MOST_PATHS]
     left.plot(drawn[..., 0], drawn[..., 1], color=SKY, lw=0.35, alpha=0.55, zorder=1)
-    left.plot([], [], color=SKY, lw=1.0, label=f"{samples.shape[1]} samples")
+    left.plot([], [], color=SKY, lw=1.0, label=f"{drawn.shape[1]} samples")
     for edge, label in ((across.min(-1), "envelope"), (across.max(-1), None)):
         line = places + magnify * edge[:, None] * normal
         left.plot(*np.where(regular[:, None], line, np.nan).T, color=BLUE, lw=1.1, zorder=3, label=label)
@@ -137,7 +140,7 @@ def draw_trajectory(path: Array, rigid: Array, samples: Array, magnify: float, p
     cloud = spread[pose]
     right.axhline(0.0, color=GREY, lw=0.6)
     right.axvline(0.0, color=GREY, lw=0.6)
-    right.plot(*cloud.T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
+    right.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
     _ellipses(right, cloud)
     right.plot(*cloud.mean(0), "+", color=ORANGE, ms=10, mew=1.8, label="mean")
     right.set(xlabel="$u_x$ of P [mm]", ylabel="$u_y$ of P [mm]", aspect="equal", adjustable="datalim")
@@ -168,7 +171,8 @@ def draw_histograms(displacement: Array, theta: float) -> Figure:
         axes.hist(values, bins="auto", density=True, color=SKY, ec="white", lw=0.8)
         grid = np.linspace(min(values.min(), mean - 3.5 * std), max(values.max(), mean + 3.5 * std), 400)
         axes.plot(grid, stats.norm.pdf(grid, mean, std), color=BLUE, lw=1.6, label="normal fit")
-        axes.plot(values, np.zeros_like(values), "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
+        ticks = values[:MOST_PATHS]
+        axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
         axes.set(xlabel=f"$u_{name}$ of P [mm]", ylabel="density [1/mm]")
         title = f"θ = {np.degrees(theta):g}°,  μ = {mean:.3f} mm,  σ = {std:.3f} mm"
         axes.set_title(title.replace("-", "−"), loc="left")

@@ -31,7 +31,7 @@ CAPTIONS = {
 
 
 class Stages:
-    """The stages of a job: a progress bar where they take longer than a second, and how long each took.
+    """The stages of a job: a progress bar on a terminal, and how long each took.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Stages:
     def __init__(self, count: int) -> None:
         from tqdm import tqdm
 
-        self.bar = tqdm(total=count, delay=1.0, disable=None, leave=False, bar_format="{desc:<20}{bar}| {elapsed}")
+        self.bar = tqdm(total=count, disable=None, leave=False, bar_format="{desc:<20}{bar}| {elapsed}")
         self.seconds: dict[str, float] = {}
 
     @contextmanager
