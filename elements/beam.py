@@ -115,7 +115,7 @@ class Beam(LineElement):
 
     @property
     def quadrature(self) -> int:
-        """Gauss points that integrate a linear load times the shape functions, cubics or a taper's curves, to rounding."""
+        """Gauss points that integrate a linear load times the shape functions to rounding."""
         return 3 if self.end is None else 40
 
     def part(self, index: int, count: int) -> Beam:

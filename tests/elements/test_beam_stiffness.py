@@ -172,6 +172,14 @@ def test_cantilever_in_six_loads() -> None:
         assert_allclose(F, expected, rtol=1e-12, atol=1e-24)
 
 
+def test_each_shear_area_in_its_own_plane() -> None:
+    """P L / (ky G A) is what Timoshenko's beam adds to uy, P L / (kz G A) to uz."""
+    section, L = Section(A=0.02, Iy=3e-5, Iz=7e-5, J=4e-5, ky=0.8, kz=0.3), 0.9
+    soft, stiff = (Beam(section, STEEL, shear=shear).stiffness_matrix(L)[6:, 6:] for shear in (True, False))
+    added = np.diag(np.linalg.inv(soft) - np.linalg.inv(stiff))
+    assert_allclose(added[[1, 2]] * STEEL.G * 0.02 / L, [1 / 0.8, 1 / 0.3], rtol=1e-10)
+
+
 @given(y=sizes, length=lengths)
 def test_parts_make_the_whole(y: float, length: float) -> None:
     """Condensing the inner node of two parts gives the one element, for a taper and with releases as well."""

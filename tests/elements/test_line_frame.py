@@ -165,6 +165,8 @@ def test_part_of_the_elements_and_points_of_their_own() -> None:
     beam, mapping = BEAMS[1], ArcLengthMapping(MESH)
     element, X = ElementLineFrame(beam), np.array([[0.2, 0.9]])
     everywhere = element.gbasis(mapping, X, 5)[0]
+    turned = element.gbasis(mapping, 1.0 - X, 5)[0]
+    assert not np.allclose(turned, everywhere)
     some = np.array([3, 1])
     assert_allclose(element.gbasis(mapping, X, 5, tind=some)[0], np.asarray(everywhere)[:, some])
     own = np.array([[[0.2, 0.9]] * 4])

@@ -101,6 +101,25 @@ def test_rim(forces: Array, wall: float) -> None:
     assert found[2] >= mises.max() * (1 - 1e-14)
 
 
+def test_rim_with_two_peaks_almost_alike() -> None:
+    """The best of the samples need not be next to the greatest stress: a fine sweep with parabolas finds the same."""
+    forces = np.random.default_rng(10).normal(size=(5000, 6)) * [1e4, 5e3, 5e3, 200.0, 200.0, 200.0]
+    forces[0] = 1108.3, 816.8, -5139.9, 69.31, 188.24, -20.32
+    angle = 2 * np.pi * np.arange(720) / 720
+    c, s = np.cos(angle), np.sin(angle)
+    n, vy, vz, t, my, mz = (force[:, None] for force in forces.T)
+    normal = n / CIRCLE.A + (my * s - mz * c) * 0.025 / CIRCLE.Iy
+    square = normal**2 + 3 * (t * 0.025 / CIRCLE.J + 4 / 3 * (vz * c - vy * s) / CIRCLE.A) ** 2
+    before, after = np.roll(square, 1, axis=1), np.roll(square, -1, axis=1)
+    bow = np.where(before + after - 2 * square < 0, 2 * square - before - after, np.inf)
+    greatest = np.sqrt(
+        (square + (after - before) ** 2 / (8 * bow)).max(
+            axis=1, where=(square >= before) & (square >= after), initial=0.0
+        )
+    )
+    assert_allclose(CIRCLE.stress(forces)[:, 2], greatest, rtol=1e-7)
+
+
 def test_rim_where_the_greatest_stress_is_flat() -> None:
     """Where Newton's steps have least to go by."""
     area, radius = float(CIRCLE.A), 0.025
@@ -129,6 +148,50 @@ def test_rectangle_at_every_point_that_is_known(forces: Array) -> None:
                 xy = 0.0
             worst = max(worst, np.sqrt(normal**2 + 3 * (xy**2 + xz**2)))
     assert_allclose(RECTANGLE.stress(forces)[2], worst, rtol=1e-13, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("forces", "point"),
+    [
+        (2e5 * MY + 1e5 * MZ, "tip"),
+        (3e5 * VY + 2e4 * MY, "flange"),
+        (2e3 * T, "flange"),
+        (4e5 * MY + 5e5 * VZ, "root"),
+        (4e5 * MY + 5e5 * VZ - 20.0 * T, "root"),
+        (8e5 * VZ + 1e5 * N, "middle"),
+        (8e5 * VZ - 1e2 * T, "middle"),
+    ],
+)
+def test_i_section_at_each_of_its_points(forces: Array, point: str) -> None:
+    """V S / (I t) with the first moment S of what lies beyond the cut, T t / J on the face where both agree."""
+    h, b, tw, tf = 0.3, 0.15, 0.007, 0.011
+    n, vy, vz, t, my, mz = np.abs(forces)
+    A, Iy, Iz, J = I_SECTION.A, I_SECTION.Iy, I_SECTION.Iz, I_SECTION.J
+
+    def mises(y: float, z: float, shear: float) -> float:
+        return float(np.sqrt((n / A + my * z / Iy + mz * y / Iz) ** 2 + 3 * shear**2))
+
+    outstand = (b - tw) / 2
+    across = vy * outstand * tf * (b + tw) / 4 / (Iz * tf) + vz * outstand * tf * (h - tf) / 2 / (Iy * tf)
+    flange, above = b * tf * (h - tf) / 2, (h / 2 - tf) ** 2 / 2 * tw
+    stresses = {
+        "tip": mises(b / 2, h / 2, 0.0),
+        "flange": mises(tw / 2, h / 2, across + t * tf / J),
+        "root": mises(tw / 2, h / 2 - tf, vz * flange / (Iy * tw) + t * tw / J),
+        "middle": mises(tw / 2, 0.0, vz * (flange + above) / (Iy * tw) + t * tw / J),
+    }
+    assert max(stresses, key=lambda name: stresses[name]) == point
+    assert I_SECTION.stress(forces)[2] == pytest.approx(stresses[point], rel=1e-13)
+
+
+def test_bounds_of_a_section_without_a_form() -> None:
+    """Torsion adds to bending at the fibres, and to both shear forces at the centroid."""
+    shear = np.hypot(3.0 / 0.8e-3, 4.0 / 0.5e-3) + 0.5 / 2e-5
+    assert ANY.stress(3.0 * VY + 4.0 * VZ - 0.5 * T)[2] == pytest.approx(ROOT3 * shear, rel=1e-14)
+    bending = 2.0 * 0.05 / 2e-6 + 7.0 / 1e-3
+    assert ANY.stress(2.0 * MY - 7.0 * N + 0.5 * T)[2] == pytest.approx(
+        np.hypot(bending, ROOT3 * 0.5 / 2e-5), rel=1e-14
+    )
 
 
 @pytest.mark.parametrize("section", SHAPES, ids=lambda s: type(s).__name__)
