@@ -32,6 +32,8 @@ def as_frame(structure: Structure, *, segments: int = 1, loaded: bool = True) ->
         frame.add(name, as_beam(member, segments), member.start, member.end)
     for name, joint in structure.joints.items():
         frame.add(name, as_joint(joint), joint.first, joint.second)
+    for master, slave in structure.rigid:
+        frame.rigid(master, slave)
     for node, prescribed in structure.supports.items():
         frame.prescribe(node, **prescribed)
     for node, load in structure.loads.items() if loaded else ():

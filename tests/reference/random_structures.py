@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -77,7 +79,7 @@ def random_frame(seed: int) -> Structure:
     supports = {"n0": CLAMPED} | ({f"n{count - 1}": CLAMPED} if count > 2 and rng.random() < 0.4 else {})
     # Every node is loaded, so that nothing is exactly free of force and has no size to compare with.
     loads = {f"n{i}": load(rng) for i in range(count)}
-    return Structure(nodes, members, joints, supports, loads)
+    return Structure(nodes, members, joints, supports=supports, loads=loads)
 
 
 def random_linkage(seed: int) -> Structure:
@@ -95,7 +97,39 @@ def random_linkage(seed: int) -> Structure:
     for name in "BDE":
         stiffness = (*(float(10**value) for value in rng.uniform(7, 12, size=5)), 0.0)
         joints[name] = Spring(f"{name}1", f"{name}2", stiffness, columns(turn))
-    return Structure(nodes, members, joints, {"A": CLAMPED, "E2": CLAMPED}, {"P": load(rng), "D1": load(rng)})
+    supports = {"A": CLAMPED, "E2": CLAMPED}
+    return Structure(nodes, members, joints, supports=supports, loads={"P": load(rng), "D1": load(rng)})
+
+
+def random_constrained(seed: int) -> Structure:
+    """A random frame with rigid links, rollers on their ends, ideal joints and joints side by side, closing loops."""
+    rng = np.random.default_rng(seed)
+    frame = random_frame(seed)
+    nodes, members, joints = dict(frame.nodes), dict(frame.members), dict(frame.joints)
+    supports, loads, rigid = dict(frame.supports), dict(frame.loads), []
+    for name, joint in frame.joints.items():
+        ideal = tuple(np.inf if rng.random() < 0.5 else k for k in joint.stiffness)
+        joints[name] = replace(joint, stiffness=ideal)
+        if rng.random() < 0.3:
+            second = tuple(np.inf if rng.random() < 0.3 else 1e6 for _ in range(6))
+            axes = joint.axes if rng.random() < 0.5 else columns(rotation(rng))
+            joints[f"{name} too"] = Spring(joint.second, joint.first, second, axes)
+    for i in range(int(rng.integers(1, 4))):
+        master, other = rng.choice(list(frame.nodes), size=2, replace=False)
+        slave = f"s{i}"
+        nodes[slave] = vector(np.array(nodes[master]) + rng.uniform(-0.4, 0.4, size=3))
+        rigid.append((str(master), slave))
+        loads[slave] = load(rng)
+        kind = rng.random()
+        if kind < 0.4:
+            members[f"strut{i}"] = member(rng, slave, str(other), np.subtract(nodes[other], nodes[slave]))
+        elif kind < 0.8 and master not in supports:
+            held = rng.choice(COMPONENTS[:3], size=int(rng.integers(1, 3)), replace=False)
+            # At a clamped master a roller would be redundant, and how they share the reaction would be undetermined.
+            supports[slave] = {str(name): 0.0 for name in held}
+        elif i:
+            rigid.append((f"s{i - 1}", slave))
+    return Structure(nodes, members, joints, tuple(rigid), supports, loads)
 
 
 def columns(matrix: Array) -> tuple[Vector, Vector, Vector]:
@@ -107,6 +141,7 @@ def columns(matrix: Array) -> tuple[Vector, Vector, Vector]:
 frames = st.integers(0, 2**32 - 1).map(random_frame)
 linkages = st.integers(0, 2**32 - 1).map(random_linkage)
 structures = frames | linkages
+constrained = st.integers(0, 2**32 - 1).map(random_constrained)
 
 # Each example is a whole frame, solved two or three times.
 few = settings(max_examples=25)

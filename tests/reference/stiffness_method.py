@@ -55,6 +55,8 @@ def eliminate(matrix: Array, right: Array) -> Array:
     return b
 
 
+# What stands for ideal: 10^20 times stiffer than anything else: 50 digits lose 30, and the limit is reached to 20.
+IDEAL = 1e30
 EXACT = Arithmetic(mp.mpf, mp.sqrt, object, eliminate)
 DOUBLE = Arithmetic(float, sqrt, float, np.linalg.solve)
 
@@ -120,8 +122,17 @@ def gap(spring: Spring, arithmetic: Arithmetic) -> tuple[Array, Array]:
         opening[block : block + 3, block + 6 : block + 9] = axes.T
     constants = arithmetic.array(np.zeros((6, 6)))
     for i, value in enumerate(spring.stiffness):
-        constants[i, i] = arithmetic.number(value)
+        constants[i, i] = arithmetic.number(min(value, IDEAL))
     return constants, opening
+
+
+def rigid_link(master: str, slave: str, structure: Structure, arithmetic: Arithmetic) -> tuple[Array, Array]:
+    """Six springs of IDEAL and the map (6, 12) to what they stretch: slave - (master + rotation x arm)."""
+    arm = arithmetic.array(structure.nodes[slave]) - arithmetic.array(structure.nodes[master])
+    apart = arithmetic.array(np.hstack([-np.eye(6), np.eye(6)]))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        apart[i, 3 + j], apart[i, 3 + k] = -arm[k], arm[j]
+    return arithmetic.array(IDEAL * np.eye(6)), apart
 
 
 @dataclass(frozen=True)
@@ -142,6 +153,7 @@ def solve(structure: Structure, arithmetic: Arithmetic = EXACT) -> Result:
     stiffness = arithmetic.array(np.zeros((size, size)))
     pieces = [(m.start, m.end, *deformation(m, structure, arithmetic)) for m in structure.members.values()]
     pieces += [(j.first, j.second, *gap(j, arithmetic)) for j in structure.joints.values()]
+    pieces += [(*pair, *rigid_link(*pair, structure, arithmetic)) for pair in structure.rigid]
     for first, second, k, map_ in pieces:
         rows = [*range(start[first], start[first] + 6), *range(start[second], start[second] + 6)]
         stiffness[np.ix_(rows, rows)] += map_.T @ (k @ map_)

@@ -49,10 +49,11 @@ class Spring:
 
 @dataclass(frozen=True)
 class Structure:
-    """Nodes, members, joints, supports with their prescribed displacements, and nodal loads."""
+    """Nodes, members, joints, rigid links (master, slave), supports and prescribed displacements, nodal loads."""
 
     nodes: Mapping[str, Vector]
     members: Mapping[str, Member]
     joints: Mapping[str, Spring] = field(default_factory=dict)
+    rigid: tuple[tuple[str, str], ...] = ()
     supports: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     loads: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
