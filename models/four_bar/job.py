@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -100,16 +100,16 @@ def _made(out: Path) -> Iterator[None]:
     """Make `out` and its parents, and unmake what was made if the body fails."""
     missing = [path for path in (out, *out.parents) if not path.exists()]
     try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FrameError(
-            f"--out {out} cannot be made: {error.strerror}; choose a directory that can be written"
-        ) from error
-    try:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            why = error.strerror or error
+            raise FrameError(f"--out {out} cannot be made: {why}; choose a directory that can be written") from error
         yield
     except BaseException:
         for path in missing:
-            path.rmdir()
+            with suppress(OSError):
+                path.rmdir()
         raise
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from linkframe.models.command_line import main, parser
+from linkframe.models.four_bar import job
 
 
 def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -116,10 +117,20 @@ def test_directory_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert str(tmp_path / "file") in refused(["four-bar", "--out", str(tmp_path / "file")], capsys)
 
 
-def test_directory_without_permission_to_write(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_directory_without_permission_to_write(capsys: pytest.CaptureFixture[str]) -> None:
     # /proc refuses to make files for every user, root included.
-    message = refused(["four-bar", "--out", "/proc/linkframe"], capsys)
-    assert "/proc/linkframe" in message
+    for out in ("/proc", "/proc/linkframe", "/proc/link/frame"):
+        message = refused(["four-bar", "--out", out], capsys)
+        assert f"{out} " in message or f"{out}:" in message
+
+
+def test_interrupted_job_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job, "report", interrupted)
+    assert main(["four-bar", "--poses", "30", "60", "10", "--samples", "5", "--out", str(tmp_path / "a" / "b")]) == 130
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_installed_command_prints_no_traceback(tmp_path: Path) -> None:
