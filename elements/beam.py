@@ -298,7 +298,7 @@ class Beam(LineElement):
 
         From the work ``N / 2 int uy'^2 + uz'^2 + (Iy + Iz) / A rx'^2 dx`` of the axial force (the last
         term is Wagner's, for torsional buckling; McGuire, Gallagher & Ziemian, *Matrix Structural Analysis*, 2nd ed.,
-        art. 9.2). Closed form for a prismatic beam, quadrature (`quadrature`) for a taper or with releases.
+        ch. 9). Closed form for a prismatic beam, quadrature (`quadrature`) for a taper or with releases.
 
         Parameters
         ----------

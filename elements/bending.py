@@ -10,9 +10,10 @@ on (v1, r1, v2, r2), with c the `centre`, ``1 / bend = f0`` and ``1 / shear = f2
 
     f0 = int 1 / EI dx,   f2 = int (x - c)^2 / EI + 1 / (k G A) dx,   c = int x / EI dx / f0.
 
-A prismatic member has c = L / 2, bend = EI / L, shear = 12 EI / (L^3 (1 + phi)). No term of it
-subtracts, and a hinge only moves the centre into itself. (Elastic centre: Timoshenko & Young,
-*Theory of Structures*, 2nd ed., art. 9.4; phi: Przemieniecki, *Theory of Matrix Structural Analysis*, Eq. 5.114.)
+A prismatic member has c = L / 2, bend = EI / L, shear = 12 EI / (L^3 (1 + phi)). Both flexibilities
+are sums of positive terms, and a hinge only moves the centre into itself. (The elastic centre is that of the
+theory of arches, Timoshenko & Young, *Theory of Structures*; phi as in Przemieniecki, *Theory of Matrix
+Structural Analysis*, ch. 5.)
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class Circle(CrossSection):
         """Least and greatest normal stress and greatest von Mises stress on the rim, (..., 3).
 
         A shear force gives the tangential stress ``4/3 V sin(angle) / A`` on the rim (Timoshenko,
-        *Strength of Materials* I, 3rd ed., art. 26).
+        *Strength of Materials* I, on beams of circular section).
 
         Parameters
         ----------

@@ -16,7 +16,7 @@ class Material:
     """Young's modulus, shear modulus and density.
 
     Give `nu` or `G`; the other follows from ``G = E / (2 (1 + nu))`` (Timoshenko & Goodier,
-    *Theory of Elasticity*, 3rd ed., Eq. 6). Any of the numbers may be an array.
+    *Theory of Elasticity*, 3rd ed., ch. 1). Any of the numbers may be an array.
 
     Parameters
     ----------

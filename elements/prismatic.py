@@ -2,7 +2,7 @@
 
 Both follow from the interdependent cubics: M from ``int rho A v^2 + rho I r^2 dx``, the geometric
 stiffness from ``N int v'^2 dx`` (Przemieniecki, *Theory of Matrix Structural Analysis*, 1968,
-art. 11.4 and 15.3; Friedman & Kosmatka, Comput. Struct. 47 (1993) 473-481).
+ch. 11 and 15; Friedman & Kosmatka, Comput. Struct. 47 (1993) 473-481).
 """
 
 from __future__ import annotations

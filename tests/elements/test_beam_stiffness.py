@@ -56,8 +56,11 @@ def test_closed_form(shear: bool, y: float, z: float, length: float) -> None:
     phi = [12 * E * inertia / (5 / 6 * G * A * length**2) if shear else 0.0 for inertia in (Iz, Iy)]
     expected = przemieniecki(E * A, G * beam.section.J, E * Iy, E * Iz, *phi, length)
     K = beam.stiffness_matrix(length)
-    assert_allclose(K, expected, rtol=1e-13)
-    assert np.array_equal(K != 0.0, expected != 0.0)
+    # 2 - phi may vanish: each entry to rounding of the diagonal ones that it couples
+    size = np.sqrt(np.diag(expected))
+    assert_allclose(K / np.outer(size, size), expected / np.outer(size, size), atol=2e-14)
+    if not shear:
+        assert np.array_equal(K != 0.0, expected != 0.0)
 
 
 def rigid_motions(length: float) -> Array:

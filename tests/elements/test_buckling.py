@@ -19,7 +19,7 @@ BAR = Rectangle(y=0.12, z=0.07)
 EULER = np.pi**2 * E * BAR.Iz / L**2
 Chain = Callable[[Beam, float, int], tuple[Array, Array, Array]]
 # fixed components of the start and of the end, and the critical load over Euler's (Timoshenko & Gere,
-# Theory of Elastic Stability, 2nd ed., art. 2.2-2.3): the clamped-pinned one from tan(k L) = k L
+# Theory of Elastic Stability, 2nd ed., ch. 2): the clamped-pinned one from tan(k L) = k L
 PROPPED = brentq(lambda t: np.tan(t) - t, 4.4, 4.6) ** 2 / np.pi**2
 SUPPORTS = [((1,), (1,), 1.0), ((1, 5), (), 0.25), ((1, 5), (1, 5), 4.0), ((1, 5), (1,), PROPPED)]
 
@@ -62,7 +62,7 @@ def test_torsional_buckling(chain: Chain) -> None:
 
 
 def test_printed_matrix() -> None:
-    """Przemieniecki (1968), Eq. 15.27: N / L (6/5, L/10, 2 L^2 / 15, -L^2 / 30)."""
+    """Przemieniecki (1968), ch. 15: N / L (6/5, L/10, 2 L^2 / 15, -L^2 / 30)."""
     Kg = Beam(BAR, STEEL).geometric_matrix(L, 7.0)
     expected = np.array([
         [6 / 5, L / 10, -6 / 5, L / 10],
@@ -93,7 +93,7 @@ def test_energy_of_the_axial_force(shear: bool, end: Rectangle | None) -> None:
 
 
 def test_a_tapered_column(chain: Chain) -> None:
-    """Clamped and free, its depth linear: E I y'' + P y = 0 shot from the tip (Timoshenko & Gere, art. 2.13)."""
+    """Clamped and free, its depth linear: E I y'' + P y = 0 shot from the tip (Timoshenko & Gere, ch. 2)."""
     thick, thin = 0.12, 0.072
     beam = Beam(Rectangle(y=thick, z=0.07), STEEL, end=Rectangle(y=thin, z=0.07))
     found = critical(beam, chain, 8, (1, 5), ())

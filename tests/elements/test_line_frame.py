@@ -81,7 +81,7 @@ def test_geometric_stiffness_is_the_closed_form(beam: Beam) -> None:
 
 
 def test_load_is_the_textbooks_and_turns_with_the_member() -> None:
-    """q L / 2 and q L^2 / 12 (Gere & Goodno, Table H-1) along the local y axis of an inclined member."""
+    """q L / 2 and q L^2 / 12 (Roark, 7th ed., table 8.1, case 2d) along the local y axis of an inclined member."""
     beam, q = BEAMS[1], 3.0
     mesh = MeshLine1(POINTS[:, :2].copy(), CELLS[:, :1].copy())
     basis = basis_of(beam, 3, mesh)

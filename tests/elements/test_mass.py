@@ -39,7 +39,7 @@ def test_rigid_motion_has_the_inertia_of_the_bar(y: float, length: float, shear:
 
 
 def test_printed_matrix() -> None:
-    """Przemieniecki (1968), Eq. 11.22, without shear: rho A L (13/35 + 6 I / 5 A L^2) and so on, row by row."""
+    """Przemieniecki (1968), ch. 11, without shear: rho A L (13/35 + 6 I / 5 A L^2) and so on, row by row."""
     M = Beam(BAR, STEEL).mass_matrix(L)
     m = RHO * BAR.A * L
     for (v1, r1, v2, r2), sign, inertia in (((1, 5, 7, 11), 1, BAR.Iz), ((2, 4, 8, 10), -1, BAR.Iy)):
@@ -62,7 +62,7 @@ def test_printed_matrix() -> None:
 def frequency(shear: bool) -> float:
     """First root of a simply supported beam with rotary inertia, v = sin(k x) and r = cos(k x): det(K - w^2 M) = 0.
 
-    Timoshenko, Young & Weaver, Vibration Problems in Engineering, 4th ed., art. 5.12.
+    Timoshenko, Young & Weaver, Vibration Problems in Engineering, 4th ed., ch. 5.
     """
     k, A, inertia = np.pi / L, BAR.A, BAR.Iz
     if not shear:
@@ -108,7 +108,7 @@ def test_torsion_bar(chain: Chain) -> None:
 def test_wedge(chain: Chain) -> None:
     """Cantilever of constant width, its depth falling to a point: w = 5.315 sqrt(E I0 / (rho A0 L^4)) (Kirchhoff 1879).
 
-    Timoshenko, Young & Weaver, 4th ed., art. 5.15. This wedge ends at a thousandth of its depth, 0.2 per cent short.
+    Timoshenko, Young & Weaver, 4th ed., ch. 5. This wedge ends at a thousandth of its depth, 0.2 per cent short.
     """
     deep, count = 0.01, 16
     beam = Beam(Rectangle(y=deep, z=0.02), STEEL, end=Rectangle(y=deep / 1000, z=0.02))

@@ -105,7 +105,7 @@ def test_hinges_leave_exact_zeros() -> None:
 
 
 def test_propped_beam() -> None:
-    """A hinge at one end: 3 E I / L (Ghali & Neville, Structural Analysis, 5th ed., Table D-1)."""
+    """A hinge at one end: 3 E I / L (Ghali & Neville, Structural Analysis, 5th ed., appendix D)."""
     bar = Rectangle(y=0.1, z=0.06)
     K = Beam(bar, STEEL, release=("start rz",)).stiffness_matrix(L)
     assert K[11, 11] == pytest.approx(3 * 200e9 * bar.Iz / L, rel=1e-14)

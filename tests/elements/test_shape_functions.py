@@ -58,7 +58,7 @@ def test_section_forces_are_in_equilibrium(beam: Beam) -> None:
 
 @pytest.mark.parametrize("shear", [False, True])
 def test_equivalent_end_forces_of_a_load(shear: bool) -> None:
-    """Gere & Goodno, Table H-1: uniform load q L / 2 and q L^2 / 12, whatever the shear stiffness; and a triangle."""
+    """Roark, 7th ed., table 8.1, case 2d: q L / 2 and q L^2 / 12, whatever the shear stiffness; and a triangle."""
     beam = Beam(Rectangle(y=0.3, z=0.2), STEEL, shear=shear)
     x, w = np.polynomial.legendre.leggauss(4)
     x, w = (x + 1) / 2 * L, w / 2 * L
@@ -71,7 +71,7 @@ def test_equivalent_end_forces_of_a_load(shear: bool) -> None:
 
 
 def test_hermite() -> None:
-    """Without shear they are Hermite's cubics (Przemieniecki 1968, Eq. 11.14), in xz with rotations reversed."""
+    """Without shear they are Hermite's cubics (Przemieniecki 1968, ch. 11), in xz with rotations reversed."""
     t = np.linspace(0.0, 1.0, 7)
     cubic = np.stack([1 - 3 * t**2 + 2 * t**3, L * t * (1 - t) ** 2, t**2 * (3 - 2 * t), L * t**2 * (t - 1)], axis=-1)
     N = BEAMS[0].shape_functions(L, t * L)
@@ -80,7 +80,7 @@ def test_hermite() -> None:
 
 
 def test_interdependent_cubics() -> None:
-    """Friedman & Kosmatka (1993), Eq. 10: deflection by the first displacement and rotation."""
+    """Friedman & Kosmatka (1993): deflection by the first displacement and rotation."""
     beam = BEAMS[1]
     phi = 12 * 200e9 * beam.section.Iz / (5 / 6 * STEEL.G * beam.section.A * L**2)
     t = np.linspace(0.0, 1.0, 7)

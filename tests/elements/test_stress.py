@@ -49,23 +49,23 @@ def test_tension_and_bending(section: CrossSection) -> None:
 @pytest.mark.parametrize(
     ("section", "forces", "shear"),
     [
-        (RECTANGLE, VY, 1.5 / (0.06 * 0.04)),  # Gere & Goodno, 7th ed., Eq. 5-40
+        (RECTANGLE, VY, 1.5 / (0.06 * 0.04)),  # Gere & Goodno, 7th ed., art. 5.8
         (RECTANGLE, VZ, 1.5 / (0.06 * 0.04)),
         (Rectangle(y=0.03, z=0.02), T, 1.0 / (0.231 * 0.02**2 * 0.03)),  # Timoshenko & Goodier, p. 312
         (Rectangle(y=0.02, z=0.03), T, 1.0 / (0.231 * 0.02**2 * 0.03)),
-        (CIRCLE, VY, 4 / 3 / (np.pi * 0.025**2)),  # Gere & Goodno, Eq. 5-42
+        (CIRCLE, VY, 4 / 3 / (np.pi * 0.025**2)),  # Gere & Goodno, art. 5.9
         (CIRCLE, VZ, 4 / 3 / (np.pi * 0.025**2)),
-        (CIRCLE, T, 2 / (np.pi * 0.025**3)),  # Gere & Goodno, Eq. 3-12
-        (TUBE, T, 16 * 0.05 / (np.pi * (0.05**4 - 0.042**4))),  # Gere & Goodno, Eq. 3-13
-        # Gere & Goodno, Eq. 5-44: 4/3 V/A (r2^2 + r2 r1 + r1^2)/(r2^2 + r1^2)
+        (CIRCLE, T, 2 / (np.pi * 0.025**3)),  # Gere & Goodno, art. 3.3
+        (TUBE, T, 16 * 0.05 / (np.pi * (0.05**4 - 0.042**4))),  # Gere & Goodno, art. 3.3
+        # Gere & Goodno, art. 5.9: 4/3 V/A (r2^2 + r2 r1 + r1^2)/(r2^2 + r1^2)
         (
             TUBE,
             VZ,
             4 / 3 / (np.pi * (0.025**2 - 0.021**2)) * (0.025**2 + 0.025 * 0.021 + 0.021**2) / (0.025**2 + 0.021**2),
         ),
-        # Gere & Goodno, Eq. 5-48a: V/(8 I t) (b h^2 - b h1^2 + t h1^2)
+        # Gere & Goodno, art. 5.10: V/(8 I t) (b h^2 - b h1^2 + t h1^2)
         (I_SECTION, VZ, (0.15 * 0.3**2 - 0.15 * 0.278**2 + 0.007 * 0.278**2) / (8 * I_SECTION.Iy * 0.007)),
-        (I_SECTION, T, 0.011 / I_SECTION.J),  # thickest wall of a thin open section, Gere & Goodno 3.11
+        (I_SECTION, T, 0.011 / I_SECTION.J),  # thickest wall of a thin open section, Timoshenko & Goodier, art. 108
         (ANY, T, 1 / 2e-5),
         (ANY, VY, 1 / 0.8e-3),
         (ANY, VZ, 1 / 0.5e-3),

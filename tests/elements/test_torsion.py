@@ -96,6 +96,6 @@ def test_i_section_against_finite_elements(web: float, tolerance: float) -> None
 
 
 def test_a_long_strip() -> None:
-    """J -> b a^3 / 3 (1 - 0.630 a / b) (Timoshenko & Goodier, art. 109, Eq. 163)."""
+    """J -> b a^3 / 3 (1 - 0.630 a / b) (Timoshenko & Goodier, art. 109)."""
     strip = Rectangle(y=1.0, z=1e6)
     assert pytest.approx(1e6 / 3 * (1 - 0.63025 * 1e-6), rel=1e-11) == strip.J
