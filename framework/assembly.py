@@ -9,7 +9,7 @@ import numpy as np
 
 from .batch import Array, aligned, block_diagonal, turned
 from .member_loads import applied_forces, equivalent, weight_forces
-from .parts import Grid, Value, add, is_zero
+from .parts import Grid, Knowns, Value, add, combine, is_zero
 from .stage import Forces, Matrix
 from .topology import Group, Index, Topology
 
@@ -33,41 +33,60 @@ def stiffness_entries(topology: Topology, grid: Grid) -> Matrix:
     return matrix
 
 
-def force_entries(topology: Topology, grid: Grid) -> Forces:
-    """Parts of all loads by DOF number, those on members as equivalent nodal loads."""
+def force_entries(topology: Topology, knowns: Knowns) -> Forces:
+    """By DOF and known number: parts of the load for a unit of it; loads on members as equivalent nodal loads."""
     forces: Forces = {}
+    grid = knowns.grid
 
-    def put(dof: int, value: Value) -> None:
+    def put(dof: int, source: int, value: Value) -> None:
         if not is_zero(value):
-            add(forces.setdefault(dof, {}), grid.mask(value), value)
+            add(forces.setdefault(dof, {}).setdefault(source, {}), grid.mask(value), value)
 
-    for node, vector in nodal_loads(topology):
-        axes = topology.axes(node)
-        nodal = vector if axes is None else turned(np.swapaxes(axes, -1, -2), vector)
-        for k, value in enumerate(grid.components(nodal)):
-            put(6 * node + k, value)
+    for node, k, value in component_loads(topology):
+        unit = _in_node(topology, node, np.eye(6)[k])
+        for key, factor in knowns.row(grid.value(value)).items():
+            for c, share in enumerate(grid.components(unit)):
+                put(6 * node + c, -1 - key, combine([(factor, share)]))
+    for node, vector in mass_loads(topology):
+        for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
+            put(6 * node + c, 0, share)
     for group, positions, local in member_loads(topology):
         nodal = (np.swapaxes(group.transform[positions], -1, -2) @ local[..., None])[..., 0]
         for dofs, stack in zip(group.dofs[positions].tolist(), nodal, strict=True):
-            for dof, value in zip(dofs, grid.components(stack), strict=True):
-                put(dof, value)
+            for dof, share in zip(dofs, grid.components(stack), strict=True):
+                put(dof, 0, share)
     return forces
+
+
+def _in_node(topology: Topology, node: int, vector: Array) -> Array:
+    """A global vector (..., 6) in the axes of a node."""
+    axes = topology.axes(node)
+    aligned_vector = aligned(vector, len(topology.frame.shape), 1)
+    return aligned_vector if axes is None else turned(np.swapaxes(axes, -1, -2), aligned_vector)
 
 
 def nodal_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
     """Loads at nodes and weight of masses: node number, and vector (..., 6) in global axes."""
-    frame = topology.frame
-    ndim = len(frame.shape)
-    for name, loads in frame.loads.items():
+    for node, k, value in component_loads(topology):
+        yield node, aligned(value[..., None] * np.eye(6)[k], len(topology.frame.shape), 1)
+    yield from mass_loads(topology)
+
+
+def component_loads(topology: Topology) -> Iterator[tuple[int, int, Array]]:
+    """Loads at nodes as given: node number, component, value (...)."""
+    for name, loads in topology.frame.loads.items():
         for k, value in loads:
-            vector = np.zeros((*value.shape, 6))
-            vector[..., k] = value
-            yield topology.number[name], aligned(vector, ndim, 1)
+            yield topology.number[name], k, value
+
+
+def mass_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
+    """Weight of masses: node number, and vector (..., 6) in global axes."""
+    frame = topology.frame
     if frame.weight is not None:
         push = np.concatenate([frame.weight, np.zeros_like(frame.weight)], axis=-1)
         for mass in frame.masses.values():
             force = (mass.element.mass_matrix() @ push[..., None])[..., 0]
-            yield topology.number[mass.node], aligned(force, ndim, 1)
+            yield topology.number[mass.node], aligned(force, len(frame.shape), 1)
 
 
 def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:

@@ -1,10 +1,11 @@
 """Broadcasting LDL^T of one connected component, in two stages and by chunks.
 
 The unknowns of nodes that no joint touches come first, in the axes of their link, so that the interior of a link is
-condensed once however it moves. After the substitution ``u = T q + g`` at the nodes of joints follow the
-joint-relative coordinates. Steps whose result is small are done once for the whole batch; the others chunk by chunk
-along the longest axis, so that they stay in the cache. The terms of every sum are added in the same order whatever
-the chunks: the same bits for every chunk size and number of threads.
+condensed once however it moves. After the substitution ``u = T q + G s`` at the nodes of joints, with known numbers s,
+follow the joint-relative coordinates q. Loads are carried for a unit of each known number. Steps whose result is small
+are done once for the whole batch; the others chunk by chunk along the longest axis, so that they stay in the cache. The
+terms of every sum are added in the same order whatever the chunks: the same bits for every chunk size and number of
+threads.
 """
 
 from __future__ import annotations
@@ -19,15 +20,22 @@ import numpy as np
 
 from .batch import Array
 from .order import Order
-from .parts import Grid, Row, Value, add, combine, is_zero
-from .stage import Forces, Matrix, Stage, closure, subtract
+from .parts import Grid, Parts, Row, Value, add, combine, unknowns
+from .stage import Forces, Matrix, Pivot, Stage, backward, closure, collapsed, subtract
+from .tail import Tail
 
 # Batch entries handled at a time: some dozens of arrays of this length fit the second-level cache.
-CHUNK = 4096
-# Factors of all chunks are kept for later questions while they take less than this many bytes.
+CHUNK = 16384
+# Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
+# time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
 
+# What varies over less than this share of the batch, and over no more than so many entries, is done all at once.
+_SHARE = 16
+_MOST = 2**16
+
 Wanted = Sequence[bool]
+Springs = list[tuple[Row, Value]]
 
 
 @dataclass(frozen=True)
@@ -42,10 +50,12 @@ class Block:
         Elimination order of the interior unknowns and of the joint-relative ones.
     matrix, forces
         Stiffness and load of the members in the nodes' axes.
-    rows, shifts
-        Joint-relative substitution of the displacements of nodes that have one.
+    rows
+        Displacements of nodes on joints, over the joint-relative unknowns and the known numbers.
     springs
-        Row, stiffness and gap of each spring on the joint-relative unknowns.
+        Row and stiffness of each spring on them.
+    knowns
+        The known numbers.
     """
 
     grid: Grid
@@ -53,8 +63,8 @@ class Block:
     matrix: Matrix
     forces: Forces
     rows: dict[int, Row]
-    shifts: dict[int, Value]
-    springs: list[tuple[Row, Value, Value]]
+    springs: Springs
+    knowns: list[Value]
 
 
 @dataclass
@@ -64,8 +74,41 @@ class _Progress:
     inner: Stage
     outer: Stage
     rows: dict[int, Row]
-    shifts: dict[int, Value]
-    springs: list[tuple[Row, Value, Value]]
+    springs: Springs
+    knowns: list[Value]
+    tail: Tail | None = None
+
+    def values(self, block: Block, rows: Sequence[Row], cut: Callable[[Value], Value]) -> list[Value]:
+        """Value of each of `rows`, by back substitution of what they ask for."""
+        inner, outer = block.orders
+        asked = {k for row in rows for k in unknowns(row)}
+        inside = closure(inner, asked & set(inner.below))
+        ends = {a for a in inside if a not in inner.below}
+        wanted = (asked - inside) | {k for a in ends for k in unknowns(self.rows[a])}
+        known = {-1 - s: value for s, value in enumerate(self.knowns)}
+        backward(outer, closure(outer, wanted), known, *self._steps(self.outer, cut))
+        at_ends = {a: _sum({k: cut(v) for k, v in self.rows[a].items()}, known) for a in ends}
+        backward(inner, inside, at_ends, *self._steps(self.inner, cut))
+        known.update({k: at_ends[k] for k in inside & set(inner.below)})
+        return [_sum(row, known) for row in rows]
+
+    def _steps(
+        self, stage: Stage, cut: Callable[[Value], Value]
+    ) -> tuple[Callable[[int], Pivot], Callable[[int], Value]]:
+        tail = self.tail if self.tail is not None and stage is self.outer else None
+
+        def step(k: int) -> Pivot:
+            if tail is not None and k in tail.steps:
+                return tail.steps[k]
+            pivot = stage.pivots[k]
+            return Pivot(pivot.mask, cut(pivot.inverse), {j: cut(low) for j, low in pivot.lower.items()})
+
+        def load(k: int) -> Value:
+            if tail is not None and k in tail.steps:
+                return tail.loads.get(k, 0.0)
+            return _collapsed(stage.forces.get(k, {}), self.knowns, cut)
+
+        return step, load
 
 
 class Factor:
@@ -81,18 +124,17 @@ class Factor:
         Threads.
     """
 
-    def __init__(self, block: Block, chunk: int = CHUNK, workers: int | None = None) -> None:
+    def __init__(self, block: Block, chunk: int | None = None, workers: int | None = None) -> None:
         self.block, self.workers = block, workers or min(4, os.cpu_count() or 1)
-        grid = block.grid
-        self.small: Wanted = [size <= chunk for size in grid.sizes]
-        self.large: Wanted = [size > chunk for size in grid.sizes]
-        self.axis = int(np.argmax(grid.shape)) if grid.shape else 0
-        self.step = max(1, chunk * grid.shape[self.axis] // max(1, grid.sizes[-1])) if grid.shape else 1
+        self.large: Wanted = large_masks(block.grid)
+        self.small: Wanted = [not large for large in self.large]
+        self.axis, self.step = steps(block.grid, chunk or CHUNK)
         self._masks = _Masks(block)
         with np.errstate(all="ignore"):
             self.shared = self._run(self._start(), self.small)
         self._kept: dict[int, _Progress] = {}
         self._margins: dict[int, Array] = {}
+        self._again = False
 
     @property
     def chunks(self) -> int:
@@ -102,12 +144,10 @@ class Factor:
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns, at the whole batch."""
         with np.errstate(all="ignore"):
-            if not any(self.large):
-                return self._answer(self.shared, rows)
-            return self._gathered(rows)
+            return self._gathered(rows) if any(self.large) else self.shared.values(self.block, rows, _same)
 
     def margin(self) -> Array:
-        """Least ratio of a pivot to its assembled diagonal, (...) of the batch shape."""
+        """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
         out = np.full(self.block.grid.shape, np.inf)
         for value in _margins(self.shared):
             out = np.minimum(out, value)
@@ -124,7 +164,7 @@ class Factor:
     def _start(self) -> _Progress:
         block = self.block
         inner = Stage(block.matrix, block.forces, {i: dict(row[i]) for i, row in block.matrix.items()})
-        return _Progress(inner.mapped(lambda value: value), Stage(), block.rows, block.shifts, block.springs)
+        return _Progress(inner.mapped(_same), Stage(), block.rows, block.springs, block.knowns)
 
     def _run(self, progress: _Progress, wanted: Wanted) -> _Progress:
         inner, outer = self.block.orders
@@ -137,25 +177,23 @@ class Factor:
         return progress
 
     def _substitute(self, progress: _Progress, wanted: Wanted) -> None:
-        """Add T^T K T, T^T (f - K g) and the diagonal's scale to the second stage."""
+        """Add T^T K T, T^T (f - K G) and the diagonal's scale to the second stage."""
         inner, outer, masks = progress.inner, progress.outer, self._masks
         for a, row in progress.rows.items():
             for b, parts in inner.matrix.get(a, {}).items():
-                shift = progress.shifts.get(b, 0.0)
-                for mask, value in parts.items():
-                    if not is_zero(shift) and wanted[mask | masks.shifts[b]]:
-                        subtract(inner.forces.setdefault(a, {}), mask | masks.shifts[b], value * shift)
-                    if b >= a and b in progress.rows:
+                if b >= a and b in progress.rows:
+                    for mask, value in parts.items():
                         self._congruence(outer, (a, row), (b, progress.rows[b]), (mask, value), wanted)
-            for mask, value in inner.forces.get(a, {}).items():
-                for i, factor in row.items():
-                    if wanted[mask | masks.rows[a][i]]:
-                        add(outer.forces.setdefault(i, {}), mask | masks.rows[a][i], combine([(factor, value)]))
-            for mask, value in inner.scale.get(a, {}).items():
-                for i, factor in row.items():
-                    if wanted[mask | masks.rows[a][i]]:
+            for i in unknowns(row):
+                over, factor = masks.rows[a][i], row[i]
+                for source, pushed in inner.forces.get(a, {}).items():
+                    for mask, value in pushed.items():
+                        if self._is(outer, wanted, mask | over):
+                            add(outer.force(i, source), mask | over, combine([(factor, value)]))
+                for mask, value in inner.scale.get(a, {}).items():
+                    if self._is(outer, wanted, mask | over):
                         term = combine([(factor, combine([(factor, value)]))])
-                        add(outer.scale.setdefault(i, {}), mask | masks.rows[a][i], term)
+                        add(outer.scale.setdefault(i, {}), mask | over, term)
 
     def _congruence(
         self, outer: Stage, left: tuple[int, Row], right: tuple[int, Row], part: tuple[int, Value], wanted: Wanted
@@ -163,56 +201,51 @@ class Factor:
         (a, row), (b, other), (mask, value) = left, right, part
         first, second = self._masks.rows[a], self._masks.rows[b]
         for i, factor in row.items():
-            if not any(wanted[mask | first[i] | second[j]] for j in other):
-                continue
-            half = combine([(factor, value)])
-            for j, onto in other.items():
-                over = mask | first[i] | second[j]
-                if wanted[over] and (a != b or j >= i):
-                    term = combine([(onto, half)])
-                    add(outer.entry(i, j), over, 2.0 * term if a != b and i == j else term)
+            met = {j: mask | first[i] | second[j] for j in other if a != b or (i >= 0 and (j >= i or j < 0))}
+            met = {j: over for j, over in met.items() if self._is(outer, wanted, over)}
+            half = combine([(factor, value)]) if met else 0.0
+            for j, over in met.items():
+                self._put(outer, (i, j), over, combine([(other[j], half)]), twice=a != b)
 
     def _add_springs(self, progress: _Progress, wanted: Wanted) -> None:
-        """Add k r r^T and -k r gap of every spring to the second stage."""
+        """Add k r r^T and -k r times the known part of every spring to the second stage."""
         outer = progress.outer
-        for (row, stiffness, gap), masks in zip(progress.springs, self._masks.springs, strict=True):
-            for i, first in row.items():
-                half = combine([(first, stiffness)])
-                over = masks.stiffness | masks.row[i]
+        for (row, stiffness), (masks, mask) in zip(progress.springs, self._masks.springs, strict=True):
+            for i in unknowns(row):
+                half = combine([(row[i], stiffness)])
                 for j, second in row.items():
-                    if j >= i and wanted[over | masks.row[j]]:
+                    over = mask | masks[i] | masks[j]
+                    if self._is(outer, wanted, over) and (j >= i or j < 0):
                         term = combine([(second, half)])
-                        add(outer.entry(i, j), over | masks.row[j], term)
+                        self._put(outer, (i, j), over, term, twice=False)
                         if i == j:
                             add(outer.scale.setdefault(i, {}), over, term)
-                if not is_zero(gap) and wanted[over | masks.gap]:
-                    subtract(outer.forces.setdefault(i, {}), over | masks.gap, half * gap)
 
-    # -- answers ----------------------------------------------------------------------------------------------------
+    @staticmethod
+    def _put(outer: Stage, at: tuple[int, int], mask: int, term: Value, *, twice: bool) -> None:
+        """Add a term of the stiffness to the matrix or, where it meets a known number, to the load."""
+        i, j = at
+        if i >= 0 and j >= 0:
+            add(outer.entry(i, j), mask, 2.0 * term if twice and i == j else term)
+        elif i >= 0 or j >= 0:
+            subtract(outer.force(max(i, j), -1 - min(i, j)), mask, term)
 
-    def _answer(self, progress: _Progress, rows: Sequence[Row]) -> list[Value]:
-        inner, outer = self.block.orders
-        asked = {k for row in rows for k in row}
-        inside = closure(inner, asked & set(inner.below))
-        ends = {a for a in inside if a not in inner.below}
-        wanted = (asked - inside) | {k for a in ends for k in progress.rows[a]}
-        known: dict[int, Value] = {}
-        progress.outer.backward(outer, closure(outer, wanted), known)
-        at_ends = {
-            a: combine([(1.0, progress.shifts.get(a, 0.0)), *((f, known[k]) for k, f in progress.rows[a].items())])
-            for a in ends
-        }
-        progress.inner.backward(inner, inside, at_ends)
-        known.update({k: at_ends[k] for k in inside & set(inner.below)})
-        return [combine([(factor, known[k]) for k, factor in row.items()]) for row in rows]
+    @staticmethod
+    def _is(stage: Stage, wanted: Wanted, mask: int) -> bool:
+        """Whether a term is wanted now; a stage that leaves some out is not complete."""
+        if not wanted[mask]:
+            stage.complete = False
+        return wanted[mask]
+
+    # -- chunks -----------------------------------------------------------------------------------------------------
 
     def _gathered(self, rows: Sequence[Row]) -> list[Value]:
         results: list[Value] = [0.0] * len(rows)
 
         def gather(index: int, progress: _Progress) -> None:
             part = self._part(index)
-            cut = [{k: self._cut(value, part) for k, value in row.items()} for row in rows]
-            for k, value in enumerate(self._answer(progress, cut)):
+            cut = functools.partial(self._cut, part=part)
+            for k, value in enumerate(progress.values(self.block, [_mapped(row, cut) for row in rows], cut)):
                 if isinstance(value, float):
                     results[k] = value
                     continue
@@ -226,8 +259,6 @@ class Factor:
         self._each(gather)
         return results
 
-    # -- chunks -----------------------------------------------------------------------------------------------------
-
     def _each(self, work: Callable[[int, _Progress], None]) -> None:
         """Do `work` with the index and progress of every chunk, the first before the others."""
 
@@ -236,38 +267,58 @@ class Factor:
                 work(index, self._chunk(index))
 
         one(0)
+        if self.chunks == 1:
+            return
         with ThreadPoolExecutor(self.workers) as pool:
             for _ in pool.map(one, range(1, self.chunks)):
                 pass
+        self._again = self._bytes() < KEEP
 
     def _chunk(self, index: int) -> _Progress:
         if index in self._kept:
             return self._kept[index]
-        part = self._part(index)
+        cut = functools.partial(self._cut, part=self._part(index))
+        progress = self._finished(cut) if self._only_tail else self._redone(cut)
+        self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
+        if self._again or self.chunks == 1:
+            self._kept[index] = progress
+        return progress
 
-        def cut(value: Value) -> Value:
-            return self._cut(value, part)
+    @functools.cached_property
+    def _only_tail(self) -> bool:
+        """Whether nothing but the last joint-relative unknowns is left to the chunks."""
+        inner, _ = self.block.orders
+        done = self.shared.inner.complete and self.shared.outer.complete
+        return done and not any(self.large[mask] for mask in inner.masks.values())
 
+    def _finished(self, cut: Callable[[Value], Value]) -> _Progress:
+        shared = self.shared
+        left = shared.outer.mapped(cut, steps=False)
+        order = [k for k in self.block.orders[1].pivots if k not in shared.outer.pivots]
+        knowns = [cut(value) for value in shared.knowns]
+        loads = {k: _collapsed(shared.outer.forces.get(k, {}), knowns, cut) for k in order}
+        progress = _Progress(shared.inner, shared.outer, shared.rows, [], knowns)
+        progress.tail = Tail(left.matrix, left.scale, order, loads)
+        return progress
+
+    def _redone(self, cut: Callable[[Value], Value]) -> _Progress:
+        """The whole way once more for the terms that are large."""
         shared = self.shared
         progress = _Progress(
             shared.inner.mapped(cut),
             shared.outer.mapped(cut),
-            {a: {i: cut(v) for i, v in row.items()} for a, row in shared.rows.items()},
-            {a: cut(v) for a, v in shared.shifts.items()},
-            [({i: cut(v) for i, v in row.items()}, cut(k), cut(gap)) for row, k, gap in shared.springs],
+            {a: _mapped(row, cut) for a, row in shared.rows.items()},
+            [(_mapped(row, cut), cut(stiffness)) for row, stiffness in shared.springs],
+            [cut(value) for value in shared.knowns],
         )
-        progress.inner.margin, progress.outer.margin = {}, {}
-        self._run(progress, self.large)
-        self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
-        if self._bytes() < KEEP:
-            self._kept[index] = progress
-        return progress
+        return self._run(progress, self.large)
 
     def _part(self, index: int) -> tuple[slice, ...]:
         return (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
 
     def _cut(self, value: Value, part: tuple[slice, ...]) -> Value:
-        return value if isinstance(value, float) or value.shape[self.axis] == 1 else value[part]
+        whole = self.block.grid.shape[self.axis]
+        return value if isinstance(value, float) or value.shape[self.axis] != whole else value[part]
 
     def _bytes(self) -> int:
         sizes = self.block.grid.sizes
@@ -279,16 +330,40 @@ class Factor:
         )
 
 
+def steps(grid: Grid, chunk: int) -> tuple[int, int]:
+    """The axis along which a batch is cut, and how many of its indices make a chunk."""
+    if not grid.shape:
+        return 0, 1
+    axis = int(np.argmax(grid.shape))
+    return axis, max(1, chunk * grid.shape[axis] // max(1, grid.sizes[-1]))
+
+
+def large_masks(grid: Grid) -> list[bool]:
+    """By mask, whether what varies so is left to the chunks: most of the batch, or too much for the cache."""
+    return [size > 1 and (_SHARE * size > grid.sizes[-1] or size > _MOST) for size in grid.sizes]
+
+
+def _same(value: Value) -> Value:
+    return value
+
+
+def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
+    return {k: change(value) for k, value in row.items()}
+
+
+def _sum(row: Row, known: dict[int, Value]) -> Value:
+    return combine([(factor, known[k]) for k, factor in row.items()])
+
+
+def _collapsed(by_source: dict[int, Parts], knowns: list[Value], cut: Callable[[Value], Value]) -> Value:
+    return collapsed({s: {m: cut(v) for m, v in parts.items()} for s, parts in by_source.items()}, knowns)
+
+
 def _margins(progress: _Progress) -> list[Array]:
-    """Least pivot ratios found so far, by mask."""
+    """Least pivot ratios found, by mask, in what was done on the way."""
+    if progress.tail is not None:
+        return [np.asarray(progress.tail.margin)]
     return [np.asarray(value) for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
-
-
-@dataclass(frozen=True)
-class _SpringMasks:
-    row: dict[int, int]
-    stiffness: int
-    gap: int
 
 
 class _Masks:
@@ -297,7 +372,4 @@ class _Masks:
     def __init__(self, block: Block) -> None:
         mask = block.grid.mask
         self.rows = {a: {i: mask(v) for i, v in row.items()} for a, row in block.rows.items()}
-        self.shifts = {a: mask(v) for a, v in block.shifts.items()}
-        self.springs = [
-            _SpringMasks({i: mask(v) for i, v in row.items()}, mask(k), mask(gap)) for row, k, gap in block.springs
-        ]
+        self.springs = [({i: mask(v) for i, v in row.items()}, mask(k)) for row, k in block.springs]

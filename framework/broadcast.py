@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block import Factor
-from .parts import Row, Value, combine
+from .parts import Row, Value, combine, unknowns
 from .plan import Plan
 from .status import is_singular
 
@@ -33,12 +33,13 @@ class BroadcastSolver:
         """Value of each of `rows` over the unknowns."""
         split: dict[int, list[Row]] = {}
         for index, row in enumerate(rows):
-            for k, factor in row.items():
+            for k in unknowns(row):
                 name = self.plan.component[k]
                 if name in self.plan.excited:
-                    split.setdefault(name, [{} for _ in rows])[index][k] = factor
+                    split.setdefault(name, [{} for _ in rows])[index][k] = row[k]
         found = [self.factor(name).values(part) for name, part in split.items()]
-        return [combine([(1.0, part[index]) for part in found]) for index in range(len(rows))]
+        known = [[(value, self.plan.knowns.values[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
+        return [combine([(1.0, part[index]) for part in found] + known[index]) for index in range(len(rows))]
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.

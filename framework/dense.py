@@ -79,20 +79,20 @@ def mass(plan: Plan) -> Array:
 def reduced(plan: Plan, matrix: Array, entries: Entries = WHOLE) -> Array:
     """T^T A T for a matrix over all DOFs, with T of ``u = T q + g``."""
     nodes = range(len(plan.topology.number))
-    change = _spread(plan, [plan.tree.row(node, k)[0] for node in nodes for k in range(6)], entries)
+    change = _spread(plan, [plan.tree.row(node, k) for node in nodes for k in range(6)], entries)
     out: Array = np.swapaxes(change, -1, -2) @ matrix @ change
     return out
 
 
 def global_substitution(plan: Plan, nodes: list[int], entries: Entries = WHOLE) -> Array:
     """Displacements of `nodes` in global axes from the unknowns, (..., 6 nodes, n)."""
-    return _spread(plan, [row for node in nodes for row in plan.tree.global_rows(node)[0]], entries)
+    return _spread(plan, [row for node in nodes for row in plan.tree.global_rows(node)], entries)
 
 
 def _spread(plan: Plan, rows: list[Row], entries: Entries) -> Array:
     column = {k: index for index, k in enumerate(plan.unknowns)}
     values: list[tuple[int, int, Value]] = [
-        (r, column[k], entries.of(np.asarray(v), 0)) for r, row in enumerate(rows) for k, v in row.items()
+        (r, column[k], entries.of(np.asarray(v), 0)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0
     ]
     shape = np.broadcast_shapes(*(np.shape(value) for _, _, value in values)) if values else ()
     out = np.zeros((*shape, len(rows), len(column)))

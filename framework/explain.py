@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .block import Factor
+from .block import CHUNK, steps
 from .dofs import DISPLACEMENTS
 from .order import Order
 from .parts import Grid
@@ -51,7 +51,7 @@ def _components(plan: Plan) -> list[str]:
         lines.append(f"Solved: {len(unknowns)} unknowns ({_kinds(unknowns)}) by broadcasting LDL^T.")
         for title, order in zip(("in the links, condensed", "at the joints"), block.orders, strict=True):
             lines += _steps(title, order, plan.grid)
-        chunks = _chunks(plan, name)
+        chunks = _chunks(plan.grid)
         lines.append(f"  in {chunks} chunks along the longest axis." if chunks > 1 else "  in one go.")
     return lines
 
@@ -70,8 +70,9 @@ def _steps(title: str, order: Order, grid: Grid) -> list[str]:
     ]
 
 
-def _chunks(plan: Plan, name: int) -> int:
-    return Factor(plan.block(name)).chunks
+def _chunks(grid: Grid) -> int:
+    axis, step = steps(grid, CHUNK)
+    return -(-grid.shape[axis] // step) if grid.shape else 1
 
 
 def _left_out() -> list[str]:

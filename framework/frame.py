@@ -99,6 +99,8 @@ class Frame:
         By member: line and point loads.
     weight
         Acceleration of gravity (..., 3).
+    size
+        Largest coordinate, the measure of what coincides.
 
     Examples
     --------
@@ -127,7 +129,7 @@ class Frame:
     weight: Array | None = None
     _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
     _shape: Shape = ()
-    _size: float = 0.0
+    size: float = 0.0
 
     @property
     def shape(self) -> Shape:
@@ -175,7 +177,7 @@ class Frame:
         place = vector(coordinates, f"coordinates of node {name!r}")
         self._join(f"node {name!r}", place.shape[:-1])
         self.nodes[name] = Node(place, body)
-        self._size = max(self._size, float(np.abs(self.position(name)).max()))
+        self.size = max(self.size, float(np.abs(self.position(name)).max()))
 
     def position(self, node: str) -> Array:
         """Global position of a node, (..., 3).
@@ -490,7 +492,7 @@ class Frame:
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
         gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max())
-        if gap > COINCIDENT * self._size:
+        if gap > COINCIDENT * self.size:
             raise FrameError(
                 f"joint {name!r} joins nodes {first!r} and {second!r}, which are {gap:.6g} apart: "
                 "place them at one point, or put a rigid link or a beam between them"

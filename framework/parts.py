@@ -7,7 +7,7 @@ parts are added up only when the sum is needed, so that most arithmetic happens 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,10 @@ from .batch import Array, Shape, aligned
 
 Value = float | Array
 Parts = dict[int, Value]
+# A combination of numbers: factors by unknown (0, 1, ...) and by known number (-1, -2, ...).
 Row = dict[int, Value]
+# The known number one.
+ONE = -1
 
 
 @dataclass(frozen=True)
@@ -88,3 +91,38 @@ def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:
         term = combine([(factor, value)])
         if not is_zero(term):
             row[key] = row[key] + term if key in row else term
+
+
+def unknowns(row: Row) -> list[int]:
+    """The unknowns in a combination."""
+    return [key for key in row if key >= 0]
+
+
+@dataclass
+class Knowns:
+    """Given numbers of a frame: loads, offsets, prescribed displacements.
+
+    What is linear in them is computed once for a unit of each, as long as they vary over more than the geometry does.
+
+    Attributes
+    ----------
+    grid
+        The batch.
+    geometry
+        Mask of the axes over which the geometry varies.
+    values
+        The numbers; known number -1 - k is ``values[k]``.
+    """
+
+    grid: Grid
+    geometry: int
+    values: list[Value] = field(default_factory=lambda: [1.0])
+
+    def row(self, value: Value) -> Row:
+        """`value` as a combination of known numbers."""
+        if not np.any(value):
+            return {}
+        if not self.grid.mask(value) & ~self.geometry:
+            return {ONE: value}
+        self.values.append(value)
+        return {-len(self.values): 1.0}

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import functools
+import operator
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
+import numpy as np
+
 from .assembly import force_entries, stiffness_entries
-from .block import Block
+from .block import Block, Springs
 from .frame import Frame
 from .order import Order, Pattern, link, order
-from .parts import Grid, Value, is_zero
+from .parts import Grid, Knowns, Parts, Row, Value, unknowns
 from .stage import Forces, Matrix
 from .topology import Topology
 from .tree import Tree
@@ -30,8 +34,9 @@ class Plan:
     def __init__(self, frame: Frame) -> None:
         self.frame = frame
         self.grid = Grid(frame.shape)
+        self.knowns = Knowns(self.grid, _geometry(frame))
         self.topology = Topology.of(frame)
-        self.tree = Tree.of(self.topology)
+        self.tree = Tree.of(self.topology, self.knowns)
         self._blocks: dict[int, Block] = {}
 
     @cached_property
@@ -39,8 +44,8 @@ class Plan:
         """Whether this is one large frame, whose stiffness does not vary over the batch: the sparse way is faster."""
         tree = self.tree
         constant = all(group.stiffness_size == 1 for group in self.topology.groups)
-        numbers = [v for rows in tree.rows.values() for row in rows for v in row.values()]
-        numbers += [v for s in tree.springs for v in (s.stiffness, *s.row.values())]
+        numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
+        numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
         return len(self.unknowns) > LARGE and constant and all(isinstance(v, float) for v in numbers)
 
     @cached_property
@@ -50,24 +55,14 @@ class Plan:
 
     @cached_property
     def forces(self) -> Forces:
-        """Parts of the loads by DOF, in the nodes' axes."""
-        return force_entries(self.topology, self.grid)
-
-    @cached_property
-    def shifts(self) -> dict[int, Value]:
-        """Known displacements by DOF, where they are not zero."""
-        return {
-            6 * node + k: value
-            for node, values in self.tree.shifts.items()
-            for k, value in enumerate(values)
-            if not is_zero(value)
-        }
+        """Parts of the loads by DOF and known number, in the nodes' axes."""
+        return force_entries(self.topology, self.knowns)
 
     @cached_property
     def unknowns(self) -> list[int]:
         """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        on_edges = {k for rows in self.tree.rows.values() for row in rows for k in row}
-        on_edges |= {k for spring in self.tree.springs for k in spring.row}
+        on_edges = {k for rows in self.tree.rows.values() for row in rows for k in unknowns(row)}
+        on_edges |= {k for spring in self.tree.springs for k in unknowns(spring.row)}
         free = (6 * n + k for n in self.topology.number.values() if n not in self.tree.rows for k in range(6))
         return sorted(on_edges.union(free))
 
@@ -92,22 +87,22 @@ class Plan:
                 touched = self._coupled(a) + self._coupled(b)
                 if touched and self._coupled(a) and self._coupled(b):
                     join(touched)
-        for rows in self.tree.rows.values():
-            for coupled in rows:
-                if coupled:
-                    join(coupled)
-        for spring in self.tree.springs:
-            if spring.row:
-                join(spring.row)
+        coupled = [row for rows in self.tree.rows.values() for row in rows]
+        coupled += [spring.row for spring in self.tree.springs]
+        for coupling in map(unknowns, coupled):
+            if coupling:
+                join(coupling)
         return {k: find(k) for k in self.unknowns}
 
     @cached_property
     def excited(self) -> set[int]:
         """Components that a load, an offset or a prescribed displacement reaches."""
-        pushed = {dof for dof, parts in self.forces.items() if parts}
-        pushed |= {a for b in self.shifts for a in self.matrix.get(b, {})}
+        pushed = set(self.forces)
+        rows = {6 * n + k: row for n, six in self.tree.rows.items() for k, row in enumerate(six)}
+        moved = {dof for dof, row in rows.items() if min(row, default=0) < 0}
+        pushed |= {a for b in moved for a in self.matrix.get(b, {})}
         reached = {k for dof in pushed for k in self._coupled(dof)}
-        reached |= {k for spring in self.tree.springs if not is_zero(spring.gap) for k in spring.row}
+        reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
         return {self.component[k] for k in reached}
 
     def members_of(self, component: int) -> set[int]:
@@ -128,46 +123,31 @@ class Plan:
     def _coupled(self, dof: int) -> list[int]:
         """Unknowns in a nodal displacement."""
         node, k = divmod(dof, 6)
-        return list(self.tree.rows[node][k]) if node in self.tree.rows else [dof]
+        return unknowns(self.tree.row(node, k))
 
     def _assembled(self, component: int) -> Block:
-        unknowns = self.members_of(component)
-        ends = {
-            6 * node + k: row
-            for node, rows in self.tree.rows.items()
-            for k, row in enumerate(rows)
-            if row and self.component[next(iter(row))] == component
-        }
-        inner = sorted(k for k in unknowns if k // 6 not in self.tree.rows)
+        unknown = self.members_of(component)
+        rows = {6 * node + k: row for node, rows in self.tree.rows.items() for k, row in enumerate(rows) if row}
+        ends = {a: row for a, row in rows.items() if any(self.component[k] == component for k in unknowns(row)[:1])}
+        inner = sorted(k for k in unknown if k // 6 not in self.tree.rows)
         own = set(inner) | set(ends)
-        held = {b for a in own for b in self.matrix.get(a, {}) if b not in own and b in self.shifts}
-        rows = ends | {b: {} for b in held}
-        matrix: Matrix = {
-            a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in own or b in held} for a in own
-        }
+        ends |= {b: rows[b] for a in own for b in self.matrix.get(a, {}) if b not in own and b in rows}
+        matrix = {a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in own | set(ends)} for a in own}
         for a in own:
             matrix[a].setdefault(a, {})
-            for b in held & matrix[a].keys():
-                matrix.setdefault(b, {})[a] = matrix[a][b]
-        for b in held:
-            matrix[b].setdefault(b, {})
+        for b in set(ends) - own:
+            matrix[b] = {a: matrix[a][b] for a in own if b in matrix[a]} | {b: {}}
         springs = [
-            (s.row, s.stiffness, s.gap)
+            (s.row, s.stiffness)
             for s in self.tree.springs
-            if s.row and self.component[next(iter(s.row))] == component
+            if any(self.component[k] == component for k in unknowns(s.row)[:1])
         ]
         forces = {a: self.forces[a] for a in own if a in self.forces}
-        shifts = {a: self.shifts[a] for a in own | held if a in self.shifts}
-        orders = self._orders(matrix, inner, rows, springs, unknowns)
-        return Block(self.grid, orders, matrix, forces, rows, shifts, springs)
+        orders = self._orders(matrix, inner, ends, springs, unknown)
+        return Block(self.grid, orders, matrix, forces, ends, springs, self.knowns.values)
 
     def _orders(
-        self,
-        matrix: Matrix,
-        inner: list[int],
-        rows: dict[int, dict[int, Value]],
-        springs: list[tuple[dict[int, Value], Value, Value]],
-        unknowns: set[int],
+        self, matrix: Matrix, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
     ) -> tuple[Order, Order]:
         mask = self.grid.mask
         pattern: Pattern = {}
@@ -176,21 +156,34 @@ class Plan:
                 if parts or (a == b and a not in rows):
                     link(pattern, a, b, _union(parts))
         first = order(pattern, inner, self.grid)
-        reduced: Pattern = {k: {k: 0} for k in unknowns.difference(inner)}
+        reduced: Pattern = {k: {k: 0} for k in unknown.difference(inner)}
         for a, coupled in pattern.items():
             for b, over in coupled.items():
-                for i, left in rows.get(a, {}).items():
-                    for j, right in rows.get(b, {}).items():
-                        link(reduced, i, j, over | mask(left) | mask(right))
-        for spring, stiffness, _ in springs:
-            for i, left in spring.items():
-                for j, right in spring.items():
-                    link(reduced, i, j, mask(stiffness) | mask(left) | mask(right))
+                _link_rows(reduced, _masks(rows[a], mask), _masks(rows[b], mask), over)
+        for spring, stiffness in springs:
+            _link_rows(reduced, _masks(spring, mask), _masks(spring, mask), mask(stiffness))
         return first, order(reduced, list(reduced), self.grid)
 
 
-def _union(parts: dict[int, Value]) -> int:
-    mask = 0
-    for key in parts:
-        mask |= key
-    return mask
+def _masks(row: Row, mask: Callable[[Value], int]) -> dict[int, int]:
+    return {k: mask(row[k]) for k in unknowns(row)}
+
+
+def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
+    for i, first in left.items():
+        for j, second in right.items():
+            link(pattern, i, j, over | first | second)
+
+
+def _union(parts: Parts) -> int:
+    return functools.reduce(operator.or_, parts, 0)
+
+
+def _geometry(frame: Frame) -> int:
+    """Mask of the axes over which positions vary."""
+    shapes = [node.coordinates.shape[:-1] for node in frame.nodes.values()]
+    shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
+    shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]
+    joint = np.broadcast_shapes(*shapes)
+    sizes = (1,) * (len(frame.shape) - len(joint)) + joint
+    return sum(1 << axis for axis, n in enumerate(sizes) if n > 1)

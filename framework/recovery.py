@@ -11,9 +11,9 @@ from .assembly import nodal_loads
 from .batch import Array, aligned, turned
 from .member_field import cut_forces, deflection
 from .member_loads import applied_forces, equivalent, weight_forces
-from .parts import Row, Value, combine
+from .parts import Row, add_row
 from .topology import Group
-from .tree import GROUND, Branch, Edge
+from .tree import Branch, Edge
 
 if TYPE_CHECKING:
     from .solution import Solution
@@ -70,9 +70,8 @@ class Recovery:
     def piece_displacement(self, piece: int) -> Array:
         """End displacements of a piece in its local axes, (..., 12)."""
         group, position = self._where[piece]
-        parts = [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
-        rows, shifts = zip(*parts, strict=True)
-        nodal = self.solution.stacked(self.solution.values(rows), shifts)
+        rows = [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
+        nodal = self.solution.stacked(rows)
         local: Array = (group.transform[position] @ nodal[..., None])[..., 0]
         return local
 
@@ -119,15 +118,11 @@ class Recovery:
 
     # -- joints and supports ----------------------------------------------------------------------------------------
 
-    def joint_rows(self, joint: str) -> tuple[list[Row], list[Value]]:
-        """Relative displacement in a joint over the unknowns."""
+    def joint_rows(self, joint: str) -> list[Row]:
+        """Relative displacement in a joint, in its axes."""
         if joint in self._branches:
-            parts = [self.tree.unknown(self._branches[joint], k) for k in range(6)]
-            return [row for row, _ in parts], [known for _, known in parts]
-        edge, rows, gaps = next(c for c in self.tree.closing if c[0].kind == "joint" and c[0].name == joint)
-        free, known = zip(*(self.tree.elimination.substituted(row) for row in rows), strict=True)
-        offset = edge.offset
-        return list(free), [combine([(1.0, gaps[k]), (1.0, offset[k]), (1.0, known[k])]) for k in range(6)]
+            return [self.tree.joint_row(self._branches[joint], k) for k in range(6)]
+        return next(rows for edge, rows in self.tree.closing if edge.kind == "joint" and edge.name == joint)
 
     def joint_force(self, joint: str) -> Array:
         """Force of a joint on its first node, in its axes, (..., 6)."""
@@ -144,23 +139,22 @@ class Recovery:
         if id(edge) in self._closing_forces:
             return self._closing_forces[id(edge)]
         branch = next(b for b in self.tree.branches if b.edge is edge)
-        out = self._spring_forces(edge, self._elastic(branch))
+        out = self._tree_springs(branch)
         if edge.ideal:
             transmitted = -branch.sign * self._in_axes(edge, self._carried_force(branch.child, closed=True))
             out[..., list(edge.ideal)] = transmitted[..., list(edge.ideal)]
         return out
 
-    def _elastic(self, branch: Branch) -> tuple[list[Row], list[Value]]:
-        parts = [self.tree.unknown(branch, k) for k in range(6)]
-        offsets = branch.edge.offset
-        return [r for r, _ in parts], [combine([(1.0, s), (-1.0, offsets[k])]) for k, (_, s) in enumerate(parts)]
+    def _tree_springs(self, branch: Branch) -> Array:
+        moved = [self.tree.joint_row(branch, k) for k in range(6)]
+        return self._springs(branch.edge, moved)
 
-    def _spring_forces(self, edge: Edge, elastic: tuple[list[Row], list[Value]]) -> Array:
-        values = self.solution.values(elastic[0])
-        forces: list[Value] = [
-            combine([(edge.stiffness[k], combine([(1.0, values[k]), (1.0, elastic[1][k])]))]) for k in range(6)
-        ]
-        return self.solution.stacked(forces, [0.0] * 6)
+    def _springs(self, edge: Edge, moved: list[Row]) -> Array:
+        """Forces of an edge's springs on its first node, in its axes, for its relative displacement."""
+        force: list[Row] = [{} for _ in range(6)]
+        for k, row in enumerate(edge.elastic(moved)):
+            add_row(force[k], row, edge.stiffness[k])
+        return self.solution.stacked(force)
 
     @cached_property
     def _branches(self) -> dict[str, Branch]:
@@ -174,17 +168,16 @@ class Recovery:
         return children
 
     @cached_property
+    def _closing_springs(self) -> dict[int, Array]:
+        """Forces of the springs in loop-closing edges on their first nodes."""
+        return {id(edge): self._springs(edge, between) for edge, between in self.tree.closing}
+
+    @cached_property
     def _closing_forces(self) -> dict[int, Array]:
         """Forces of loop-closing edges on their first nodes: springs, and multipliers of what they hold."""
-        out = {}
-        for edge, rows, gaps in self.tree.closing:
-            new = [self.tree.elimination.substituted(row) for row in rows]
-            known = [combine([(1.0, gap), (1.0, shift)]) for gap, (_, shift) in zip(gaps, new, strict=True)]
-            out[id(edge)] = self._spring_forces(edge, ([row for row, _ in new], known))
-        self.__dict__["_closing_springs"] = {key: force.copy() for key, force in out.items()}
-        multipliers = self._multipliers()
-        for index, constraint in enumerate(self.tree.elimination.given):
-            out[id(constraint.edge)][..., constraint.component] = multipliers[index]
+        out = {key: force.copy() for key, force in self._closing_springs.items()}
+        for constraint, multiplier in zip(self.tree.elimination.given, self._multipliers(), strict=True):
+            out[id(constraint.edge)][..., constraint.component] = multiplier
         return out
 
     def _multipliers(self) -> list[Array]:
@@ -205,7 +198,7 @@ class Recovery:
         if branch is None:
             axes = self.topology.axes(node)
             return (total if axes is None else turned(np.swapaxes(axes, -1, -2), total))[..., k]
-        own = self._spring_forces(branch.edge, self._elastic(branch))[..., k]
+        own = self._tree_springs(branch)[..., k]
         value: Array = branch.sign * self._in_axes(branch.edge, total)[..., k] + own
         return value
 
@@ -237,10 +230,10 @@ class Recovery:
         for loaded, vector in nodal_loads(self.topology):
             if loaded == node:
                 total = total - vector
-        closing = self._closing_forces
-        for edge, _, _ in self.tree.closing:
+        closing = self._closing_forces if closed else self._closing_springs
+        for edge, _ in self.tree.closing:
             if node in (edge.first, edge.second):
-                force = (closing if closed else self.__dict__["_closing_springs"])[id(edge)]
+                force = closing[id(edge)]
                 force = force if edge.axes is None else turned(edge.axes, force)
                 total = total + (force if node == edge.second else -self._moved(force, edge, 1.0))
         return total
@@ -262,5 +255,3 @@ def _check_stations(member: str, at: Array, length: Array) -> None:
         asked = at.tolist()
         raise FrameError(f"stations {asked} on member {member!r}: give distances from 0 to its length {least:.6g}")
 
-
-__all__ = ["GROUND", "Recovery", "aligned"]

@@ -15,7 +15,7 @@ from .batch import Array, Shape
 from .broadcast import BroadcastSolver
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
-from .parts import Row, Value, is_zero
+from .parts import Row
 from .plan import Plan
 from .recovery import Recovery
 from .sparse import SparseSolver
@@ -73,7 +73,7 @@ class Solution:
             ``ux uy uz rx ry rz``, (..., 6), length and radians.
         """
         number = self._number(node)
-        return self._read(("displacement", node), lambda: self._stack(*self.plan.tree.global_rows(number)))
+        return self._read(("displacement", node), lambda: self.stacked(self.plan.tree.global_rows(number)))
 
     def joint_displacement(self, joint: str) -> Array:
         """Displacement of a joint's second node relative to its first, in the joint's axes.
@@ -89,7 +89,7 @@ class Solution:
             ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
         """
         self._joint(joint)
-        return self._read(("joint", joint), lambda: self._stack(*self._recovery.joint_rows(joint)))
+        return self._read(("joint", joint), lambda: self.stacked(self._recovery.joint_rows(joint)))
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
         """Displacement and rotation along a member in global axes, exact between its nodes.
@@ -269,43 +269,28 @@ class Solution:
         """
         return self._masked(np.array(self._recovery.piece_forces(piece)))
 
-    def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Values of combinations of the unknowns.
-
-        Parameters
-        ----------
-        rows
-            Factor by unknown, for each combination.
-        """
-        return self.solver.values(rows)
-
     @cached_property
     def solver(self) -> BroadcastSolver | SparseSolver:
         """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
         return SparseSolver(self.plan) if self.plan.large else BroadcastSolver(self.plan)
 
-    def stacked(self, values: Sequence[Value], shifts: Sequence[Value]) -> Array:
-        """Values plus known parts as one array of the batch shape.
+    def stacked(self, rows: Sequence[Row]) -> Array:
+        """Values of combinations of unknowns and known numbers as one array of the batch shape.
 
         Parameters
         ----------
-        values
-            n computed parts.
-        shifts
-            n known parts.
+        rows
+            n combinations.
 
         Returns
         -------
         ndarray
             (..., n).
         """
-        out = np.zeros((*self.shape, len(values)))
-        for k, (value, shift) in enumerate(zip(values, shifts, strict=True)):
-            out[..., k] = value if is_zero(shift) else value + shift
+        out = np.zeros((*self.shape, len(rows)))
+        for k, value in enumerate(self.solver.values(rows)):
+            out[..., k] = value
         return out
-
-    def _stack(self, rows: Sequence[Row], shifts: Sequence[Value]) -> Array:
-        return self.stacked(self.values(rows), shifts)
 
     @cached_property
     def _recovery(self) -> Recovery:

@@ -40,10 +40,12 @@ class SparseSolver:
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
         shape = self.plan.frame.shape
+        size = len(self.column)
         out: list[Value] = []
         for row in rows:
-            value = sum((float(factor) * self.unknowns[self.column[k]] for k, factor in row.items()), np.zeros(1))
-            out.append(self.plan.grid.value(np.broadcast_to(value, (self._cases,)).reshape(shape)))
+            index = [self.column[k] if k >= 0 else size - 1 - k for k in row]
+            factors = np.array([float(factor) for factor in row.values()])
+            out.append(self.plan.grid.value((factors @ self._numbers[index]).reshape(shape)))
         return out
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
@@ -99,25 +101,20 @@ class SparseSolver:
     @cached_property
     def load(self) -> Array:
         """Load on the unknowns, (n, load cases)."""
-        tree = self.plan.tree
+        tree, groups = self.plan.tree, self.plan.topology.groups
         nodal = self._nodal_load()
-        shifts = np.zeros_like(nodal)
-        for dof, value in self.plan.shifts.items():
-            shifts[dof] = np.broadcast_to(value, self.plan.frame.shape).reshape(-1)
-        if self.plan.shifts:
-            nodal -= self._nodal([(group, group.stiffness()) for group in self.plan.topology.groups]) @ shifts
-        out: Array = self.substitution.T @ nodal
-        for spring in tree.springs:
-            gap = np.broadcast_to(np.asarray(spring.gap), self.plan.frame.shape).reshape(-1)
-            for k, factor in spring.row.items():
-                out[self.column[k]] -= float(factor) * float(spring.stiffness) * gap
+        shifts = self._known(self._nodal_rows)
+        if shifts.any():
+            nodal -= self._nodal([(group, group.stiffness()) for group in groups]) @ shifts
+        springs = [spring.row for spring in tree.springs]
+        stiffness = np.array([float(spring.stiffness) for spring in tree.springs])
+        out: Array = self.substitution.T @ nodal - self._spread(springs).T @ (stiffness[:, None] * self._known(springs))
         return out
 
     @cached_property
     def substitution(self) -> csr_matrix:
         """T of ``u = T q + g``, (DOFs, n)."""
-        topology, tree = self.plan.topology, self.plan.tree
-        return self._spread([tree.row(node, k)[0] for node in range(len(topology.number)) for k in range(6)])
+        return self._spread(self._nodal_rows)
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
@@ -138,8 +135,30 @@ class SparseSolver:
             self._factors[key] = SparseFactor(self.stiffness[where][:, where])
         return self._factors[key]
 
+    @cached_property
+    def _nodal_rows(self) -> list[Row]:
+        tree = self.plan.tree
+        return [tree.row(node, k) for node in range(len(self.plan.topology.number)) for k in range(6)]
+
+    @cached_property
+    def _numbers(self) -> Array:
+        """Unknowns and known numbers, (n + knowns, load cases)."""
+        shape = self.plan.frame.shape
+        knowns = [np.broadcast_to(value, shape).reshape(-1) for value in self.plan.knowns.values]
+        return np.concatenate([self.unknowns, np.stack(knowns)])
+
+    def _known(self, rows: list[Row]) -> Array:
+        """The known part of rows, (rows, load cases)."""
+        out = np.zeros((len(rows), self._cases))
+        values = self.plan.knowns.values
+        for r, row in enumerate(rows):
+            for k, factor in row.items():
+                if k < 0:
+                    out[r] += np.broadcast_to(factor * values[-1 - k], self.plan.frame.shape).reshape(-1)
+        return out
+
     def _spread(self, rows: list[Row]) -> csr_matrix:
-        entries = [(r, self.column[k], float(v)) for r, row in enumerate(rows) for k, v in row.items()]
+        entries = [(r, self.column[k], float(v)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0]
         r, c, v = (np.array(part) for part in zip(*entries, strict=True)) if entries else (np.zeros(0, dtype=int),) * 3
         return coo_matrix((v, (r, c)), shape=(len(rows), len(self.column))).tocsr()
 

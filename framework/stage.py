@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .order import Order
-from .parts import Parts, Value, add, is_zero, total
+from .parts import Parts, Value, add, combine, is_zero, total
 
 Matrix = dict[int, dict[int, Parts]]
-Forces = dict[int, Parts]
+Sources = dict[int, Parts]
+Forces = dict[int, Sources]
 
 
 @dataclass(frozen=True)
@@ -32,20 +33,24 @@ class Stage:
     matrix
         Parts of entry (i, j); (j, i) is the same object.
     forces
-        Parts of the load; that of an eliminated unknown waits there for the back substitution.
+        By unknown and source: parts of the load for a unit of that source. That of an eliminated unknown waits there
+        for the back substitution.
     scale
         Parts of the stiffness whose rounding the diagonal carries: as assembled, growing with the elimination.
     pivots
         Steps done.
     margin
         Least ratio of pivot to scale, by mask: zero to rounding where the matrix is singular.
+    complete
+        Whether all that was come by could be done, and nothing was left to the chunks.
     """
 
     matrix: Matrix = field(default_factory=dict)
     forces: Forces = field(default_factory=dict)
-    scale: Forces = field(default_factory=dict)
+    scale: dict[int, Parts] = field(default_factory=dict)
     pivots: dict[int, Pivot] = field(default_factory=dict)
     margin: Parts = field(default_factory=dict)
+    complete: bool = True
 
     def entry(self, i: int, j: int) -> Parts:
         """Parts of entry (i, j), made where there are none."""
@@ -54,21 +59,29 @@ class Stage:
             row[j] = self.matrix.setdefault(j, {})[i] = {}
         return row[j]
 
-    def mapped(self, change: Callable[[Value], Value]) -> Stage:
-        """A copy with `change` applied to every number."""
-        copy = Stage(margin=dict(self.margin))
+    def force(self, i: int, source: int) -> Parts:
+        """Parts of the load on i for a unit of a source, made where there are none."""
+        return self.forces.setdefault(i, {}).setdefault(source, {})
+
+    def mapped(self, change: Callable[[Value], Value], *, steps: bool = True) -> Stage:
+        """A copy with `change` applied to every number; without the steps done and their loads where not `steps`."""
+        copy = Stage()
         for i, row in self.matrix.items():
             for j, parts in row.items():
                 if j >= i:
                     new = {mask: change(value) for mask, value in parts.items()}
                     copy.matrix.setdefault(i, {})[j] = new
                     copy.matrix.setdefault(j, {})[i] = new
-        copy.forces = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.forces.items()}
         copy.scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
-        copy.pivots = {
-            k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
-            for k, p in self.pivots.items()
-        }
+        if steps:
+            copy.forces = {
+                i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
+                for i, by_source in self.forces.items()
+            }
+            copy.pivots = {
+                k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
+                for k, p in self.pivots.items()
+            }
         return copy
 
     def eliminate(self, order: Order, wanted: Sequence[bool]) -> None:
@@ -105,25 +118,16 @@ class Stage:
     def forward(self, order: Order, wanted: Sequence[bool]) -> None:
         """Carry the loads of the eliminated unknowns on, as far as the result's mask is `wanted`."""
         for k in order.pivots:
-            if k not in self.pivots or not self.forces.get(k):
+            if k not in self.pivots:
                 continue
             step = self.pivots[k]
-            for mask, value in self.forces[k].items():
-                if wanted[mask | step.mask]:
+            for source, parts in self.forces.get(k, {}).items():
+                for mask, value in parts.items():
+                    if not wanted[mask | step.mask]:
+                        self.complete = False
+                        continue
                     for j, low in step.lower.items():
-                        subtract(self.forces.setdefault(j, {}), mask | step.mask, low * value)
-
-    def backward(self, order: Order, needed: set[int], known: dict[int, Value]) -> None:
-        """Add the `needed` unknowns to those `known`."""
-        for k in reversed(order.pivots):
-            if k not in needed:
-                continue
-            step = self.pivots[k]
-            value = total(self.forces.get(k, {}))[1] * step.inverse
-            for j, low in step.lower.items():
-                if not is_zero(known[j]):
-                    value = value - low * known[j]
-            known[k] = value
+                        subtract(self.force(j, source), mask | step.mask, low * value)
 
 
 def closure(order: Order, wanted: set[int]) -> set[int]:
@@ -133,6 +137,25 @@ def closure(order: Order, wanted: set[int]) -> set[int]:
         if k in needed:
             needed.update(order.below[k])
     return needed
+
+
+def backward(
+    order: Order, needed: set[int], known: dict[int, Value], step: Callable[[int], Pivot], load: Callable[[int], Value]
+) -> None:
+    """Add the `needed` unknowns to those `known`, from the steps of the elimination and the loads left in them."""
+    for k in reversed(order.pivots):
+        if k in needed:
+            pivot = step(k)
+            value = load(k) * pivot.inverse
+            for j, low in pivot.lower.items():
+                if not is_zero(known[j]):
+                    value = value - low * known[j]
+            known[k] = value
+
+
+def collapsed(by_source: Sources, sources: Sequence[Value]) -> Value:
+    """The load itself: the loads for a unit of each source, times the sources."""
+    return combine([(sources[source], total(parts)[1]) for source, parts in by_source.items()])
 
 
 def subtract(parts: Parts, mask: int, value: Value) -> None:
@@ -145,4 +168,3 @@ def reciprocal(value: Value) -> Value:
     if isinstance(value, float):
         return 1.0 / value if value else np.inf
     return 1.0 / value
-

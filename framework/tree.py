@@ -17,7 +17,7 @@ import numpy as np
 from .batch import Array, aligned
 from .constraints import Constraint, Elimination, eliminate
 from .frame import Frame, Tie
-from .parts import Grid, Row, Value, add_row, combine, is_zero
+from .parts import Grid, Knowns, Row, Value, add_row, combine, is_zero
 from .topology import Topology
 
 GROUND = -1
@@ -44,7 +44,7 @@ class Edge:
     axes
         (..., 3, 3) as columns, None for the global ones.
     offset
-        Imposed relative displacement by component.
+        Imposed relative displacement by component, over the known numbers.
     """
 
     name: str | None
@@ -54,12 +54,19 @@ class Edge:
     ideal: tuple[int, ...]
     stiffness: tuple[Value, ...]
     axes: Array | None
-    offset: tuple[Value, ...]
+    offset: tuple[Row, ...]
 
     @property
     def strength(self) -> tuple[int, float]:
         """Sorts what had better be in the tree: most ideal components, then the stiffest."""
         return len(self.ideal), max(float(np.max(k)) for k in self.stiffness)
+
+    def elastic(self, moved: list[Row]) -> list[Row]:
+        """What of the relative displacement `moved` is not imposed."""
+        out = [dict(row) for row in moved]
+        for row, offset in zip(out, self.offset, strict=True):
+            add_row(row, offset, -1.0)
+        return out
 
 
 @dataclass(frozen=True)
@@ -74,11 +81,10 @@ class Branch:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring on the displacement ``row . q + gap``."""
+    """A spring on the displacement `row`."""
 
     row: Row
     stiffness: Value
-    gap: Value
 
 
 @dataclass
@@ -87,12 +93,14 @@ class Tree:
 
     Attributes
     ----------
-    rows, shifts
-        For each node on an edge: six sparse rows over the unknowns, and six known parts, in the node's axes.
+    knowns
+        The known numbers.
+    rows
+        For each node on an edge: six rows over the unknowns and the known numbers, in the node's axes.
     branches
         Tree edges, parents before children.
     closing
-        Edges that close a loop, with their six rows and known parts in the edge's axes.
+        Edges that close a loop, with their relative displacement in the edge's axes.
     springs
         All springs, on the unknowns.
     elimination
@@ -101,19 +109,18 @@ class Tree:
 
     topology: Topology
     grid: Grid
+    knowns: Knowns
     edges: list[Edge]
     rows: dict[int, list[Row]] = field(default_factory=dict)
-    shifts: dict[int, list[Value]] = field(default_factory=dict)
     branches: list[Branch] = field(default_factory=list)
-    closing: list[tuple[Edge, list[Row], list[Value]]] = field(default_factory=list)
+    closing: list[tuple[Edge, list[Row]]] = field(default_factory=list)
     springs: list[Spring] = field(default_factory=list)
     elimination: Elimination = field(default_factory=Elimination)
 
     @classmethod
-    def of(cls, topology: Topology) -> Tree:
+    def of(cls, topology: Topology, knowns: Knowns) -> Tree:
         """Choose the tree and express all nodes by it."""
-        grid = Grid(topology.frame.shape)
-        tree = cls(topology, grid, edges_of(topology, grid))
+        tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
         chosen, closing = _spanning(tree.edges)
         tree._grow(chosen)
         for edge in closing:
@@ -121,17 +128,16 @@ class Tree:
         tree._hold()
         return tree
 
-    def row(self, node: int, component: int) -> tuple[Row, Value]:
-        """A displacement component of a node, in its own axes, over the unknowns, and its known part."""
-        if node in self.rows:
-            return self.rows[node][component], self.shifts[node][component]
-        return {6 * node + component: 1.0}, 0.0
+    def row(self, node: int, component: int) -> Row:
+        """A displacement component of a node, in its own axes."""
+        return self.rows[node][component] if node in self.rows else {6 * node + component: 1.0}
 
-    def unknown(self, branch: Branch, component: int) -> tuple[Row, Value]:
-        """A joint displacement of a tree edge, elastic and free part, and its offset."""
-        free = component not in branch.edge.ideal
-        row = self.elimination.substituted({6 * branch.child + component: 1.0}) if free else ({}, 0.0)
-        return row[0], combine([(1.0, row[1]), (1.0, branch.edge.offset[component])])
+    def joint_row(self, branch: Branch, component: int) -> Row:
+        """Relative displacement of a tree edge in its own axes: elastic or free, and imposed."""
+        row = dict(branch.edge.offset[component])
+        if component not in branch.edge.ideal:
+            add_row(row, self.elimination.substituted({6 * branch.child + component: 1.0}))
+        return row
 
     def turn(self, node: int) -> Matrix3:
         """Axes of a node as columns."""
@@ -142,6 +148,12 @@ class Tree:
         if edge.kind != "rigid":
             return [0.0, 0.0, 0.0]
         return self.grid.components(self.topology.position(edge.second) - self.topology.position(edge.first))
+
+    def global_rows(self, node: int) -> list[Row]:
+        """Displacement of a node in global axes."""
+        if node == GROUND:
+            return [{} for _ in range(6)]
+        return _rotated(self.turn(node), [self.row(node, k) for k in range(6)])
 
     # -- building ---------------------------------------------------------------------------------------------------
 
@@ -157,7 +169,6 @@ class Tree:
             seen.add(root)
             if root != GROUND:
                 self.rows[root] = [{6 * root + k: 1.0} for k in range(6)]
-                self.shifts[root] = [0.0] * 6
             queue = deque([root])
             while queue:
                 parent = queue.popleft()
@@ -171,98 +182,80 @@ class Tree:
     def _derive(self, branch: Branch) -> None:
         edge, child = branch.edge, branch.child
         self.branches.append(branch)
-        self.springs += [
-            Spring({6 * child + k: 1.0}, edge.stiffness[k], 0.0)
-            for k in range(6)
-            if k not in edge.ideal and not is_zero(edge.stiffness[k])
-        ]
-        moved = self.global_rows(branch.parent)
+        self._stiffen(edge, [{6 * child + k: 1.0} for k in range(6)])
         arm = [combine([(branch.sign, a)]) for a in self.arm(edge)]
-        rows, shifts = _carried(moved, arm)
+        rows = _carried(self.global_rows(branch.parent), arm)
         axes = _entries(self.grid, edge.axes)
         for k in range(6):
             block, axis = divmod(k, 3)
             for i in range(3):
                 factor = combine([(branch.sign, axes[i][axis])])
-                shifts[3 * block + i] = combine([(1.0, shifts[3 * block + i]), (factor, edge.offset[k])])
+                add_row(rows[3 * block + i], edge.offset[k], factor)
                 if k not in edge.ideal:
                     add_row(rows[3 * block + i], {6 * child + k: 1.0}, factor)
-        self.rows[child], self.shifts[child] = _rotated(_transposed(self.turn(child)), rows, shifts)
-
-    def global_rows(self, node: int) -> tuple[list[Row], list[Value]]:
-        """Displacement of a node in global axes: rows over the unknowns and known parts."""
-        if node == GROUND:
-            return [{} for _ in range(6)], [0.0] * 6
-        rows, shifts = zip(*(self.row(node, k) for k in range(6)), strict=True)
-        return _rotated(self.turn(node), list(rows), list(shifts))
+        self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
     def _close(self, edge: Edge) -> None:
-        first, knowns = _carried(self.global_rows(edge.first), self.arm(edge))
-        second, others = self.global_rows(edge.second)
-        for k in range(6):
-            add_row(second[k], first[k], -1.0)
-            others[k] = combine([(1.0, others[k]), (-1.0, knowns[k])])
-        rows, gaps = _rotated(_transposed(_entries(self.grid, edge.axes)), second, others)
-        gaps = [combine([(1.0, gap), (-1.0, offset)]) for gap, offset in zip(gaps, edge.offset, strict=True)]
-        self.closing.append((edge, rows, gaps))
+        moved = self.global_rows(edge.second)
+        for row, first in zip(moved, _carried(self.global_rows(edge.first), self.arm(edge)), strict=True):
+            add_row(row, first, -1.0)
+        between = _rotated(_transposed(_entries(self.grid, edge.axes)), moved)
+        self.closing.append((edge, between))
+        self._stiffen(edge, edge.elastic(between))
+
+    def _stiffen(self, edge: Edge, elastic: list[Row]) -> None:
         self.springs += [
-            Spring(rows[k], edge.stiffness[k], gaps[k])
+            Spring(elastic[k], edge.stiffness[k])
             for k in range(6)
             if k not in edge.ideal and not is_zero(edge.stiffness[k])
         ]
 
     def _hold(self) -> None:
         """Eliminate the ideal components of the edges that close a loop."""
-        held = [
-            Constraint(rows[k], gaps[k], edge, k) for edge, rows, gaps in self.closing for k in edge.ideal
-        ]
+        elastic = [(edge, edge.elastic(between)) for edge, between in self.closing]
+        size = self.topology.frame.size
+        held = [Constraint(rows[k], edge, k, size) for edge, rows in elastic for k in edge.ideal]
         if not held:
             return
-        self.elimination = eliminate(self.grid, held)
-        for node in self.rows:
-            new = [self.elimination.substituted(row) for row in self.rows[node]]
-            self.rows[node] = [row for row, _ in new]
-            pairs = zip(self.shifts[node], new, strict=True)
-            self.shifts[node] = [combine([(1.0, own), (1.0, known)]) for own, (_, known) in pairs]
-        self.springs = [self._substituted(spring) for spring in self.springs]
-
-    def _substituted(self, spring: Spring) -> Spring:
-        row, known = self.elimination.substituted(spring.row)
-        return Spring(row, spring.stiffness, combine([(1.0, spring.gap), (1.0, known)]))
+        self.elimination = eliminate(self.knowns, held)
+        change = self.elimination.substituted
+        self.rows = {node: [change(row) for row in rows] for node, rows in self.rows.items()}
+        self.springs = [Spring(change(spring.row), spring.stiffness) for spring in self.springs]
+        self.closing = [(edge, [change(row) for row in rows]) for edge, rows in self.closing]
 
 
-def edges_of(topology: Topology, grid: Grid) -> list[Edge]:
+def edges_of(topology: Topology, knowns: Knowns) -> list[Edge]:
     """Joints, rigid links, ties and supports of a frame."""
     frame, number = topology.frame, topology.number
-    joints = [_joint(frame, grid, name, number) for name in frame.joints]
+    joints = [_joint(frame, knowns, name, number) for name in frame.joints]
     ties = [_tie(tie, number) for tie in frame.ties]
-    return joints + ties + [_support(frame, grid, node, number) for node in frame.supports]
+    return joints + ties + [_support(frame, knowns, node, number) for node in frame.supports]
 
 
-def _joint(frame: Frame, grid: Grid, name: str, number: dict[str, int]) -> Edge:
+def _joint(frame: Frame, knowns: Knowns, name: str, number: dict[str, int]) -> Edge:
     link = frame.joints[name]
     stiffness = link.element.stiffness
     ideal = tuple(int(k) for k in np.flatnonzero(np.isinf(stiffness.reshape(-1, 6)[0])))
-    springs = tuple(grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
+    springs = tuple(knowns.grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
     axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
-    offset = _filled(grid, frame.offsets.get(name, {}))
+    offset = _offset(knowns, frame.offsets.get(name, {}))
     return Edge(name, "joint", number[link.first], number[link.second], ideal, springs, axes, offset)
 
 
 def _tie(tie: Tie, number: dict[str, int]) -> Edge:
     kind = "rigid" if tie.rigid else "tie"
-    return Edge(None, kind, number[tie.master], number[tie.slave], tie.components, (0.0,) * 6, None, (0.0,) * 6)
+    none: tuple[Row, ...] = tuple({} for _ in range(6))
+    return Edge(None, kind, number[tie.master], number[tie.slave], tie.components, (0.0,) * 6, None, none)
 
 
-def _support(frame: Frame, grid: Grid, node: str, number: dict[str, int]) -> Edge:
+def _support(frame: Frame, knowns: Knowns, node: str, number: dict[str, int]) -> Edge:
     held = frame.supports[node]
     ideal = tuple(sorted(held))
-    return Edge(node, "support", GROUND, number[node], ideal, (0.0,) * 6, None, _filled(grid, held))
+    return Edge(node, "support", GROUND, number[node], ideal, (0.0,) * 6, None, _offset(knowns, held))
 
 
-def _filled(grid: Grid, given: dict[int, Array]) -> tuple[Value, ...]:
-    values = ((grid.value(given[k]) if k in given else 0.0) for k in range(6))
-    return tuple(0.0 if not np.any(value) else value for value in values)
+def _offset(knowns: Knowns, given: dict[int, Array]) -> tuple[Row, ...]:
+    return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in range(6))
 
 
 def _spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
@@ -297,26 +290,21 @@ def _transposed(matrix: Matrix3) -> Matrix3:
     return [list(column) for column in zip(*matrix, strict=True)]
 
 
-def _rotated(matrix: Matrix3, rows: list[Row], shifts: list[Value]) -> tuple[list[Row], list[Value]]:
+def _rotated(matrix: Matrix3, rows: list[Row]) -> list[Row]:
     """Both three-component blocks multiplied by `matrix`."""
     new: list[Row] = [{} for _ in range(6)]
-    known: list[Value] = [0.0] * 6
     for block in (0, 3):
         for i in range(3):
             for j in range(3):
                 if not is_zero(matrix[i][j]):
                     add_row(new[block + i], rows[block + j], matrix[i][j])
-            known[block + i] = combine([(matrix[i][j], shifts[block + j]) for j in range(3)])
-    return new, known
+    return new
 
 
-def _carried(moved: tuple[list[Row], list[Value]], arm: list[Value]) -> tuple[list[Row], list[Value]]:
+def _carried(moved: list[Row], arm: list[Value]) -> list[Row]:
     """Rigid motion at the end of `arm`: displacement plus rotation x arm."""
-    rows = [dict(row) for row in moved[0]]
-    shifts = list(moved[1])
+    rows = [dict(row) for row in moved]
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        minus = combine([(-1.0, arm[j])])
-        add_row(rows[i], moved[0][3 + j], arm[k])
-        add_row(rows[i], moved[0][3 + k], minus)
-        shifts[i] = combine([(1.0, shifts[i]), (arm[k], moved[1][3 + j]), (minus, moved[1][3 + k])])
-    return rows, shifts
+        add_row(rows[i], moved[3 + j], arm[k])
+        add_row(rows[i], moved[3 + k], combine([(-1.0, arm[j])]))
+    return rows
