@@ -41,7 +41,7 @@ def test_right_handed_along_the_chord_and_nearest_to_up(chord: np.ndarray, up: n
     assert_allclose(np.cross(R[0], R[1]), R[2], atol=1e-14)
     assert_allclose(R[0], chord / np.linalg.norm(chord), atol=1e-15)
     # nothing of `up` lies along y, and what lies along z points the same way
-    assert abs(R[1] @ direction) < 1e-13 * np.linalg.norm(direction)
+    assert abs(R[1] @ direction) < 1e-14 * np.linalg.norm(direction)
     assert R[2] @ direction > 0.0
 
 
