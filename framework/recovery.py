@@ -254,4 +254,3 @@ def _check_stations(member: str, at: Array, length: Array) -> None:
         least = float(length.min())
         asked = at.tolist()
         raise FrameError(f"stations {asked} on member {member!r}: give distances from 0 to its length {least:.6g}")
-

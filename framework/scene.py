@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .batch import turned
 from .entries import Index
+from .errors import FrameError
 
 if TYPE_CHECKING:
     from .solution import Solution
@@ -52,7 +53,8 @@ def beams(solution: Solution, index: Index, stations: int) -> Part:
     ``M`` = (0, My, Mz) in the member's axes, ``stress_min``, ``stress_max``, ``von_mises``: points the
     value at the station, cells the force at their middle and the worst stress of their ends. Cells
     also carry ``member`` and ``link``, the numbers of the member and of its body (-1: the ground).
-    Where the batch entry is a mechanism ``solved`` is 0 and so is every result.
+    Where the batch entry is a mechanism ``solved`` is 0 and so is every result. Stresses of a section that is known
+    by its properties only are NaN.
     """
     frame = solution.frame
     # Even numbers are the stations, odd ones the middles of the cells between them.
@@ -62,7 +64,7 @@ def beams(solution: Solution, index: Index, stations: int) -> Part:
     points = [start[..., None, :] + fraction[::2, None] * (end - start)[..., None, :] for start, end in ends]
     displacement = results(solution, index, [solution.displacement_along(name, at[name][..., ::2]) for name in at])
     force = results(solution, index, [solution.forces(name, at[name]) for name in at])
-    stress = results(solution, index, [solution.stress(name, at[name][..., ::2]) for name in at])
+    stress = results(solution, index, [_stress(solution, name, at[name][..., ::2]) for name in at])
     worst = np.maximum(stress[:, :, :-1], stress[:, :, 1:])
     worst[..., 0] = np.minimum(stress[:, :, :-1, 0], stress[:, :, 1:, 0])
 
@@ -110,6 +112,14 @@ def joints(solution: Solution, index: Index) -> Part:
         point_data=data,
         cell_data=_labels(solution, index, joint=number),
     )
+
+
+def _stress(solution: Solution, member: str, at: Array) -> Array:
+    """Extreme stresses at stations; NaN where the section does not tell where its material lies."""
+    try:
+        return solution.stress(member, at)
+    except FrameError:
+        return np.full((*solution.shape, at.shape[-1], 3), np.nan)
 
 
 def _link(solution: Solution, start: str, end: str) -> int:

@@ -335,4 +335,3 @@ class Solution:
         if joint not in self.frame.joints:
             raise FrameError(f"joint {joint!r} is unknown: known are {', '.join(self.frame.joints) or 'none'}")
         return joint
-

@@ -24,9 +24,7 @@ class Tail:
         Their loads.
     """
 
-    def __init__(
-        self, matrix: Matrix, scale: dict[int, Parts], pivots: list[int], loads: dict[int, Value]
-    ) -> None:
+    def __init__(self, matrix: Matrix, scale: dict[int, Parts], pivots: list[int], loads: dict[int, Value]) -> None:
         self.order = pivots
         self.entries = {
             (i, j): _own(total(matrix[i][j])[1])

@@ -202,4 +202,3 @@ class Topology:
 
 def _shared(start: Node, end: Node) -> str | None:
     return start.body if start.body == end.body else None
-

@@ -183,7 +183,7 @@ class Closure:
         """Vector u from crank pin to rocker pin, (...); NaN where the loop does not close."""
         b, c = self.coupler, self.rocker
         q = 0.5 * (self._square + (b - c) * (b + c)) + 1j * self.area
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             u = q / np.conj(self.diagonal)
         # A rhombus or kite whose crank pin lies on the rocker's pivot: the limit of the same formula.
         u = np.where(self._square == 0.0, BRANCHES[self.branch] * b, u)

@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
-from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.elements import Beam, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning
 from linkframe.framework import export as export_module
 from linkframe.framework.solution import Solution
@@ -303,3 +303,21 @@ def test_saving_again_replaces(tmp_path: Path) -> None:
     mesh = meshio.read(tmp_path / "x" / "beams_001.vtu")
     check_beams(solution, (1,), mesh.points, mesh.point_data, of_lines(mesh))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["x", "x.pvd"]
+
+
+def test_section_by_its_properties(tmp_path: Path) -> None:
+    """A section that does not tell where its material lies has forces but no stress: NaN, beside members that have."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 1.0, "C": 2.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("AB", Beam(Section(A=1e-4, Iy=1e-8, Iz=1e-8, J=1e-8), Material(E=200e9, nu=0.3)), "A", "B")
+    frame.add("BC", BAR, "B", "C")
+    frame.fix("A")
+    frame.load("C", fx=5.0)
+    path = tmp_path / "x.vtu"
+    frame.solve().save(path)
+    cells = meshio.read(path).cell_data
+    np.testing.assert_allclose(np.concatenate(cells["N"]), 5.0)
+    stress = np.concatenate(cells["von_mises"])
+    assert np.isnan(stress[:STATIONS]).all()
+    np.testing.assert_allclose(stress[STATIONS:], 5.0 / 2e-4)
