@@ -20,8 +20,8 @@ import numpy as np
 
 from .batch import Array
 from .order import Order
-from .parts import Grid, Parts, Row, Value, add, combine, unknowns
-from .stage import Forces, Matrix, Pivot, Stage, backward, closure, collapsed, subtract
+from .parts import Grid, Row, Value, add, add_row, combine, unknowns
+from .stage import Forces, Matrix, Sources, Stage, backward, carried, closure, subtract
 from .tail import Tail
 
 # Batch entries handled at a time: some dozens of arrays of this length fit the second-level cache.
@@ -76,9 +76,8 @@ class _Progress:
     rows: dict[int, Row]
     springs: Springs
     knowns: list[Value]
-    tail: Tail | None = None
 
-    def values(self, block: Block, rows: Sequence[Row], cut: Callable[[Value], Value]) -> list[Value]:
+    def values(self, block: Block, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows`, by back substitution of what they ask for."""
         inner, outer = block.orders
         asked = {k for row in rows for k in unknowns(row)}
@@ -86,29 +85,20 @@ class _Progress:
         ends = {a for a in inside if a not in inner.below}
         wanted = (asked - inside) | {k for a in ends for k in unknowns(self.rows[a])}
         known = {-1 - s: value for s, value in enumerate(self.knowns)}
-        backward(outer, closure(outer, wanted), known, *self._steps(self.outer, cut))
-        at_ends = {a: _sum({k: cut(v) for k, v in self.rows[a].items()}, known) for a in ends}
-        backward(inner, inside, at_ends, *self._steps(self.inner, cut))
+        backward(outer, closure(outer, wanted), known, self.outer, self.knowns)
+        at_ends = {a: _sum(self.rows[a], known) for a in ends}
+        backward(inner, inside, at_ends, self.inner, self.knowns)
         known.update({k: at_ends[k] for k in inside & set(inner.below)})
         return [_sum(row, known) for row in rows]
 
-    def _steps(
-        self, stage: Stage, cut: Callable[[Value], Value]
-    ) -> tuple[Callable[[int], Pivot], Callable[[int], Value]]:
-        tail = self.tail if self.tail is not None and stage is self.outer else None
-
-        def step(k: int) -> Pivot:
-            if tail is not None and k in tail.steps:
-                return tail.steps[k]
-            pivot = stage.pivots[k]
-            return Pivot(pivot.mask, cut(pivot.inverse), {j: cut(low) for j, low in pivot.lower.items()})
-
-        def load(k: int) -> Value:
-            if tail is not None and k in tail.steps:
-                return tail.loads.get(k, 0.0)
-            return _collapsed(stage.forces.get(k, {}), self.knowns, cut)
-
-        return step, load
+    def carried(self, block: Block, row: Row) -> Row:
+        """`row` over the unknowns that are not eliminated yet and the known numbers."""
+        inner, outer = block.orders
+        at_ends = carried(inner, row, self.inner)
+        out: Row = {}
+        for k, factor in at_ends.items():
+            add_row(out, self.rows[k] if k not in row and k in self.rows else {k: 1.0}, factor)
+        return carried(outer, out, self.outer)
 
 
 class Factor:
@@ -132,7 +122,7 @@ class Factor:
         self._masks = _Masks(block)
         with np.errstate(all="ignore"):
             self.shared = self._run(self._start(), self.small)
-        self._kept: dict[int, _Progress] = {}
+        self._kept: dict[int, _Progress | Tail] = {}
         self._margins: dict[int, Array] = {}
         self._again = False
 
@@ -144,7 +134,7 @@ class Factor:
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns, at the whole batch."""
         with np.errstate(all="ignore"):
-            return self._gathered(rows) if any(self.large) else self.shared.values(self.block, rows, _same)
+            return self._gathered(rows) if any(self.large) else self.shared.values(self.block, rows)
 
     def margin(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
@@ -241,11 +231,13 @@ class Factor:
 
     def _gathered(self, rows: Sequence[Row]) -> list[Value]:
         results: list[Value] = [0.0] * len(rows)
+        asked = [self.shared.carried(self.block, row) for row in rows] if self._only_tail else rows
 
-        def gather(index: int, progress: _Progress) -> None:
+        def gather(index: int, progress: _Progress | Tail) -> None:
             part = self._part(index)
-            cut = functools.partial(self._cut, part=part)
-            for k, value in enumerate(progress.values(self.block, [_mapped(row, cut) for row in rows], cut)):
+            cut = [_mapped(row, functools.partial(self._cut, part=part)) for row in asked]
+            values = progress.values(cut) if isinstance(progress, Tail) else progress.values(self.block, cut)
+            for k, value in enumerate(values):
                 if isinstance(value, float):
                     results[k] = value
                     continue
@@ -259,7 +251,7 @@ class Factor:
         self._each(gather)
         return results
 
-    def _each(self, work: Callable[[int, _Progress], None]) -> None:
+    def _each(self, work: Callable[[int, _Progress | Tail], None]) -> None:
         """Do `work` with the index and progress of every chunk, the first before the others."""
 
         def one(index: int) -> None:
@@ -274,11 +266,11 @@ class Factor:
                 pass
         self._again = self._bytes() < KEEP
 
-    def _chunk(self, index: int) -> _Progress:
+    def _chunk(self, index: int) -> _Progress | Tail:
         if index in self._kept:
             return self._kept[index]
         cut = functools.partial(self._cut, part=self._part(index))
-        progress = self._finished(cut) if self._only_tail else self._redone(cut)
+        progress: _Progress | Tail = self._finished(cut) if self._only_tail else self._redone(cut)
         self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
         if self._again or self.chunks == 1:
             self._kept[index] = progress
@@ -291,15 +283,13 @@ class Factor:
         done = self.shared.inner.complete and self.shared.outer.complete
         return done and not any(self.large[mask] for mask in inner.masks.values())
 
-    def _finished(self, cut: Callable[[Value], Value]) -> _Progress:
-        shared = self.shared
-        left = shared.outer.mapped(cut, steps=False)
-        order = [k for k in self.block.orders[1].pivots if k not in shared.outer.pivots]
-        knowns = [cut(value) for value in shared.knowns]
-        loads = {k: _collapsed(shared.outer.forces.get(k, {}), knowns, cut) for k in order}
-        progress = _Progress(shared.inner, shared.outer, shared.rows, [], knowns)
-        progress.tail = Tail(left.matrix, left.scale, order, loads)
-        return progress
+    def _finished(self, cut: Callable[[Value], Value]) -> Tail:
+        stage = self.shared.outer
+        left = stage.mapped(cut, steps=False)
+        order = [k for k in self.block.orders[1].pivots if k not in stage.pivots]
+        knowns = [cut(value) for value in self.shared.knowns]
+        unit = {k: _mapped_sources(stage.forces.get(k, {}), cut) for k in order}
+        return Tail(left.matrix, left.scale, order, unit, knowns)
 
     def _redone(self, cut: Callable[[Value], Value]) -> _Progress:
         """The whole way once more for the terms that are large."""
@@ -355,14 +345,14 @@ def _sum(row: Row, known: dict[int, Value]) -> Value:
     return combine([(factor, known[k]) for k, factor in row.items()])
 
 
-def _collapsed(by_source: dict[int, Parts], knowns: list[Value], cut: Callable[[Value], Value]) -> Value:
-    return collapsed({s: {m: cut(v) for m, v in parts.items()} for s, parts in by_source.items()}, knowns)
+def _mapped_sources(by_source: Sources, change: Callable[[Value], Value]) -> Sources:
+    return {s: {mask: change(value) for mask, value in parts.items()} for s, parts in by_source.items()}
 
 
-def _margins(progress: _Progress) -> list[Array]:
+def _margins(progress: _Progress | Tail) -> list[Array]:
     """Least pivot ratios found, by mask, in what was done on the way."""
-    if progress.tail is not None:
-        return [np.asarray(progress.tail.margin)]
+    if isinstance(progress, Tail):
+        return [np.asarray(progress.margin)]
     return [np.asarray(value) for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
 
 

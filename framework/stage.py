@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .order import Order
-from .parts import Parts, Value, add, combine, is_zero, total
+from .parts import Parts, Row, Value, add, add_row, combine, is_zero, total
 
 Matrix = dict[int, dict[int, Parts]]
 Sources = dict[int, Parts]
@@ -140,17 +140,34 @@ def closure(order: Order, wanted: set[int]) -> set[int]:
 
 
 def backward(
-    order: Order, needed: set[int], known: dict[int, Value], step: Callable[[int], Pivot], load: Callable[[int], Value]
+    order: Order, needed: set[int], known: dict[int, Value], stage: Stage, knowns: Sequence[Value]
 ) -> None:
     """Add the `needed` unknowns to those `known`, from the steps of the elimination and the loads left in them."""
     for k in reversed(order.pivots):
         if k in needed:
-            pivot = step(k)
-            value = load(k) * pivot.inverse
-            for j, low in pivot.lower.items():
+            step = stage.pivots[k]
+            value = collapsed(stage.forces.get(k, {}), knowns) * step.inverse
+            for j, low in step.lower.items():
                 if not is_zero(known[j]):
                     value = value - low * known[j]
             known[k] = value
+
+
+def carried(order: Order, row: Row, stage: Stage) -> Row:
+    """`row` without the unknowns that `stage` has eliminated: over those left and the known numbers.
+
+    It is the back substitution turned round, done for what is asked instead of for what is given.
+    """
+    out = dict(row)
+    for k in order.pivots:
+        if k in out and k in stage.pivots:
+            factor = out.pop(k)
+            step = stage.pivots[k]
+            for source, parts in stage.forces.get(k, {}).items():
+                add_row(out, {-1 - source: total(parts)[1]}, factor * step.inverse)
+            for j, low in step.lower.items():
+                add_row(out, {j: low}, -factor)
+    return out
 
 
 def collapsed(by_source: Sources, sources: Sequence[Value]) -> Value:
