@@ -36,8 +36,8 @@ def test_constrained_frames_agree_with_fifty_digits(structure: Structure) -> Non
     assert apart(stacked({name: solution.displacement(name) for name in structure.nodes}), exact) <= bound
     acting = [(node, np.array(load)) for node, load in structure.loads.items()]
     acting += [(node, solution.reaction(node)) for node in structure.supports]
-    total = sum(force for _, force in acting)
-    total[3:] += sum(np.cross(structure.nodes[node], force[:3]) for node, force in acting)
+    total = np.sum([force for _, force in acting], axis=0)
+    total[3:] += np.sum([np.cross(structure.nodes[node], force[:3]) for node, force in acting], axis=0)
     assert_allclose(total, 0.0, atol=float(FORCES * bound) * max(np.abs(force).max() for _, force in acting))
 
 

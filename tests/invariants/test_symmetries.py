@@ -127,10 +127,9 @@ def test_units(structure: Structure, length: float, force: float) -> None:
     _, original, bound = solved(structure)
     solution, changed, _ = solved(scaled)
     assert solution.status == "regular"
-    displacement = np.array([length] * 3 + [1.0] * 3)
-    assert_same(
-        changed, [f * s for f, s in zip(original, (displacement, loads, displacement, loads), strict=False)], 2 * bound
-    )
+    displacement, reaction = np.array([length] * 3 + [1.0] * 3), np.array(loads)
+    factors = (displacement, reaction, displacement, reaction)
+    assert_same(changed, [found * factor for found, factor in zip(original, factors, strict=False)], 2 * bound)
 
 
 @few
@@ -143,7 +142,8 @@ def test_order_of_description(structure: Structure, seed: int) -> None:
         things = list(getattr(structure, field).items())
         return dict(things[i] for i in rng.permutation(len(things)))
 
-    other = Structure(**{field: shuffled(field) for field in ("nodes", "members", "joints", "supports", "loads")})
+    nodes, members, joints = shuffled("nodes"), shuffled("members"), shuffled("joints")
+    other = Structure(nodes, members, joints, supports=shuffled("supports"), loads=shuffled("loads"))
     _, original, bound = solved(structure)
     solution = as_frame(other).solve()
     assert_same(results(solution, structure), original, bound)

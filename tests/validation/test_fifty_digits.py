@@ -18,6 +18,8 @@ digits: what is left of the difference is all the rounding that there is, from a
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -134,7 +136,11 @@ def supported(frame: Frame, load: tuple[float, ...]) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("described", [by_coordinates, by_bodies, by_model], ids=["coordinates", "bodies", "model"])
-def test_four_bar_agrees_with_fifty_digits_where_the_usual_assembly_does_not(described, case, record_property) -> None:
+def test_four_bar_agrees_with_fifty_digits_where_the_usual_assembly_does_not(
+    described: Callable[[tuple[float, ...]], tuple[Frame, list[Structure]]],
+    case: str,
+    record_property: Callable[[str, object], None],
+) -> None:
     """Displacements of all nodes, joint displacements and joint forces to 1e-12 at eight poses.
 
     The usual assembly is the same textbook method as the reference, in double precision: its errors are rounding alone.

@@ -7,6 +7,9 @@ import numpy as np
 from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 LENGTH = 1.0
 ALLOY = Material(E=70e9, nu=0.3, density=2700.0)
@@ -31,7 +34,7 @@ def huang(b: mpmath.mpf) -> mpmath.mpf:
     return mpmath.re(value)
 
 
-def frequencies(segments: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def frequencies(segments: int) -> Array:
     """Three bending frequencies b of the cantilever in the xy plane."""
     frame = Frame()
     for i in range(segments + 1):
@@ -41,7 +44,8 @@ def frequencies(segments: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float6
             frame.add(f"{i}", Beam(DEEP, ALLOY, shear=True), f"{i - 1}", f"{i}")
     frame.fix("0")
     omega = 2 * np.pi * frame.modes(3).frequencies
-    return omega * LENGTH**2 * np.sqrt(ALLOY.density * DEEP.A / (ALLOY.E * DEEP.Iz))
+    factors: Array = omega * LENGTH**2 * np.sqrt(ALLOY.density * DEEP.A / (ALLOY.E * DEEP.Iz))
+    return factors
 
 
 def test_deep_cantilever() -> None:

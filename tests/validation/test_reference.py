@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mpmath
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from reference.random_structures import CLAMPED
 from reference.stiffness_method import DOUBLE, EXACT, Arithmetic, mp, solve, tip_stiffness
 from reference.structure import Member, Structure
 
-MEMBER = {"E": 2e11, "G": 7.5e10, "A": 8e-5, "Iy": 2.5e-10, "Iz": 1.1e-9, "J": 7e-10}
+MEMBER: dict[str, Any] = {"E": 2e11, "G": 7.5e10, "A": 8e-5, "Iy": 2.5e-10, "Iz": 1.1e-9, "J": 7e-10}
 
 
 @pytest.mark.parametrize(("ky", "kz"), [(np.inf, np.inf), (0.8, 0.6)])
@@ -46,10 +48,10 @@ def test_tip_stiffness_is_the_inverse_of_the_flexibility(ky: float, kz: float) -
 @pytest.mark.parametrize("arithmetic", [EXACT, DOUBLE], ids=["50 digits", "double"])
 def test_published_space_frame(arithmetic: Arithmetic) -> None:
     """Weaver, Computer Programs for Structural Analysis, 1967, p. 146, problem 8: half a unit of the fifth decimal."""
-    numbers = {"E": 30000.0, "G": 12000.0, "A": 11.0, "Iy": 56.0, "Iz": 56.0, "J": 83.0}
+    numbers: dict[str, Any] = {"E": 30000.0, "G": 12000.0, "A": 11.0, "Iy": 56.0, "Iz": 56.0, "J": 83.0}
     structure = Structure(
         nodes={"1": (0.0, 120.0, 0.0), "2": (240.0, 120.0, 0.0), "3": (0.0, 0.0, 0.0), "4": (360.0, 0.0, 120.0)},
-        members={name: Member(*name, **numbers) for name in ("12", "31", "24")},
+        members={start + end: Member(start, end, **numbers) for start, end in ("12", "31", "24")},
         supports={"3": CLAMPED, "4": CLAMPED},
         loads={"1": (2.0, 0.0, 0.0, 0.0, 0.0, 0.0), "2": (0.0, -1.0, 0.0, 0.0, 0.0, -120.0)},
     )

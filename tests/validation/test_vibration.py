@@ -40,7 +40,8 @@ def planar(segments: int, left: tuple[str, ...], right: tuple[str, ...], section
 def wave_numbers(frequencies: Array, section: Section = WIRE) -> Array:
     """beta L of bending frequencies in Hz."""
     omega = 2 * np.pi * frequencies
-    return np.sqrt(omega * np.sqrt(STEEL.density * section.A / (STEEL.E * section.Iz))) * LENGTH
+    beta: Array = np.sqrt(omega * np.sqrt(STEEL.density * section.A / (STEEL.E * section.Iz)))
+    return beta * LENGTH
 
 
 def roots(sign: int, count: int) -> Array:
