@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .block import Factor
+from .clock import timed
 from .parts import Row, Value, combine, unknowns
 from .plan import Plan
 from .status import is_singular
@@ -37,7 +38,9 @@ class BroadcastSolver:
                 name = self.plan.component[k]
                 if name in self.plan.excited:
                     split.setdefault(name, [{} for _ in rows])[index][k] = row[k]
-        found = [self.factor(name).values(part) for name, part in split.items()]
+        factors = {name: self.factor(name) for name in split}
+        with timed(self.plan.times, "solution"):
+            found = [factors[name].values(part) for name, part in split.items()]
         known = [[(value, self.plan.knowns.values[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
         return [combine([(1.0, part[index]) for part in found] + known[index]) for index in range(len(rows))]
 
@@ -57,5 +60,7 @@ class BroadcastSolver:
     def factor(self, component: int) -> Factor:
         """Factorisation of a component."""
         if component not in self._factors:
-            self._factors[component] = Factor(self.plan.block(component))
+            block = self.plan.block(component)
+            with timed(self.plan.times, "factorisation"):
+                self._factors[component] = Factor(block)
         return self._factors[component]

@@ -1,17 +1,32 @@
-"""The plan of a solution in plain words, as a database explains a query."""
+"""The plan of a solution in plain words, as a database explains a query, and the time that its stages took."""
 
 from __future__ import annotations
 
-from .block import CHUNK, steps
+from typing import TYPE_CHECKING
+
+from .block import CHUNK, large_masks, steps
+from .broadcast import BroadcastSolver
 from .dofs import DISPLACEMENTS
 from .order import Order
 from .parts import Grid
 from .plan import Plan
 
+if TYPE_CHECKING:
+    from .solution import Solution
 
-def explain(plan: Plan) -> str:
-    """What will be built, at which batch shapes, and what is skipped and why."""
-    return "\n".join([*_described(plan), *_coordinates(plan), *_components(plan), *_left_out()])
+# Operations a second of one core on arrays that its cache holds, as order of magnitude for the estimate.
+RATE = 1e9
+
+
+def explain(solution: Solution) -> str:
+    """What will be built, at which batch shapes, what is skipped and why; and the times of what has been done."""
+    plan, solver = solution.plan, solution.solver
+    lines = [*_described(plan), *_coordinates(plan)]
+    if isinstance(solver, BroadcastSolver):
+        lines += _components(plan)
+    else:
+        lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
+    return "\n".join([*lines, *_left_out(), *_times(plan)])
 
 
 def _described(plan: Plan) -> list[str]:
@@ -22,7 +37,7 @@ def _described(plan: Plan) -> list[str]:
         f"{len(frame.ties)} rigid links and ties; batch shape {grid.shape}, {grid.sizes[-1]} entries.",
         f"Members are cut into {len(plan.topology.pieces)} pieces ({interior} interior nodes), "
         f"evaluated as {len(plan.topology.groups)} stacks:",
-        *(f"  {len(g.pieces)} pieces at batch shape {g.stiffness().shape[1:-2]}" for g in plan.topology.groups),
+        *(f"  {len(g.pieces)} pieces, stiffness at batch shape {g.stiffness_shape}" for g in plan.topology.groups),
     ]
 
 
@@ -30,29 +45,27 @@ def _coordinates(plan: Plan) -> list[str]:
     tree = plan.tree
     ideal = sum(len(branch.edge.ideal) for branch in tree.branches)
     dependent = len(tree.elimination.rows)
-    lines = [
+    return [
         f"Joint-relative coordinates: {6 * len(plan.topology.number)} nodal displacements become {len(plan.unknowns)} "
         f"unknowns; {ideal} held components are absent"
         + (f", {dependent} more are eliminated because their joints close a loop." if dependent else "."),
         f"{len(tree.springs)} springs stand on the diagonal or close a loop.",
     ]
-    return lines
 
 
 def _components(plan: Plan) -> list[str]:
     lines = []
     for name in sorted(plan.components):
-        unknowns = [k for k, component in plan.component.items() if component == name]
+        unknowns = plan.members_of(name)
         if name not in plan.excited:
             why = "no load, offset or support motion reaches them"
             lines.append(f"Skipped: {len(unknowns)} unknowns ({_kinds(unknowns)}); {why}.")
             continue
-        block = plan.block(name)
+        orders = plan.block(name).orders
         lines.append(f"Solved: {len(unknowns)} unknowns ({_kinds(unknowns)}) by broadcasting LDL^T.")
-        for title, order in zip(("in the links, condensed", "at the joints"), block.orders, strict=True):
+        for title, order in zip(("in the links, condensed", "at the joints"), orders, strict=True):
             lines += _steps(title, order, plan.grid)
-        chunks = _chunks(plan.grid)
-        lines.append(f"  in {chunks} chunks along the longest axis." if chunks > 1 else "  in one go.")
+        lines.append(_estimate(plan.grid, orders))
     return lines
 
 
@@ -63,16 +76,18 @@ def _steps(title: str, order: Order, grid: Grid) -> list[str]:
     told = ", ".join(f"{count} at {_shape(grid, mask)}" for mask, count in sorted(shapes.items()))
     if not told:
         return []
-    spent, full = order.operations(grid), order.operations(grid, shared=False)
     return [
-        f"  {len(order.pivots)} unknowns {title}: pivots {told}; {spent:.3g} operations, "
-        f"{full:.3g} if each were done for every entry."
+        f"  {len(order.pivots)} unknowns {title}: pivots {told}; {order.operations(grid)} operations, "
+        f"{order.operations(grid, shared=False)} if each were done for every entry."
     ]
 
 
-def _chunks(grid: Grid) -> int:
+def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
+    seconds = sum(order.operations(grid) for order in orders) / RATE
     axis, step = steps(grid, CHUNK)
-    return -(-grid.shape[axis] // step) if grid.shape else 1
+    chunks = -(-grid.shape[axis] // step) if any(large_masks(grid)) else 1
+    where = f"in {chunks} chunks along axis {axis}" if chunks > 1 else "in one go"
+    return f"  About {1e3 * seconds:.2g} ms of arithmetic, {where}."
 
 
 def _left_out() -> list[str]:
@@ -82,10 +97,16 @@ def _left_out() -> list[str]:
     ]
 
 
+def _times(plan: Plan) -> list[str]:
+    if not plan.times:
+        return ["Nothing has been computed yet."]
+    return ["Times so far: " + ", ".join(f"{stage} {1e3 * t:.3g} ms" for stage, t in plan.times.items()) + "."]
+
+
 def _shape(grid: Grid, mask: int) -> str:
     return str(tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(grid.shape)))
 
 
-def _kinds(unknowns: list[int]) -> str:
+def _kinds(unknowns: set[int]) -> str:
     present = {k % 6 for k in unknowns}
     return " ".join(name for k, name in enumerate(DISPLACEMENTS) if k in present)

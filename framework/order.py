@@ -34,9 +34,9 @@ class Order:
     masks: dict[int, int]
 
     def operations(self, grid: Grid, *, shared: bool = True) -> int:
-        """Multiplications and additions of the factorisation over the whole batch, as is or with nothing `shared`."""
+        """Multiplications and subtractions of the factorisation over the batch, as it is or with nothing `shared`."""
         return sum(
-            (grid.sizes[self.masks[k]] if shared else grid.sizes[-1]) * len(self.below[k]) * (len(self.below[k]) + 3)
+            (grid.sizes[self.masks[k]] if shared else grid.sizes[-1]) * len(self.below[k]) * (len(self.below[k]) + 2)
             for k in self.pivots
         )
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from .assembly import force_entries, stiffness_entries
 from .block import Block, Springs
+from .clock import timed
 from .frame import Frame
 from .order import Order, Pattern, link, order
 from .parts import Grid, Knowns, Parts, Row, Value, unknowns
@@ -33,17 +34,19 @@ class Plan:
 
     def __init__(self, frame: Frame) -> None:
         self.frame = frame
+        self.times: dict[str, float] = {}
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
-        self.topology = Topology.of(frame)
-        self.tree = Tree.of(self.topology, self.knowns)
+        with timed(self.times, "numbering"):
+            self.topology = Topology.of(frame)
+            self.tree = Tree.of(self.topology, self.knowns)
         self._blocks: dict[int, Block] = {}
 
     @cached_property
     def large(self) -> bool:
         """Whether this is one large frame, whose stiffness does not vary over the batch: the sparse way is faster."""
         tree = self.tree
-        constant = all(group.stiffness_size == 1 for group in self.topology.groups)
+        constant = all(set(group.stiffness_shape) <= {1} for group in self.topology.groups)
         numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
         numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
         return len(self.unknowns) > LARGE and constant and all(isinstance(v, float) for v in numbers)
@@ -51,12 +54,14 @@ class Plan:
     @cached_property
     def matrix(self) -> Matrix:
         """Parts of the members' stiffness by pair of DOFs, in the nodes' axes."""
-        return stiffness_entries(self.topology, self.grid)
+        with timed(self.times, "assembly"):
+            return stiffness_entries(self.topology, self.grid)
 
     @cached_property
     def forces(self) -> Forces:
         """Parts of the loads by DOF and known number, in the nodes' axes."""
-        return force_entries(self.topology, self.knowns)
+        with timed(self.times, "assembly"):
+            return force_entries(self.topology, self.knowns)
 
     @cached_property
     def unknowns(self) -> list[int]:
@@ -117,7 +122,8 @@ class Plan:
     def block(self, component: int) -> Block:
         """A component assembled, with its elimination orders."""
         if component not in self._blocks:
-            self._blocks[component] = self._assembled(component)
+            with timed(self.times, "elimination order"):
+                self._blocks[component] = self._assembled(component)
         return self._blocks[component]
 
     def _coupled(self, dof: int) -> list[int]:

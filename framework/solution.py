@@ -236,7 +236,7 @@ class Solution:
         """What is built at which batch shapes, what is skipped, and why, in plain words."""
         from .explain import explain
 
-        return explain(self.plan)
+        return explain(self)
 
     def save(self, path: str | Path, **options: Any) -> None:
         """Write files for ParaView: ``.vtu`` for one entry, ``.pvd`` for a batch axis.

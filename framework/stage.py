@@ -139,9 +139,7 @@ def closure(order: Order, wanted: set[int]) -> set[int]:
     return needed
 
 
-def backward(
-    order: Order, needed: set[int], known: dict[int, Value], stage: Stage, knowns: Sequence[Value]
-) -> None:
+def backward(order: Order, needed: set[int], known: dict[int, Value], stage: Stage, knowns: Sequence[Value]) -> None:
     """Add the `needed` unknowns to those `known`, from the steps of the elimination and the loads left in them."""
     for k in reversed(order.pivots):
         if k in needed:

@@ -66,10 +66,9 @@ class Group:
         return block_diagonal((start, start, end, end))
 
     @property
-    def stiffness_size(self) -> int:
-        """Number of batch entries over which the stiffness of a piece varies."""
-        geometry = self.transform.shape[1:-2], self.length.shape[1:], self.element.shape
-        return int(np.prod(np.broadcast_shapes(*geometry), dtype=np.int64))
+    def stiffness_shape(self) -> tuple[int, ...]:
+        """Batch shape over which the stiffness of a piece varies."""
+        return np.broadcast_shapes(self.transform.shape[1:-2], self.length.shape[1:], self.element.shape)
 
     def turned(self, local: Array) -> Array:
         """Local matrices (n, ..., 12, 12) in the nodes' axes."""
