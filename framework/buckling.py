@@ -43,7 +43,8 @@ def buckling(frame: Frame, count: int) -> Buckling:
     FrameError
         Where the frame is a mechanism, or fewer factors exist than asked for.
     """
-    solution = Solution.of(frame)
+    described = frame.copy()
+    solution = Solution(described, Plan(described, cut=True))
     plan = solution.plan
     size = len(plan.unknowns)
     if not 1 <= count <= size:

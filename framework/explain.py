@@ -32,11 +32,13 @@ def explain(solution: Solution) -> str:
 def _described(plan: Plan) -> list[str]:
     frame, grid = plan.frame, plan.grid
     interior = len(plan.topology.number) - len(frame.nodes)
+    spared = sum(member.element.segments for member in frame.members.values()) - len(plan.topology.pieces)
     return [
         f"Frame: {len(frame.nodes)} nodes, {len(frame.members)} members, {len(frame.joints)} joints, "
         f"{len(frame.ties)} rigid links and ties; batch shape {grid.shape}, {grid.sizes[-1]} entries.",
         f"Members are cut into {len(plan.topology.pieces)} pieces ({interior} interior nodes), "
-        f"evaluated as {len(plan.topology.groups)} stacks:",
+        f"evaluated as {len(plan.topology.groups)} stacks"
+        + (f"; {spared} more segments are skipped: in statics one piece of a member is exact:" if spared else ":"),
         *(f"  {len(g.pieces)} pieces, stiffness at batch shape {g.stiffness_shape}" for g in plan.topology.groups),
     ]
 

@@ -51,7 +51,7 @@ def modes(frame: Frame, count: int) -> Modes:
     FrameError
         Where the frame has no mass, or fewer modes than asked for.
     """
-    plan = Plan(frame.copy())
+    plan = Plan(frame.copy(), cut=True)
     if not 1 <= count <= len(plan.unknowns):
         raise FrameError(f"modes({count}): give a number from 1 to the frame's {len(plan.unknowns)} unknowns")
     squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)

@@ -30,15 +30,17 @@ class Plan:
     ----------
     frame
         The description.
+    cut
+        Whether members are cut into their segments: for inertia and buckling, not for statics.
     """
 
-    def __init__(self, frame: Frame) -> None:
+    def __init__(self, frame: Frame, *, cut: bool = False) -> None:
         self.frame = frame
         self.times: dict[str, float] = {}
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
         with timed(self.times, "numbering"):
-            self.topology = Topology.of(frame)
+            self.topology = Topology.of(frame, cut=cut)
             self.tree = Tree.of(self.topology, self.knowns)
         self._blocks: dict[int, Block] = {}
 

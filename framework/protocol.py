@@ -41,6 +41,11 @@ class LineElement(ABC):
 
     @property
     @abstractmethod
+    def exact(self) -> bool:
+        """Whether in statics one piece is exact, so that segments change nothing."""
+
+    @property
+    @abstractmethod
     def quadrature(self) -> int:
         """Gauss points that integrate a linear load times the shape functions to rounding."""
 

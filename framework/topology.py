@@ -106,14 +106,17 @@ class Topology:
     pieces_of: dict[str, range]
 
     @classmethod
-    def of(cls, frame: Frame) -> Topology:
-        """Number the nodes of a frame and cut its members."""
+    def of(cls, frame: Frame, *, cut: bool) -> Topology:
+        """Number the nodes of a frame and, for what needs it, `cut` its members into their segments.
+
+        Statics needs no cut where one piece is exact.
+        """
         number = {name: index for index, name in enumerate(frame.nodes)}
         bodies = [node.body for node in frame.nodes.values()]
         pieces: list[Piece] = []
         pieces_of: dict[str, range] = {}
         for name, member in frame.members.items():
-            count = member.element.segments
+            count = member.element.segments if cut or not member.element.exact else 1
             start, end = frame.nodes[member.start], frame.nodes[member.end]
             chain = [number[member.start]]
             for index in range(1, count):
