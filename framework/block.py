@@ -25,7 +25,7 @@ from .stage import Forces, Matrix, Sources, Stage, backward, carried, closure, s
 from .tail import Tail
 
 # Batch entries handled at a time: some dozens of arrays of this length fit the second-level cache.
-CHUNK = 16384
+CHUNK = 32768
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
@@ -205,7 +205,10 @@ class Factor:
                 half = combine([(row[i], stiffness)])
                 for j, second in row.items():
                     over = mask | masks[i] | masks[j]
-                    if self._is(outer, wanted, over) and (j >= i or j < 0):
+                    # A stiffness as it was given is added whole, whatever its size: that costs nothing.
+                    given = not masks[i] | masks[j]
+                    now = wanted is self.small if given else self._is(outer, wanted, over)
+                    if now and (j >= i or j < 0):
                         term = combine([(second, half)])
                         self._put(outer, (i, j), over, term, twice=False)
                         if i == j:

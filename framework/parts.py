@@ -7,6 +7,7 @@ parts are added up only when the sum is needed, so that most arithmetic happens 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -70,18 +71,25 @@ def total(parts: Parts) -> tuple[int, Value]:
     varying, result = 0, 0.0  # type: int, Value
     for mask in sorted(parts):
         varying |= mask
-        result = result + parts[mask]
+        result = parts[mask] if is_zero(result) else result + parts[mask]
     return varying, result
 
 
-def combine(terms: list[tuple[Value, Value]]) -> Value:
+def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
     """Sum of products, without the terms that are exactly zero."""
     result: Value = 0.0
+    owned = False
     for a, b in terms:
         if is_zero(a) or is_zero(b):
             continue
-        product = b if isinstance(a, float) and a == 1.0 else a * b
-        result = product if is_zero(result) else result + product
+        unit = isinstance(a, float) and a == 1.0
+        product = b if unit else a * b
+        if is_zero(result):
+            result, owned = product, not unit
+        elif owned and isinstance(result, np.ndarray) and result.shape == np.shape(product):
+            np.add(result, product, out=result)
+        else:
+            result, owned = result + product, True
     return result
 
 
