@@ -189,6 +189,32 @@ class Beam(LineElement):
             stamp_stiffness(matrix, self._plane(way, length), way.dofs, way.sign)
         return matrix
 
+    def springs(self, length: Array | float) -> tuple[Array, Array]:
+        """The stiffness as springs on deformations, ``K = sum_i k_i b_i b_i^T``.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+
+        Returns
+        -------
+        tuple of ndarray
+            Stiffnesses (..., 6) and deformations by the end displacements, (..., 6, 12).
+        """
+        length = as_real(length)
+        shape = np.broadcast_shapes(np.shape(length), self.sections_shape)
+        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12))
+        for i in BARS:
+            stiffness[..., i], rows[..., i, i], rows[..., i, i + 6] = self._bar(i, length), -1.0, 1.0
+        for way in DIRECTIONS:
+            plane, (v1, r1, v2, r2) = self._plane(way, length), way.dofs
+            stiffness[..., way.moved], stiffness[..., way.turned] = plane.shear, plane.bend
+            rows[..., way.moved, v1], rows[..., way.moved, v2] = 1.0, -1.0
+            rows[..., way.moved, r1], rows[..., way.moved, r2] = way.sign * plane.centre, way.sign * plane.rest
+            rows[..., way.turned, r1], rows[..., way.turned, r2] = -way.sign, way.sign
+        return stiffness, rows
+
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
         """Forces on the member's ends, (..., 12), by way of its deformations.
 

@@ -21,7 +21,7 @@ def stiffness_entries(topology: Topology, grid: Grid) -> Matrix:
     """Parts of the stiffness of all members by pair of DOF numbers."""
     matrix: Matrix = {}
     for group in topology.groups:
-        for dofs, stack in zip(group.dofs.tolist(), group.stiffness(), strict=True):
+        for dofs, stack in zip(group.dofs.tolist(), group.extended_stiffness(), strict=True):
             used = (stack != 0.0).reshape(-1, 12, 12).any(axis=0)
             for a, b in zip(*np.nonzero(np.triu(used)), strict=True):
                 value = grid.value(stack[..., a, b])

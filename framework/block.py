@@ -30,9 +30,11 @@ CHUNK = 32768
 # time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
 
-# What varies over less than this share of the batch, and over no more than so many entries, is done all at once.
+# What varies over less than this share of the batch, and over no more than so many entries, is done all at once; so is
+# all of a small batch.
 _SHARE = 16
 _MOST = 2**16
+_SMALL = 2**10
 
 Wanted = Sequence[bool]
 Springs = list[tuple[Row, Value]]
@@ -140,7 +142,7 @@ class Factor:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
         out = np.full(self.block.grid.shape, np.inf)
         for value in _margins(self.shared):
-            out = np.minimum(out, value)
+            out = np.minimum(out, value.astype(np.float64))
         if any(self.large):
             if len(self._margins) < self.chunks:
                 self._each(lambda index, progress: None)
@@ -241,11 +243,11 @@ class Factor:
             cut = [_mapped(row, functools.partial(self._cut, part=part)) for row in asked]
             values = progress.values(cut) if isinstance(progress, Tail) else progress.values(self.block, cut)
             for k, value in enumerate(values):
-                if isinstance(value, float):
+                if not isinstance(value, np.ndarray):
                     results[k] = value
                     continue
                 target = results[k]
-                if isinstance(target, float):
+                if not isinstance(target, np.ndarray):
                     shape = list(value.shape)
                     shape[self.axis] = self.block.grid.shape[self.axis]
                     target = results[k] = np.empty(shape)
@@ -310,8 +312,11 @@ class Factor:
         return (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
 
     def _cut(self, value: Value, part: tuple[slice, ...]) -> Value:
-        whole = self.block.grid.shape[self.axis]
-        return value if isinstance(value, float) or value.shape[self.axis] != whole else value[part]
+        """The part of a number that belongs to a chunk, in double precision."""
+        if not isinstance(value, np.ndarray):
+            return float(value)
+        mine = value[part] if value.shape[self.axis] == self.block.grid.shape[self.axis] else value
+        return mine.astype(np.float64, copy=False)
 
     def _bytes(self) -> int:
         sizes = self.block.grid.sizes
@@ -333,7 +338,8 @@ def steps(grid: Grid, chunk: int) -> tuple[int, int]:
 
 def large_masks(grid: Grid) -> list[bool]:
     """By mask, whether what varies so is left to the chunks: most of the batch, or too much for the cache."""
-    return [size > 1 and (_SHARE * size > grid.sizes[-1] or size > _MOST) for size in grid.sizes]
+    whole = grid.sizes[-1]
+    return [whole > _SMALL and size > 1 and (_SHARE * size > whole or size > _MOST) for size in grid.sizes]
 
 
 def _same(value: Value) -> Value:

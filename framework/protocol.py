@@ -66,6 +66,10 @@ class LineElement(ABC):
         """Stiffness, (..., 12, 12)."""
 
     @abstractmethod
+    def springs(self, length: Array) -> tuple[Array, Array]:
+        """The stiffness as six springs k (..., 6) on deformations b (..., 6, 12): ``K = sum_i k_i b_i b_i^T``."""
+
+    @abstractmethod
     def mass_matrix(self, length: Array) -> Array:
         """Consistent mass, (..., 12, 12)."""
 

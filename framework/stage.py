@@ -180,6 +180,4 @@ def subtract(parts: Parts, mask: int, value: Value) -> None:
 
 def reciprocal(value: Value) -> Value:
     """1 / value; of an exact zero inf, which the margin reports."""
-    if isinstance(value, float):
-        return 1.0 / value if value else np.inf
-    return 1.0 / value
+    return np.inf if is_zero(value) else 1.0 / value

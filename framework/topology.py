@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .batch import Array, aligned, block_diagonal
 from .dofs import DISPLACEMENTS
+from .parts import Extended
 from .protocol import LineElement
 
 if TYPE_CHECKING:
@@ -20,8 +21,11 @@ if TYPE_CHECKING:
 
 Index = NDArray[np.int64]
 
+# Stiffness matrices up to which a stack is summed in extended precision.
+_EXTENDED = 4096
 
-@dataclass(frozen=True)
+
+@dataclass(slots=True)
 class Piece:
     """One of the equal parts of a member, between two node numbers."""
 
@@ -68,15 +72,38 @@ class Group:
     @property
     def stiffness_shape(self) -> tuple[int, ...]:
         """Batch shape over which the stiffness of a piece varies."""
-        return np.broadcast_shapes(self.transform.shape[1:-2], self.length.shape[1:], self.element.shape)
+        turns = (turn.shape[1:-2] for turn in self.turns)
+        return np.broadcast_shapes(*turns, self.length.shape[1:], self.element.shape)
 
     def turned(self, local: Array) -> Array:
-        """Local matrices (n, ..., 12, 12) in the nodes' axes."""
-        return np.swapaxes(self.transform, -1, -2) @ local @ self.transform
+        """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero."""
+        turns = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in self.turns]
+        batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in turns))
+        out = np.zeros((12, 12, *batch))
+        used = (local != 0.0).reshape(-1, 12, 12).any(axis=0)
+        for i, j in zip(*np.nonzero(used), strict=True):
+            p, q = 3 * (i // 3), 3 * (j // 3)
+            if p <= q:
+                pair = turns[p // 6][i - p][:, None] * turns[q // 6][j - q][None, :]
+                out[p : p + 3, q : q + 3] += local[..., i, j] * pair
+        low, high = np.tril_indices(12, -1)
+        out[low, high] = out[high, low]
+        return np.moveaxis(out, (0, 1), (-2, -1))
 
     def stiffness(self) -> Array:
         """Stiffness in the nodes' axes, (n, ..., 12, 12)."""
         return self.turned(self.element.stiffness_matrix(self.length))
+
+    def extended_stiffness(self) -> NDArray[Any]:
+        """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision where it is not a large stack.
+
+        As a sum of springs on deformations it keeps, to the square of rounding, that a rigid motion costs no energy.
+        """
+        stiffness, rows = self.element.springs(self.length)
+        kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
+        turned = (rows @ self.transform).astype(kind)
+        out: NDArray[Any] = np.swapaxes(turned, -1, -2) @ (stiffness.astype(kind)[..., None] * turned)
+        return out
 
     def mass(self) -> Array:
         """Mass in the nodes' axes, (n, ..., 12, 12)."""
@@ -134,18 +161,38 @@ class Topology:
     @cached_property
     def groups(self) -> list[Group]:
         """Pieces gathered by kind, geometry shape and bodies."""
-        kinds: dict[Hashable, list[int]] = {}
-        chords: dict[str, Array] = {name: self.frame.chord(name) for name in self.frame.members}
+        groups: dict[Hashable, list[int]] = {}
+        kinds: dict[Hashable, int] = {}
+        kind: dict[int, int] = {}
+        bodies, chords = self.bodies, self._chords
         for index, piece in enumerate(self.pieces):
-            first, second = (self.bodies[node] for node in piece.nodes)
-            key = (piece.element.kind, chords[piece.member].shape, first, second)
-            kinds.setdefault(key, []).append(index)
-        return [self._group(np.array(members), chords) for members in kinds.values()]
+            element, (first, second) = piece.element, piece.nodes
+            if id(element) not in kind:
+                kind[id(element)] = kinds.setdefault(element.kind, len(kinds))
+            key = (kind[id(element)], chords[index].shape, bodies[first], bodies[second])
+            groups.setdefault(key, []).append(index)
+        return [self._group(np.array(members), chords) for members in groups.values()]
 
-    def _group(self, numbers: Index, chords: dict[str, Array]) -> Group:
+    @cached_property
+    def _chords(self) -> Array | list[Array]:
+        """Chord of each piece's member, (..., 3)."""
+        nodes = self.frame.nodes.values()
+        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
+            chords = {name: self.frame.chord(name) for name in self.frame.members}
+            return [chords[piece.member] for piece in self.pieces]
+        coordinates = np.array([node.coordinates for node in nodes]).reshape(-1, 3)
+        members = self.frame.members.values()
+        ends = np.array([(self.number[m.start], self.number[m.end]) for m in members], dtype=np.int64).reshape(-1, 2)
+        chord = coordinates[ends[:, 1]] - coordinates[ends[:, 0]]
+        return np.repeat(chord, [len(pieces) for pieces in self.pieces_of.values()], axis=0)
+
+    def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         pieces = [self.pieces[k] for k in numbers]
         ndim = len(self.frame.shape)
-        chord = np.stack([aligned(chords[p.member], ndim, 1) for p in pieces])
+        if isinstance(chords, np.ndarray):
+            chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
+        else:
+            chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
         rows = pieces[0].element.axes(chord)
         counts = np.array([float(p.count) for p in pieces]).reshape(-1, *(1,) * ndim)
         length = np.linalg.norm(chord, axis=-1) / counts
@@ -154,7 +201,7 @@ class Topology:
             turns, level = (rows, rows), self._in_body(rows, first, back=True)
         else:
             turns, level = (self._in_body(rows, first), self._in_body(rows, second)), rows
-        nodes = np.array([p.nodes for p in pieces])
+        nodes = self.ends[numbers]
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
         return Group(pieces[0].element, numbers, dofs, length, turns, level)
 
@@ -172,24 +219,40 @@ class Topology:
 
     def position(self, node: int) -> Array:
         """Global position of a described node, (..., 3), with all batch axes."""
-        return aligned(self.frame.position(list(self.number)[node]), len(self.frame.shape), 1)
+        return aligned(self.frame.position(self._names[node]), len(self.frame.shape), 1)
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return list(self.number)
+
+    @cached_property
+    def ends(self) -> Index:
+        """Node numbers of all pieces, (pieces, 2)."""
+        return np.array([piece.nodes for piece in self.pieces], dtype=np.int64).reshape(-1, 2)
+
+    @cached_property
+    def points(self) -> Array:
+        """Positions of all nodes at the first batch entry, (nodes, 3)."""
+        points = np.zeros((len(self.number), 3))
+        for index, name in enumerate(self.frame.nodes):
+            points[index] = self.frame.position(name).reshape(-1, 3)[0]
+        for piece in self.pieces:
+            if piece.count > 1:
+                ends = self.frame.members[piece.member]
+                a, b = (points[self.number[node]] for node in (ends.start, ends.end))
+                points[piece.nodes[0]] = a + (b - a) * (piece.index / piece.count)
+        return points
 
     @cached_property
     def mesh(self) -> Any:
         """The first batch entry as a scikit-fem ``MeshLine1`` with subdomains ``beam`` and ``joint``."""
         from skfem import MeshLine1
 
-        points = np.zeros((3, len(self.number)))
-        for name in self.frame.nodes:
-            points[:, self.number[name]] = self.frame.position(name).reshape(-1, 3)[0]
-        for piece in self.pieces:
-            ends = self.frame.members[piece.member]
-            a, b = (points[:, self.number[node]] for node in (ends.start, ends.end))
-            points[:, piece.nodes[0]] = a + (b - a) * (piece.index / piece.count)
         joints = [(self.number[j.first], self.number[j.second]) for j in self.frame.joints.values()]
-        cells = np.array([p.nodes for p in self.pieces] + joints, dtype=np.int64).reshape(-1, 2).T
+        cells = np.concatenate([self.ends, np.array(joints, dtype=np.int64).reshape(-1, 2)]).T
         beam = np.arange(len(self.pieces))
         parts = {"beam": beam, "joint": np.arange(len(self.pieces), cells.shape[1])}
+        points = np.ascontiguousarray(self.points.T)
         return MeshLine1(points, np.ascontiguousarray(cells), sort_t=False, validate=False).with_subdomains(parts)
 
     @cached_property

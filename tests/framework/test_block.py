@@ -11,7 +11,7 @@ from linkframe.framework.broadcast import BroadcastSolver
 from linkframe.framework.solution import Solution
 from linkframe.models import FourBar
 
-SAMPLES = 37
+SAMPLES = 137
 RNG = np.random.default_rng(5)
 THETA = np.radians(np.linspace(15.0, 165.0, 11))[:, None]
 SPRINGS = 1e8 * (1.0 + 0.05 * RNG.standard_normal(SAMPLES))
