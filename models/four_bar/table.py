@@ -136,7 +136,7 @@ def _cells(result: Result, mark: str = "") -> Iterator[tuple[list[str], list[str
         [f"{mark}{name}" for name in ("μ_x − l", "μ_y", "σ_x", "σ_y", "κ")] if result.inputs.is_paper_linkage else []
     )
     yield names, beside, "status"
-    shown = ["g", *[".6f"] * 4, *[".2e"] * 4]
+    shown = ["g", *["z.6f"] * 4, *[".2e"] * 4]
     for row in rows(result):
         numbers, status, theirs = row[: len(names)], str(row[len(names)]), row[len(names) + 1 :]
         yield (
