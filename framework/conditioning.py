@@ -8,8 +8,9 @@ from scipy.sparse import csr_matrix, diags
 from . import dense
 from .batch import Array, aligned, block_diagonal
 from .errors import FrameError
+from .node_blocks import summed
 from .plan import Plan
-from .sparse import SparseSolver, summed
+from .sparse import SparseSolver
 from .spectrum import DENSE, extremes
 from .topology import Index
 

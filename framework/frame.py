@@ -420,11 +420,24 @@ class Frame:
 
     # -- answers ----------------------------------------------------------------------------------------------------
 
-    def solve(self) -> Solution:
-        """Static solution of the whole batch; lazy, so nothing is computed that nobody reads."""
+    def solve(self, method: str | None = None) -> Solution:
+        """Static solution of the whole batch; lazy, so nothing is computed that nobody reads.
+
+        Parameters
+        ----------
+        method
+            ``broadcast`` (any batch), or for one large frame, whose stiffness does not vary, ``sparse`` (SuperLU),
+            ``cholesky`` (CHOLMOD, with the extra ``fast``) or ``iterative`` (conjugate gradients). Where None, the
+            plan takes what promises to be fastest; ``explain()`` says what and why. The results are the same.
+
+        Raises
+        ------
+        FrameError
+            Where the method is unknown, not installed, or not for this batch.
+        """
         from .solution import Solution
 
-        return Solution.of(self)
+        return Solution.of(self, method)
 
     def modes(self, count: int) -> Modes:
         """The lowest natural frequencies and mode shapes.

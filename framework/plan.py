@@ -13,14 +13,13 @@ from .assembly import force_entries, stiffness_entries
 from .block import Block, Springs
 from .clock import timed
 from .frame import Frame
+from .graph import Graph
+from .method import LARGE, Method, choose
 from .order import Order, Pattern, link, order
 from .parts import Grid, Knowns, Parts, Row, Value, unknowns
 from .stage import Forces, Matrix
 from .topology import Topology
 from .tree import Tree
-
-# Unknowns above which a frame that does not vary goes the sparse way.
-LARGE = 100
 
 
 class Plan:
@@ -32,10 +31,13 @@ class Plan:
         The description.
     cut
         Whether members are cut into their segments: for inertia and buckling, not for statics.
+    method
+        The way in which it is to be solved, see `linkframe.framework.method`; the plan chooses where None.
     """
 
-    def __init__(self, frame: Frame, *, cut: bool = False) -> None:
+    def __init__(self, frame: Frame, *, cut: bool = False, method: str | None = None) -> None:
         self.frame = frame
+        self._asked = method
         self.times: dict[str, float] = {}
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
@@ -45,13 +47,28 @@ class Plan:
         self._blocks: dict[int, Block] = {}
 
     @cached_property
-    def large(self) -> bool:
-        """Whether this is one large frame, whose stiffness does not vary over the batch: the sparse way is faster."""
+    def constant(self) -> bool:
+        """Whether the stiffness does not vary over the batch."""
         tree = self.tree
-        constant = all(set(group.stiffness_shape) <= {1} for group in self.topology.groups)
         numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
         numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
-        return len(self.unknowns) > LARGE and constant and all(isinstance(v, float) for v in numbers)
+        same = all(set(group.stiffness_shape) <= {1} for group in self.topology.groups)
+        return same and all(isinstance(v, float) for v in numbers)
+
+    @property
+    def large(self) -> bool:
+        """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
+        return len(self.unknowns) > LARGE and self.constant
+
+    @cached_property
+    def graph(self) -> Graph:
+        """Nodes and their coupling, for the sparse ways."""
+        return Graph(self)
+
+    @cached_property
+    def method(self) -> Method:
+        """The way in which this plan is solved, and why."""
+        return choose(self, self._asked)
 
     @cached_property
     def matrix(self) -> Matrix:
@@ -70,8 +87,10 @@ class Plan:
         """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
         on_edges = {k for rows in self.tree.rows.values() for row in rows for k in unknowns(row)}
         on_edges |= {k for spring in self.tree.springs for k in unknowns(spring.row)}
-        free = (6 * n + k for n in self.topology.number.values() if n not in self.tree.rows for k in range(6))
-        return sorted(on_edges.union(free))
+        free = np.setdiff1d(np.arange(len(self.topology.number)), list(self.tree.rows))
+        own = (6 * free[:, None] + np.arange(6)).astype(np.int64)
+        found: list[int] = np.union1d(own, np.array(sorted(on_edges), dtype=np.int64)).tolist()
+        return found
 
     @cached_property
     def component(self) -> dict[int, int]:

@@ -15,6 +15,7 @@ from .batch import Array, Shape
 from .broadcast import BroadcastSolver
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
+from .method import BROADCAST, checked, choose
 from .parts import Row
 from .plan import Plan
 from .recovery import Recovery
@@ -41,16 +42,21 @@ class Solution:
         self._warned = False
 
     @classmethod
-    def of(cls, frame: Frame) -> Solution:
+    def of(cls, frame: Frame, method: str | None = None) -> Solution:
         """Solution of a frame; later changes of the frame do not reach it.
 
         Parameters
         ----------
         frame
             The description.
+        method
+            The way in which it is solved, see `Frame.solve`.
         """
         described = frame.copy()
-        return cls(described, Plan(described))
+        plan = Plan(described, method=checked(method))
+        if method is not None:
+            choose(plan, method)  # refuses at once what does not suit the batch
+        return cls(described, plan)
 
     @property
     def shape(self) -> Shape:
@@ -272,7 +278,7 @@ class Solution:
     @cached_property
     def solver(self) -> BroadcastSolver | SparseSolver:
         """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
-        return SparseSolver(self.plan) if self.plan.large else BroadcastSolver(self.plan)
+        return BroadcastSolver(self.plan) if self.plan.method.name == BROADCAST else SparseSolver(self.plan)
 
     def stacked(self, rows: Sequence[Row]) -> Array:
         """Values of combinations of unknowns and known numbers as one array of the batch shape.

@@ -37,18 +37,20 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
 def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
     """Displacements of the described nodes, (motions, nodes, 6), global, that cost no energy at a batch entry."""
     entries = Entries(tuple(np.array([k]) for k in entry) or None)
+    nodes = [plan.topology.number[name] for name in plan.frame.nodes]
     if plan.large and len(plan.unknowns) > DENSE:
-        stiffness = SparseSolver(plan).stiffness
+        solver = SparseSolver(plan)
+        stiffness = solver.stiffness
         root = 1.0 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
         scaled = csr_matrix(diags(root) @ stiffness @ diags(root))
         values, vectors = sparse_pencil(scaled, eye(len(root), format="csr"), _MOST, _NEAR)
+        change: Array | csr_matrix = solver.global_substitution(nodes)
     else:
         matrix, root = dense.scaled(_only(dense.stiffness(plan, entries)))
         values, vectors = np.linalg.eigh(matrix)
+        change = _only(dense.global_substitution(plan, nodes, entries))
     shapes = (root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]).T
-    nodes = [plan.topology.number[name] for name in plan.frame.nodes]
-    moved = shapes @ _only(dense.global_substitution(plan, nodes, entries)).T
-    motions: Array = moved.reshape(len(shapes), len(nodes), 6)
+    motions: Array = (shapes @ change.T).reshape(len(shapes), -1, 6)
     return motions
 
 

@@ -1,0 +1,92 @@
+"""The graph of a large frame: nodes that carry unknowns, where they are, and which are coupled."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from .batch import Array
+from .dissection import Dissection, dissect
+from .parts import Row, unknowns
+from .topology import Index
+
+if TYPE_CHECKING:
+    from .plan import Plan
+
+
+class Graph:
+    """Nodes and their coupling through members, joints and ties.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame; its first batch entry gives the positions.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.unknown: Index = np.array(plan.unknowns, dtype=np.int64)
+        self.node = self.unknown // 6
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """Nodes whose six displacements are unknowns of their own, (nodes,)."""
+        out = np.ones(len(self.plan.topology.number), dtype=bool)
+        out[list(self.plan.tree.rows)] = False
+        return out
+
+    @cached_property
+    def points(self) -> Array:
+        """Positions of all nodes, (nodes, 3)."""
+        return self.plan.topology.points
+
+    @property
+    def entries(self) -> int:
+        """Entries of the stiffness, six by six for each node and each coupled pair."""
+        return 36 * (len(np.unique(self.node)) + 2 * len(self.pairs))
+
+    @cached_property
+    def pairs(self) -> Index:
+        """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
+        count = len(self.plan.topology.number)
+        free = np.flatnonzero(self.free)
+        on_edges = {node: _nodes(six) for node, six in self.plan.tree.rows.items()}
+        owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
+        rows = np.concatenate([free, *owners])
+        columns = np.concatenate([free, *on_edges.values()])
+        carries = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+        ends = self.plan.topology.ends
+        joined = csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+        whole = joined + csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
+        coupled = (carries.T @ whole @ carries).tocoo()
+        first, second = [coupled.row], [coupled.col]
+        for spring in self.plan.tree.springs:
+            own = _nodes([spring.row])
+            first.append(np.repeat(own, len(own)))
+            second.append(np.tile(own, len(own)))
+        i, j = np.concatenate(first).astype(np.int64), np.concatenate(second).astype(np.int64)
+        low, high = np.minimum(i, j), np.maximum(i, j)
+        found = np.unique((low * count + high)[low < high])
+        return np.stack([found // max(count, 1), found % max(count, 1)], axis=1)
+
+    @cached_property
+    def dissection(self) -> Dissection:
+        """Elimination order of the nodes that carry unknowns; `order` counts these only."""
+        carrying, _ = np.unique(self.node, return_inverse=True)
+        return dissect(self.points[carrying], np.searchsorted(carrying, self.pairs))
+
+    def order(self, where: NDArray[np.bool_]) -> Index:
+        """Order in which the unknowns `where` are eliminated, as numbers among them."""
+        _, place = np.unique(self.node, return_inverse=True)
+        rank = np.empty(len(self.dissection.order), dtype=np.int64)
+        rank[self.dissection.order] = np.arange(len(rank))
+        return np.argsort(rank[place][where], kind="stable")
+
+
+def _nodes(rows: list[Row]) -> Index:
+    """Nodes that carry the unknowns of some rows."""
+    return np.unique([k // 6 for row in rows for k in unknowns(row)]).astype(np.int64)
