@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
@@ -42,6 +43,7 @@ class Factor(ABC):
         found = self.unscaled(self.root[:, None] * load)
         return np.full_like(load, np.nan) if found is None else self.root[:, None] * found
 
+    @cached_property
     def singular(self) -> bool:
         """Whether the least eigenvalue of the scaled matrix is zero to rounding, by inverse iteration."""
         zero = zero_eigenvalue(len(self.root))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +81,7 @@ class Iterative(Factor):
         assert self.instead is not None
         return self.instead.unscaled(load)
 
+    @cached_property
     def singular(self) -> bool:
         """Whether a random load meets a motion that nothing resists; then a factor has the last word."""
         if self.instead is None:
@@ -88,7 +90,7 @@ class Iterative(Factor):
                 return False
             self._give_up()
         assert self.instead is not None
-        return self.instead.singular()
+        return self.instead.singular
 
     def _give_up(self) -> None:
         self.instead = self._direct(self.matrix)

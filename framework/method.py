@@ -17,9 +17,9 @@ BROADCAST, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "sparse", "chol
 
 # Unknowns above which a frame that does not vary goes a sparse way.
 LARGE = 100
-# What was seen on one machine: operations a second of a factorisation, seconds for what has to be done in any case;
-# seconds an iteration takes for an entry of the matrix, and iterations needed. Only their ratios matter.
-_RATE = {SPARSE: 2.5e9, CHOLESKY: 2.5e10}
+# What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
+# the matrix; and iterations that a lattice needs. Only their ratios matter.
+_RATE = {SPARSE: 5e9, CHOLESKY: 3e10}
 _ITERATION = 0.5e-9
 _ITERATIONS = 500
 

@@ -18,7 +18,7 @@ from .factor import Factor
 from .iterative import Iterative, Places
 from .lu import LUFactor
 from .method import CHOLESKY, ITERATIVE, available
-from .node_blocks import summed
+from .node_blocks import Stack, summed
 from .parts import Row, Value
 from .plan import Plan
 from .topology import Index
@@ -59,7 +59,7 @@ class SparseSolver:
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
         where = self._excited if excited else ~self._excited
-        found = bool(where.any()) and self._factor(where).singular()
+        found = bool(where.any()) and self._factor(where).singular
         return np.full(self.plan.frame.shape, found)
 
     @cached_property
@@ -91,16 +91,15 @@ class SparseSolver:
     @cached_property
     def mass(self) -> csr_matrix:
         """T^T M T of members and point masses, (n, n)."""
-        stacks = [(group.dofs, group.mass()) for group in self.plan.topology.groups]
+        stacks: list[Stack] = [(group.dofs, group.masses) for group in self.plan.topology.groups]
         six = np.arange(6)[None]
-        stacks += [(6 * node + six, matrix[None]) for node, matrix in point_masses(self.plan)]
+        stacks += [(6 * node + six, matrix[None].__getitem__) for node, matrix in point_masses(self.plan)]
         return self._reduced(summed(stacks, self._size))
 
     @cached_property
     def _members(self) -> csr_matrix:
         """Stiffness of the members over all DOFs."""
-        groups = self.plan.topology.groups
-        return summed([(group.dofs, group.stiffness()) for group in groups], self._size)
+        return summed([(group.dofs, group.stiffnesses) for group in self.plan.topology.groups], self._size)
 
     def _reduced(self, matrix: csr_matrix) -> csr_matrix:
         """T^T A T, (n, n), of a matrix over all DOFs."""

@@ -90,6 +90,20 @@ class Group:
         out[low, high] = out[high, low]
         return np.moveaxis(out, (0, 1), (-2, -1))
 
+    def stiffnesses(self, part: slice) -> Array:
+        """Stiffness of some of the pieces in the nodes' axes, (m, ..., 12, 12)."""
+        return self.part(part).stiffness()
+
+    def masses(self, part: slice) -> Array:
+        """Mass of some of the pieces in the nodes' axes, (m, ..., 12, 12)."""
+        return self.part(part).mass()
+
+    def part(self, part: slice) -> Group:
+        """Some of the pieces as a stack of their own."""
+        start, end = self.turns
+        turns = start[part], end[part]
+        return Group(self.element, self.pieces[part], self.dofs[part], self.length[part], turns, self.level[part])
+
     def stiffness(self) -> Array:
         """Stiffness in the nodes' axes, (n, ..., 12, 12)."""
         return self.turned(self.element.stiffness_matrix(self.length))
@@ -144,6 +158,10 @@ class Topology:
         pieces_of: dict[str, range] = {}
         for name, member in frame.members.items():
             count = member.element.segments if cut or not member.element.exact else 1
+            pieces_of[name] = range(len(pieces), len(pieces) + count)
+            if count == 1:
+                pieces.append(Piece(name, 0, 1, member.element, (number[member.start], number[member.end])))
+                continue
             start, end = frame.nodes[member.start], frame.nodes[member.end]
             chain = [number[member.start]]
             for index in range(1, count):
@@ -151,10 +169,8 @@ class Topology:
                 number[f"{name}.{index}"] = len(number)
                 bodies.append(_shared(start, end))
             chain.append(number[member.end])
-            pieces_of[name] = range(len(pieces), len(pieces) + count)
             pieces += [
-                Piece(name, i, count, member.element.part(i, count) if count > 1 else member.element, nodes)
-                for i, nodes in enumerate(pairwise(chain))
+                Piece(name, i, count, member.element.part(i, count), nodes) for i, nodes in enumerate(pairwise(chain))
             ]
         return cls(frame, number, bodies, pieces, pieces_of)
 
