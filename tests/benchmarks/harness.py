@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from linkframe.framework import Solution
     from matplotlib.axes import Axes
 
 Row = Mapping[str, Any]
@@ -68,21 +69,24 @@ def main(name: str, run: Callable[[Path, bool], list[Target]]) -> None:
 # -- clock and memory ---------------------------------------------------------------------------------------------------
 
 
+# A call that takes longer than so many seconds is not repeated.
+PATIENCE = 10.0
+
+
 def least(call: Callable[[], object], repeats: int) -> float:
-    """Seconds of the fastest of several calls, the first of which warms up."""
+    """Seconds of the fastest of several calls."""
     return least_each({"": call}, repeats)[""]
 
 
 def least_each(calls: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
     """Seconds of the fastest call of each, taken in turns, so that a busy spell of the machine hits all alike."""
     seconds = dict.fromkeys(calls, float("inf"))
-    for turn in range(repeats + 1):
+    for turn in range(repeats):
         for name, call in calls.items():
-            start = perf_counter()
-            call()
-            spent = perf_counter() - start
-            if turn or repeats == 0:
-                seconds[name] = min(seconds[name], spent)
+            if turn == 0 or seconds[name] < PATIENCE:
+                start = perf_counter()
+                call()
+                seconds[name] = min(seconds[name], perf_counter() - start)
     return seconds
 
 
@@ -140,6 +144,12 @@ def rate() -> float:
             np.multiply(a, b, out=out)
 
     return count * a.size / least(work, 200)
+
+
+def operations(solution: Solution) -> int:
+    """Operations of the factorisation over the whole batch, as the plan counts them."""
+    plan = solution.plan
+    return sum(order.operations(plan.grid) for name in plan.excited for order in plan.block(name).orders)
 
 
 # -- tables and figures -------------------------------------------------------------------------------------------------

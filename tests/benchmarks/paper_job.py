@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from linkframe.framework import Frame
 from numpy.typing import NDArray
 
-from .harness import COLOURS, Row, Target, figure, least, least_each, main, rate, shown, write
+from .harness import COLOURS, Row, Target, figure, least, least_each, main, operations, rate, shown, write
 from .job import Job, error, job
 from .stacked import Stacked
 
@@ -199,18 +198,12 @@ AT_LEAST = "both are rounding: eps times what the linkage amplifies, next to a s
 def floor(*, space: bool) -> str:
     """The least time an entry takes: operations of the factorisation over NumPy's rate, and the share of preparing."""
     work = job(POSES, 1000, space=space)
-    count = operations(work.frame()) / work.size
+    count = operations(work.frame().solve()) / work.size
     prepared = 1e6 * least(work.frame, 5) / work.size
     return (
         f"factorisation {count:.0f} operations an entry at {rate() / 1e9:.2g} G/s (NumPy in the cache, one core) = "
         f"{1e6 * count / rate():.2g} us; description {prepared:.2g} us"
     )
-
-
-def operations(frame: Frame) -> int:
-    """Operations of the factorisation over the whole batch, as the plan counts them."""
-    plan = frame.solve().plan
-    return sum(order.operations(plan.grid) for name in plan.excited for order in plan.block(name).orders)
 
 
 def draw(out: Path, cases: Mapping[str, list[Row]]) -> None:
