@@ -31,9 +31,11 @@ def explain(solution: Solution) -> str:
 
 def _described(plan: Plan) -> list[str]:
     frame, grid = plan.frame, plan.grid
+    again = ["Only loads have changed since the last solution: its plan is used again."] if plan.again else []
     interior = len(plan.topology.number) - len(frame.nodes)
     spared = sum(member.element.segments for member in frame.members.values()) - len(plan.topology.pieces)
     return [
+        *again,
         f"Frame: {len(frame.nodes)} nodes, {len(frame.members)} members, {len(frame.joints)} joints, "
         f"{len(frame.ties)} rigid links and ties; batch shape {grid.shape}, {grid.sizes[-1]} entries.",
         f"Members are cut into {len(plan.topology.pieces)} pieces ({interior} interior nodes), "

@@ -18,6 +18,7 @@ from .protocol import JointElement, LineElement, PointElement
 if TYPE_CHECKING:
     from .buckling import Buckling
     from .modes import Modes
+    from .plan import Plan
     from .solution import Solution
 
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
@@ -101,6 +102,8 @@ class Frame:
         Acceleration of gravity (..., 3).
     size
         Largest coordinate, the measure of what coincides.
+    kept
+        Plan of the last solution; the next takes it up where only loads have changed.
 
     Examples
     --------
@@ -130,6 +133,7 @@ class Frame:
     _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
     _shape: Shape = ()
     size: float = 0.0
+    kept: Plan | None = field(default=None, repr=False, compare=False)
 
     @property
     def shape(self) -> Shape:
@@ -409,6 +413,7 @@ class Frame:
     def copy(self) -> Frame:
         """The description as it is now; what is said of the one later does not change the other."""
         twin = copy.copy(self)
+        twin.kept = None
         for name, value in vars(self).items():
             if isinstance(value, dict):
                 changing = (dict, list)

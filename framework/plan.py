@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import operator
 from collections.abc import Callable, Iterable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -37,14 +39,30 @@ class Plan:
 
     def __init__(self, frame: Frame, *, cut: bool = False, method: str | None = None) -> None:
         self.frame = frame
-        self._asked = method
+        self.asked = method
         self.times: dict[str, float] = {}
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
         with timed(self.times, "numbering"):
             self.topology = Topology.of(frame, cut=cut)
             self.tree = Tree.of(self.topology, self.knowns)
+        self._given = len(self.knowns.values)
         self._blocks: dict[int, Block] = {}
+        self._orders_of: dict[int, tuple[Order, Order]] = {}
+        self.solver: Any = None
+        self.again = False
+
+    def reloaded(self, frame: Frame) -> Plan:
+        """This plan for a frame that differs in its loads alone: numbers, matrix, orders and factors are shared."""
+        twin = copy.copy(self)
+        twin.frame, twin.times, twin._blocks, twin.again = frame, {}, {}, True
+        twin.knowns = Knowns(self.grid, self.knowns.geometry, self.knowns.values[: self._given])
+        twin.topology = copy.copy(self.topology)
+        object.__setattr__(twin.topology, "frame", frame)
+        for loaded in ("forces", "excited"):
+            vars(twin).pop(loaded, None)
+        twin.solver = self.solver.reloaded(twin) if hasattr(self.solver, "reloaded") else None
+        return twin
 
     @cached_property
     def constant(self) -> bool:
@@ -68,7 +86,7 @@ class Plan:
     @cached_property
     def method(self) -> Method:
         """The way in which this plan is solved, and why."""
-        return choose(self, self._asked)
+        return choose(self, self.asked)
 
     @cached_property
     def matrix(self) -> Matrix:
@@ -170,7 +188,9 @@ class Plan:
             if any(self.component[k] == component for k in unknowns(s.row)[:1])
         ]
         forces = {a: self.forces[a] for a in own if a in self.forces}
-        orders = self._orders(matrix, inner, ends, springs, unknown)
+        if component not in self._orders_of:
+            self._orders_of[component] = self._orders(matrix, inner, ends, springs, unknown)
+        orders = self._orders_of[component]
         return Block(self.grid, orders, matrix, forces, ends, springs, self.knowns.values)
 
     def _orders(

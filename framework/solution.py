@@ -19,6 +19,7 @@ from .method import BROADCAST, checked, choose
 from .parts import Row
 from .plan import Plan
 from .recovery import Recovery
+from .reuse import same_structure
 from .sparse import SparseSolver
 
 
@@ -53,9 +54,14 @@ class Solution:
             The way in which it is solved, see `Frame.solve`.
         """
         described = frame.copy()
-        plan = Plan(described, method=checked(method))
-        if method is not None:
-            choose(plan, method)  # refuses at once what does not suit the batch
+        kept = frame.kept
+        if kept is not None and kept.asked == checked(method) and same_structure(kept.frame, described):
+            plan = kept.reloaded(described)
+        else:
+            plan = Plan(described, method=checked(method))
+            if method is not None:
+                choose(plan, method)  # refuses at once what does not suit the batch
+        frame.kept = plan
         return cls(described, plan)
 
     @property
@@ -278,7 +284,11 @@ class Solution:
     @cached_property
     def solver(self) -> BroadcastSolver | SparseSolver:
         """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
-        return BroadcastSolver(self.plan) if self.plan.method.name == BROADCAST else SparseSolver(self.plan)
+        plan = self.plan
+        if plan.solver is None:
+            plan.solver = BroadcastSolver(plan) if plan.method.name == BROADCAST else SparseSolver(plan)
+        solver: BroadcastSolver | SparseSolver = plan.solver
+        return solver
 
     def stacked(self, rows: Sequence[Row]) -> Array:
         """Values of combinations of unknowns and known numbers as one array of the batch shape.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -37,6 +38,14 @@ class SparseSolver:
         self.plan = plan
         self.unknown: Index = plan.graph.unknown
         self._factors: dict[bytes, Factor] = {}
+
+    def reloaded(self, plan: Plan) -> SparseSolver:
+        """The same matrix and factors under the loads of another plan."""
+        twin = copy.copy(self)
+        twin.plan = plan
+        for loaded in ("load", "unknowns", "_numbers", "_excited"):
+            vars(twin).pop(loaded, None)
+        return twin
 
     @property
     def reason(self) -> str:

@@ -115,8 +115,9 @@ class Group:
         """
         stiffness, rows = self.element.springs(self.length)
         kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
-        turned = (rows @ self.transform).astype(kind)
-        out: NDArray[Any] = np.swapaxes(turned, -1, -2) @ (stiffness.astype(kind)[..., None] * turned)
+        turned: NDArray[Any] = (rows @ self.transform).astype(kind)
+        weighed: NDArray[Any] = stiffness.astype(kind)[..., None] * turned
+        out: NDArray[Any] = np.swapaxes(turned, -1, -2) @ weighed
         return out
 
     def mass(self) -> Array:

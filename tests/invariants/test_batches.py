@@ -156,7 +156,7 @@ def test_the_same_frame_gives_the_same_bits() -> None:
 
 
 def test_entries_do_not_depend_on_their_neighbours() -> None:
-    """The same entry in a longer batch: equal bits whatever the chunks; in a batch of a few, done otherwise: to 1e-14."""
+    """The same entry in a longer batch: equal bits whatever the chunks; in one of a few, done otherwise: to 1e-14."""
     rng = np.random.default_rng(2)
     k = 2e9 * np.exp(rng.normal(size=5000))
     long, middle, short = (

@@ -1,0 +1,104 @@
+"""A plan is kept with its frame: other loads take it up, any other change does not; results are those of a new one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame
+from linkframe.framework import plan as plan_module
+from linkframe.framework.lu import LUFactor
+
+BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3, density=7850.0))
+
+
+def tower(levels: int, k: object = 1e6) -> Frame:
+    """A clamped mast with a compliant joint at its foot and an offset in it."""
+    frame = Frame()
+    frame.node("ground", (0.0, 0.0, 0.0))
+    for i in range(levels + 1):
+        frame.node(f"n{i}", (0.0, 0.1 * i * i, float(i)))
+        if i:
+            frame.add(f"m{i}", BAR, f"n{i - 1}", f"n{i}")
+    frame.add("foot", Joint(stiffness=np.stack([np.asarray(k, dtype=float)] * 6, axis=-1)), "ground", "n0")
+    frame.fix("ground")
+    frame.offset("foot", ux=1e-3)
+    frame.load(f"n{levels}", fx=10.0)
+    return frame
+
+
+SIZES: dict[str, Callable[[], Frame]] = {
+    "few": lambda: tower(4),
+    "batch": lambda: tower(4, np.linspace(1e6, 2e6, 3)),
+    "large": lambda: tower(60),
+}
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_another_load(size: str) -> None:
+    """A load added, a member loaded, gravity: the plan is taken up and the result is that of a frame never solved."""
+    frame, fresh = SIZES[size](), SIZES[size]()
+    first = frame.solve()
+    before = first.displacement("n3").copy()
+    for described in (frame, fresh):
+        described.load("n3", fy=-4.0, mz=1.0)
+        described.line_load("m2", fy=3.0)
+        described.gravity((0.0, 0.0, -9.81))
+    again, anew = frame.solve(), fresh.solve()
+    assert again.plan.tree is first.plan.tree
+    assert "used again" in again.explain()
+    assert "used again" not in anew.explain()
+    for node in ("n1", "n3"):
+        np.testing.assert_array_equal(again.displacement(node), anew.displacement(node))
+    np.testing.assert_array_equal(again.reaction("ground"), anew.reaction("ground"))
+    np.testing.assert_array_equal(first.displacement("n3"), before)
+
+
+def test_one_factor_for_many_loads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A large frame is factorised once, however often it is loaded anew; compiled once, too."""
+    made = {"factor": 0, "tree": 0}
+    factorised, grown = LUFactor.__init__, plan_module.Tree.of
+
+    def counting(self: LUFactor, matrix: object) -> None:
+        made["factor"] += 1
+        factorised(self, matrix)  # type: ignore[arg-type]
+
+    def growing(*given: object) -> object:
+        made["tree"] += 1
+        return grown(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(LUFactor, "__init__", counting)
+    monkeypatch.setattr(plan_module.Tree, "of", growing)
+    frame = tower(60)
+    tips = []
+    for _ in range(3):
+        frame.load("n60", fy=1.0)
+        tips.append(frame.solve("sparse").displacement("n60")[1])
+    assert made == {"factor": 1, "tree": 1}
+    np.testing.assert_allclose(np.diff(tips), tips[1] - tips[0], rtol=1e-9)
+
+
+CHANGES: dict[str, Callable[[Frame], None]] = {
+    "support": lambda frame: frame.fix("n2", "uy"),
+    "settlement": lambda frame: frame.prescribe("ground", ux=1e-3),
+    "offset": lambda frame: frame.offset("foot", ux=2e-3),
+    "rigid link": lambda frame: frame.rigid("n1", "n3"),
+    "joint": lambda frame: frame.add("more", Joint(stiffness=(1e3,) * 6), "ground", "n0"),
+    "batch": lambda frame: frame.load("n1", fx=[1.0, 2.0]),
+    "edited by hand": lambda frame: frame.supports.update(n4={0: np.zeros(())}),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_any_other_change(change: str) -> None:
+    """What is not a load in the same batch is compiled anew."""
+    frame, fresh = tower(4), tower(4)
+    first = frame.solve()
+    first.displacement("n4")
+    for described in (frame, fresh):
+        CHANGES[change](described)
+    again = frame.solve()
+    assert again.plan.tree is not first.plan.tree
+    np.testing.assert_array_equal(again.displacement("n4"), fresh.solve().displacement("n4"))
