@@ -1,4 +1,4 @@
-"""The reference's stiffness method in 50 digits for structures of any length: eliminated along their length, in the band.
+"""The reference's stiffness method in 50 digits for long structures: eliminated along their length, in the band.
 
 `reference.stiffness_method` adds its elements into one dense matrix. Here the same elements go into a sparse one,
 whose unknowns are eliminated in the order of the nodes, so that a chain of two hundred links takes seconds.

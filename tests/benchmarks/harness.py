@@ -66,7 +66,7 @@ def main(name: str, run: Callable[[Path, bool], list[Target]]) -> None:
     (given.out / f"{name}.targets.json").write_text(json.dumps([asdict(t) for t in targets]), encoding="utf-8")
 
 
-# -- clock and memory ---------------------------------------------------------------------------------------------------
+# -- clock and memory -------------------------------------------------------------------------------------------------
 
 
 # A call that takes longer than so many seconds is not repeated.
@@ -152,7 +152,7 @@ def operations(solution: Solution) -> int:
     return sum(order.operations(plan.grid) for name in plan.excited for order in plan.block(name).orders)
 
 
-# -- tables and figures -------------------------------------------------------------------------------------------------
+# -- tables and figures -----------------------------------------------------------------------------------------------
 
 
 def write(out: Path, name: str, rows: Sequence[Row]) -> None:

@@ -1,4 +1,4 @@
-"""The paper's job as numbers: a four-bar at many poses, with samples of its joints' stiffness and clearance and its load.
+"""The paper's job as numbers: a four-bar at many poses, with samples of joint stiffness, clearance and load.
 
 Everybody solves the same `Job`: linkframe, the peers and, at chosen entries, the reference in 50 digits.
 """
@@ -13,7 +13,7 @@ from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame
 from linkframe.models import FourBar
 from numpy.typing import NDArray
-from reference.four_bar import ENDS, IY, IZ, JOINTS, LENGTH, NU, A, E, J, four_bar
+from reference.four_bar import IY, IZ, JOINTS, LENGTH, NU, A, E, J, four_bar
 from reference.stiffness_method import mp
 from reference.structure import LOADS, Spring, Structure, Vector
 
@@ -76,9 +76,8 @@ class Job:
     def coordinates(self) -> dict[str, Array]:
         """Global coordinates of the nodes, (poses, 3)."""
         crank = LENGTH * np.stack([np.cos(self.theta), np.sin(self.theta), np.zeros(len(self.theta))], axis=-1)
-        along = {"A": None, "B": 0.0, "P": LENGTH, "D": 2.0 * LENGTH}
-        ground = {"A": 0.0, "E": 2.0 * LENGTH}
-        places = {name: crank + (x, 0.0, 0.0) for name, x in along.items() if x is not None}
+        along, ground = {"B": 0.0, "P": LENGTH, "D": 2.0 * LENGTH}, {"A": 0.0, "E": 2.0 * LENGTH}
+        places = {name: crank + np.array([x, 0.0, 0.0]) for name, x in along.items()}
         places |= {name: np.broadcast_to((x, 0.0, 0.0), crank.shape) for name, x in ground.items()}
         return {node: places[node.split(".")[0]] for node in NODES}
 
@@ -124,13 +123,10 @@ def job(poses: int, samples: int, *, space: bool, seed: int = 0) -> Job:
 
 
 def error(found: Array, truth: Array) -> Array:
-    """Relative error of displacements (..., 6): lengths and angles each against their own greatest, the worse, (...)."""
+    """Relative error of displacements (..., 6), (...): lengths and angles each against their own greatest, the worse."""
     worst = []
     for part in (slice(0, 3), slice(3, 6)):
         size = np.abs(truth[..., part]).max(axis=-1)
         worst.append(np.abs(found[..., part] - truth[..., part]).max(axis=-1) / size)
     greatest: Array = np.maximum(*worst)
     return greatest
-
-
-MEMBERS = ENDS

@@ -1,4 +1,4 @@
-"""Benchmark 1, the paper's job: microseconds a (pose, sample) and relative error against 50 digits, beside the peers."""
+"""Benchmark 1, the paper's job: microseconds a (pose, sample) and error against 50 digits, beside the peers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def run(out: Path, quick: bool) -> list[Target]:
     return targets(plane, space)
 
 
-# -- who solves ---------------------------------------------------------------------------------------------------------
+# -- who solves -------------------------------------------------------------------------------------------------------
 
 
 def ways(*, plane: bool) -> dict[str, Way]:
@@ -84,7 +84,7 @@ def bare(work: Job, *, plane: bool = False) -> Callable[[], Array]:
     return lambda: system.displacement([np.linalg.solve(matrix, loads) for matrix in matrices])
 
 
-# -- what is measured ---------------------------------------------------------------------------------------------------
+# -- what is measured -------------------------------------------------------------------------------------------------
 
 
 def table(whole: Job, samples: int, repeats: int) -> list[Row]:
@@ -163,7 +163,7 @@ def singular() -> list[Row]:
     return rows
 
 
-# -- what is told -------------------------------------------------------------------------------------------------------
+# -- what is told -----------------------------------------------------------------------------------------------------
 
 
 def targets(plane: list[Row], space: list[Row]) -> list[Target]:

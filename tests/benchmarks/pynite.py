@@ -30,7 +30,7 @@ class SixSprings(Spring3D):
 
 
 class Bar(PhysMember):
-    """A member that ends where it is said to; PyNite's own is cut at every node on its line, those of its joints too."""
+    """A member in one piece; PyNite's own is cut at every node on its line, and takes the twin node of a joint for one."""
 
     def descritize(self) -> None:
         """Make its only part."""

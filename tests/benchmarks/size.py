@@ -1,9 +1,9 @@
 """Benchmark 4: time a (entry, link) of chains and ladders of 2 to 200 links.
 
-    chain    A--o--o--o--o          links in a zigzag, springs against turning in every joint
-    ladder   A--o--o--o             two such chains, a rung between them at every joint
-                |  |  |
-             A--o--o--o
+chain    A--o--o--o--o          links in a zigzag, springs against turning in every joint
+ladder   A--o--o--o             two such chains, a rung between them at every joint
+            |  |  |
+         A--o--o--o
 """
 
 from __future__ import annotations

@@ -1,0 +1,134 @@
+"""Every benchmark at a tiny size: what it measures as error is asserted, and no time is."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks import harness, paper_job, run, samples, segments, size, start_up, work_precision
+from benchmarks.fifty_digits import displacements
+from benchmarks.job import error, job
+from benchmarks.monte_carlo import INPUTS, displacement, mean
+from benchmarks.stacked import Stacked
+from numpy.testing import assert_allclose
+from reference.four_bar import coordinates, four_bar
+from reference.stiffness_method import solve
+
+SAMPLES = 2
+
+
+@pytest.mark.parametrize("load", [(3.0, 100.0, 0.0, 0.0, 0.0, 0.5), (3.0, 100.0, 20.0, 1.0, 2.0, 0.5)])
+def test_sparse_fifty_digits_are_those_of_the_dense_reference(load: tuple[float, ...]) -> None:
+    structure = four_bar(coordinates(40.0), load)
+    exact = solve(structure).displacement
+    for name, found in displacements(structure).items():
+        assert_allclose(found, exact[name].astype(np.float64), rtol=1e-15, atol=1e-30)
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_everybody_solves_the_same_job(space: bool) -> None:
+    """To the rounding of the usual assembly, which linkframe undercuts by four decades."""
+    work = job(7, SAMPLES, space=space)
+    exact = np.array([[work.truth(pose, sample) for sample in range(SAMPLES)] for pose in range(7)])
+    ways = paper_job.ways(plane=not space)
+    errors = {name: float(error(way(work)(), exact).max()) for name, way in ways.items()}
+    assert errors[paper_job.OURS] < 1e-12
+    assert all(
+        errors[paper_job.OURS] < 1e-3 * value < 1e-3 * 1e-6 for name, value in errors.items() if "link" not in name
+    )
+
+
+def test_in_plane_matrix_is_part_of_the_whole() -> None:
+    work = job(3, SAMPLES, space=False)
+    assert_allclose(Stacked(work, plane=True).solve(), Stacked(work).solve(), rtol=1e-6, atol=1e-15)
+
+
+def test_linkframe_alone_tells_of_the_singular_pose() -> None:
+    answers = {row["contender"]: row["answer"] for row in paper_job.singular()}
+    assert answers.pop(paper_job.OURS).startswith("mechanism: free motion 1: D.rocker")
+    assert all(value.endswith(" m") for name, value in answers.items() if name.startswith("numpy"))
+
+
+def test_mean_of_the_monte_carlo_is_exact() -> None:
+    """A Gauss rule over all five inputs: the displacement is linear in load, clearance and the compliances."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(12)
+    weights = weights / weights.sum()
+    k = 2e8 * np.exp(0.3 * nodes)
+    flat = {name: np.full(12, law.mean()) for name, law in INPUTS.items()}
+    harmonic = np.full(12, 1.0 / np.sum(weights / k))
+    flat |= dict.fromkeys("BDE", harmonic)
+    centre = displacement(**flat)[0]
+    total = centre.copy()
+    for joint in "BDE":
+        total += weights @ displacement(**{**flat, joint: k}) - centre
+    assert_allclose(total, mean(), rtol=1e-12)
+
+
+@pytest.mark.parametrize("memory", [samples.KEPT, samples.FORGOTTEN])
+def test_samples(memory: str) -> None:
+    row = harness.child(samples.PROGRAM, "4096", memory)
+    assert row["error_of_mean"] < 5 * row["standard_error"] < 0.1
+    assert row["peak_MB"] > 10
+
+
+def test_segments() -> None:
+    rows = segments.measure(job(4, 3, space=False), (1, 4), 1)
+    assert len(rows) == 4
+    assert all(row["worst_error"] < 1e-12 for row in rows)
+
+
+@pytest.mark.parametrize("kind", size.KINDS)
+def test_size(kind: str) -> None:
+    rows = size.measure(kind, (3, 7), 3, 1, 100.0)
+    assert [row["links"] for row in rows] == [3, 7]
+    assert all(row["error"] < 1e-12 for row in rows)
+
+
+def test_meshes() -> None:
+    rows = work_precision.mesh_rows((1, 8, 16), 1)
+    assert all(target.met for target in work_precision.mesh_targets(rows))
+    usual = [row["error"] for row in rows if "usual" in row["way"] and row["beams"] == 16]
+    assert len(usual) == 2
+    assert min(usual) > 5e-4
+
+
+def test_samplers() -> None:
+    rows = work_precision.sample_rows(range(7, 9), seeds=2)
+    assert all(row["rms_error"] < 0.1 for row in rows)
+    assert all(target.met for target in work_precision.sample_targets(rows))
+
+
+def test_stiff_joints() -> None:
+    rows = work_precision.joint_rows(11, 1)
+    assert work_precision.joint_target(rows).met
+    assert max(row["error_usual"] for row in rows) > 1e-4
+
+
+def test_first_solution_is_right() -> None:
+    printed = subprocess.run([sys.executable, "-c", start_up.FIRST], capture_output=True, text=True, check=True).stdout
+    assert float(printed) < 1e-14
+
+
+def test_summary_and_figures(tmp_path: Path) -> None:
+    """One benchmark by its command: table, picture, targets, and the summary of them."""
+    path = str(Path(__file__).parent)
+    command = [sys.executable, str(Path(run.__file__)), "--quick", "--out", str(tmp_path), "work_precision"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": path})
+    assert "| 6 work-precision | line load: one beam is exact |" in done.stdout
+    assert (tmp_path / "work_precision_joints.png").read_bytes().startswith(b"\x89PNG")
+    with (tmp_path / "work_precision_joints.csv").open(encoding="utf-8") as file:
+        assert len(list(csv.DictReader(file))) == len(work_precision.STIFFNESSES)
+    targets = json.loads((tmp_path / "work_precision.targets.json").read_text(encoding="utf-8"))
+    assert (tmp_path / "summary.md").read_text(encoding="utf-8").count("\n| 6 ") == len(targets)
+
+
+def test_unknown_benchmark_is_refused() -> None:
+    done = subprocess.run([sys.executable, run.__file__, "paper"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "no benchmark is named paper: choose from paper_job" in done.stderr
