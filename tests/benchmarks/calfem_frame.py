@@ -5,9 +5,9 @@ from __future__ import annotations
 import calfem.core as cfc
 import numpy as np
 from numpy.typing import NDArray
-from reference.four_bar import IY, IZ, JOINTS, A, E, G, J
+from reference.four_bar import ENDS, IY, IZ, JOINTS, A, E, G, J
 
-from .job import MEMBERS, NODES, Job
+from .job import NODES, Job
 
 Array = NDArray[np.float64]
 # Degrees of freedom count from 1.
@@ -35,7 +35,7 @@ def solve(job: Job) -> Array:
 def _bars(job: Job, pose: int) -> Array:
     places = job.coordinates()
     matrix = np.zeros((6 * len(NODES), 6 * len(NODES)))
-    for start, end in MEMBERS.values():
+    for start, end in ENDS.values():
         ends = np.stack([places[start][pose], places[end][pose]], axis=-1)
         bar = cfc.beam3e(*ends, np.array([0.0, 0.0, 1.0]), [E, G, A, IY, IZ, J])
         cfc.assem(np.concatenate([DOFS[start], DOFS[end]]), matrix, bar)

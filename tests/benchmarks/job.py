@@ -123,7 +123,7 @@ def job(poses: int, samples: int, *, space: bool, seed: int = 0) -> Job:
 
 
 def error(found: Array, truth: Array) -> Array:
-    """Relative error of displacements (..., 6), (...): lengths and angles each against their own greatest, the worse."""
+    """Relative error (...) of displacements (..., 6): lengths and angles each against their greatest, the worse."""
     worst = []
     for part in (slice(0, 3), slice(3, 6)):
         size = np.abs(truth[..., part]).max(axis=-1)

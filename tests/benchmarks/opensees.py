@@ -7,9 +7,9 @@ import os
 import numpy as np
 import openseespy.opensees as ops
 from numpy.typing import NDArray
-from reference.four_bar import IY, IZ, JOINTS, A, E, G, J
+from reference.four_bar import ENDS, IY, IZ, JOINTS, A, E, G, J
 
-from .job import MEMBERS, NODES, PLANE, Job
+from .job import NODES, PLANE, Job
 
 Array = NDArray[np.float64]
 TAG = {node: k for k, node in enumerate(NODES, start=1)}
@@ -82,7 +82,7 @@ class Opensees:
         else:
             ops.geomTransf("Linear", 1, 0.0, 0.0, 1.0)
         section = (A, E, IZ) if self.plane else (A, E, G, J, IY, IZ)
-        for tag, (start, end) in enumerate(MEMBERS.values(), start=1):
+        for tag, (start, end) in enumerate(ENDS.values(), start=1):
             ops.element("elasticBeamColumn", tag, TAG[start], TAG[end], *section, 1)
         tag = 0
         for number, (first, second) in enumerate(JOINTS.values(), start=FIRST_JOINT):

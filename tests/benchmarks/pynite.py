@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from Pynite import FEModel3D
 from Pynite.PhysMember import PhysMember
 from Pynite.Spring3D import Spring3D
-from reference.four_bar import IY, IZ, JOINTS, A, E, G, J
+from reference.four_bar import ENDS, IY, IZ, JOINTS, A, E, G, J
 
-from .job import MEMBERS, NODES, Job
+from .job import NODES, Job
 
 Array = NDArray[np.float64]
 COMPONENTS = ("DX", "DY", "DZ", "RX", "RY", "RZ")
@@ -30,7 +30,7 @@ class SixSprings(Spring3D):
 
 
 class Bar(PhysMember):
-    """A member in one piece; PyNite's own is cut at every node on its line, and takes the twin node of a joint for one."""
+    """A member in one piece; PyNite's own is cut at nodes on its line, and takes the twin node of a joint for one."""
 
     def descritize(self) -> None:
         """Make its only part."""
@@ -68,7 +68,7 @@ def _model(job: Job, pose: int) -> FEModel3D:
         model.add_node(node, *places[node][pose])
     for node in ("A", "E"):
         model.def_support(node, *(True,) * 6)
-    for name, (start, end) in MEMBERS.items():
+    for name, (start, end) in ENDS.items():
         model.members[name] = Bar(model, name, model.nodes[start], model.nodes[end], "steel", "bar")
     for joint, (first, second) in JOINTS.items():
         pair = model.nodes[first], model.nodes[second]

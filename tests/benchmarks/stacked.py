@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from reference.four_bar import IY, IZ, JOINTS, A, E, G, J
+from reference.four_bar import ENDS, IY, IZ, JOINTS, A, E, G, J
 
-from .job import MEMBERS, NODES, PLANE, Job
+from .job import NODES, PLANE, Job
 
 Array = NDArray[np.float64]
 FREE = NODES[1:-1]
@@ -69,7 +69,7 @@ def _beams(job: Job) -> Array:
     """Stiffness of the four bars at the free nodes, (poses, 36, 36)."""
     places = job.coordinates()
     whole = np.zeros((len(job.theta), 6 * len(NODES), 6 * len(NODES)))
-    for start, end in MEMBERS.values():
+    for start, end in ENDS.values():
         dofs = np.concatenate([6 * NODES.index(node) + np.arange(6) for node in (start, end)])
         whole[:, dofs[:, None], dofs] += beam(places[end] - places[start])
     return whole[:, 6:-6, 6:-6]
