@@ -431,9 +431,10 @@ class Frame:
         Parameters
         ----------
         method
-            ``broadcast`` (any batch), or for one large frame, whose stiffness does not vary, ``sparse`` (SuperLU),
-            ``cholesky`` (CHOLMOD, with the extra ``fast``) or ``iterative`` (conjugate gradients). Where None, the
-            plan takes what promises to be fastest; ``explain()`` says what and why. The results are the same.
+            ``broadcast`` (any batch), or for one large frame, whose stiffness does not vary, ``banded`` (LAPACK),
+            ``sparse`` (SuperLU), ``cholesky`` (CHOLMOD, with the extra ``fast``) or ``iterative`` (conjugate
+            gradients). Where None, the plan takes what promises to be fastest; ``explain()`` says what and why. The
+            results are the same.
 
         Raises
         ------

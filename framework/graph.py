@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .batch import Array
 from .dissection import Dissection, dissect
@@ -47,7 +48,7 @@ class Graph:
     @property
     def entries(self) -> int:
         """Entries of the stiffness, six by six for each node and each coupled pair."""
-        return 36 * (len(np.unique(self.node)) + 2 * len(self.pairs))
+        return 36 * (len(self._local[0]) + 2 * len(self.pairs))
 
     @cached_property
     def pairs(self) -> Index:
@@ -76,15 +77,39 @@ class Graph:
     @cached_property
     def dissection(self) -> Dissection:
         """Elimination order of the nodes that carry unknowns; `order` counts these only."""
-        carrying, _ = np.unique(self.node, return_inverse=True)
-        return dissect(self.points[carrying], np.searchsorted(carrying, self.pairs))
+        carrying, pairs = self._local
+        return dissect(self.points[carrying], pairs)
 
-    def order(self, where: NDArray[np.bool_]) -> Index:
-        """Order in which the unknowns `where` are eliminated, as numbers among them."""
-        _, place = np.unique(self.node, return_inverse=True)
-        rank = np.empty(len(self.dissection.order), dtype=np.int64)
-        rank[self.dissection.order] = np.arange(len(rank))
-        return np.argsort(rank[place][where], kind="stable")
+    @cached_property
+    def band(self) -> Index:
+        """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
+        count, (first, second) = len(self._local[0]), self._local[1].T
+        joined = csr_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
+        return reverse_cuthill_mckee(csr_matrix(joined + joined.T), symmetric_mode=True).astype(np.int64)
+
+    @cached_property
+    def width(self) -> int:
+        """Unknowns on one side of the diagonal in that order, six a node."""
+        apart = np.abs(np.diff(_ranks(self.band)[self._local[1]], axis=1))
+        return 6 * int(apart.max(initial=0)) + 6
+
+    @cached_property
+    def _local(self) -> tuple[Index, Index]:
+        """Nodes that carry unknowns, and the coupled pairs as numbers among them."""
+        carrying = np.unique(self.node)
+        return carrying, np.searchsorted(carrying, self.pairs)
+
+    def order(self, nodes: Index, where: NDArray[np.bool_]) -> Index:
+        """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
+        place = np.searchsorted(self._local[0], self.node[where])
+        return np.argsort(_ranks(nodes)[place], kind="stable")
+
+
+def _ranks(order: Index) -> Index:
+    """Where each number stands in an order."""
+    ranks = np.empty_like(order)
+    ranks[order] = np.arange(len(order))
+    return ranks
 
 
 def _nodes(rows: list[Row]) -> Index:

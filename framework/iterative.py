@@ -21,7 +21,7 @@ from .lu import LUFactor
 from .topology import Index
 
 # Nodes of a rigid piece.
-PIECE = 50
+PIECE = 100
 # Iterations after which a factor is the better way.
 ITERATIONS = 4000
 # A random load whose residual comes down to this share has no part in a motion that nothing resists.

@@ -13,13 +13,15 @@ from .errors import FrameError
 if TYPE_CHECKING:
     from .plan import Plan
 
-BROADCAST, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "sparse", "cholesky", "iterative")
+BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
 
 # Unknowns above which a frame that does not vary goes a sparse way.
 LARGE = 100
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
-_RATE = {SPARSE: 5e9, CHOLESKY: 3e10}
+_RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
+# Entries up to which a band is held.
+_BAND = 4e8
 _ITERATION = 0.5e-9
 _ITERATIONS = 500
 
@@ -31,7 +33,7 @@ class Method:
     Attributes
     ----------
     name
-        ``broadcast``, ``sparse``, ``cholesky`` or ``iterative``.
+        ``broadcast``, ``banded``, ``sparse``, ``cholesky`` or ``iterative``.
     reason
         Why so, in words.
     """
@@ -83,13 +85,21 @@ def choose(plan: Plan, asked: str | None) -> Method:
 
 
 def _fastest(plan: Plan) -> Method:
+    graph, cases = plan.graph, int(np.prod(plan.frame.shape, dtype=np.int64))
+    factor, size = graph.dissection, len(plan.unknowns)
     direct = CHOLESKY if available() else SPARSE
-    factor = plan.graph.dissection
-    cases = int(np.prod(plan.frame.shape, dtype=np.int64))
-    # The test for mechanisms costs about half a load case.
-    descent = (cases + 0.5) * _ITERATIONS * _ITERATION * plan.graph.entries
-    told = f"a factor of about {factor.entries:.2g} entries takes {factor.operations:.2g} operations"
-    if factor.operations / _RATE[direct] > descent:
-        return Method(ITERATIVE, f"preconditioned conjugate gradients, as {told} and {cases} load cases iterate sooner")
-    name = {CHOLESKY: "CHOLMOD in nested dissection order", SPARSE: "SuperLU in minimum degree order"}[direct]
-    return Method(direct, f"{name}, as {told}")
+    seconds = {
+        direct: factor.operations / _RATE[direct],
+        # The test for mechanisms costs about half a load case.
+        ITERATIVE: (cases + 0.5) * _ITERATIONS * _ITERATION * graph.entries,
+        BANDED: size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf,
+    }
+    name = min(seconds, key=lambda name: seconds[name])
+    dear = f"a factor in nested dissection order takes {factor.operations:.2g} operations"
+    reasons = {
+        ITERATIVE: f"conjugate gradients on {cases} load case(s), as {dear}",
+        BANDED: f"banded Cholesky, as the frame is slender: a band of {graph.width} by {size}, while {dear}",
+        SPARSE: f"SuperLU in minimum degree order, as {dear}",
+        CHOLESKY: f"CHOLMOD in nested dissection order, as {dear}",
+    }
+    return Method(name, reasons[name])

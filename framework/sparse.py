@@ -12,13 +12,14 @@ from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.csgraph import connected_components
 
 from .assembly import component_loads, mass_loads, member_loads, point_masses
+from .banded import BandedFactor
 from .batch import Array, turned
 from .cholesky import CholeskyFactor
 from .clock import timed
 from .factor import Factor
 from .iterative import Iterative, Places
 from .lu import LUFactor
-from .method import CHOLESKY, ITERATIVE, available
+from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .node_blocks import Stack, summed
 from .parts import Row, Value
 from .plan import Plan
@@ -213,13 +214,16 @@ class SparseSolver:
     def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
         name = self.plan.method.name
 
+        graph = self.plan.graph
+        if name == BANDED:
+            return BandedFactor(matrix, graph.order(graph.band, where))
+
         def direct(matrix: csr_matrix) -> Factor:
             cholesky = name == CHOLESKY or (name == ITERATIVE and available())
-            return CholeskyFactor(matrix, self.plan.graph.order(where)) if cholesky else LUFactor(matrix)
+            return CholeskyFactor(matrix, graph.order(graph.dissection.order, where)) if cholesky else LUFactor(matrix)
 
         if name != ITERATIVE:
             return direct(matrix)
-        graph = self.plan.graph
         free = graph.free & np.array([body is None for body in self.plan.topology.bodies])
         places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
         return Iterative(matrix, places.of(where), direct)

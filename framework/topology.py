@@ -178,17 +178,21 @@ class Topology:
     @cached_property
     def groups(self) -> list[Group]:
         """Pieces gathered by kind, geometry shape and bodies."""
-        groups: dict[Hashable, list[int]] = {}
         kinds: dict[Hashable, int] = {}
-        kind: dict[int, int] = {}
-        bodies, chords = self.bodies, self._chords
-        for index, piece in enumerate(self.pieces):
-            element, (first, second) = piece.element, piece.nodes
-            if id(element) not in kind:
-                kind[id(element)] = kinds.setdefault(element.kind, len(kinds))
-            key = (kind[id(element)], chords[index].shape, bodies[first], bodies[second])
-            groups.setdefault(key, []).append(index)
-        return [self._group(np.array(members), chords) for members in groups.values()]
+        kind = {key: kinds.setdefault(element.kind, len(kinds)) for key, element in self._elements.items()}
+        codes = np.array([kind[id(piece.element)] for piece in self.pieces], dtype=np.int64)
+        chords = self._chords
+        if not isinstance(chords, np.ndarray):
+            keys: dict[Hashable, int] = {}
+            ends = ((self.bodies[a], self.bodies[b]) for a, b in self.ends.tolist())
+            where = zip(codes.tolist(), (chord.shape for chord in chords), ends, strict=True)
+            codes = np.array([keys.setdefault(key, len(keys)) for key in where], dtype=np.int64)
+        members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
+        return [self._group(numbers, chords) for numbers in members if len(numbers)]
+
+    @property
+    def _elements(self) -> dict[int, LineElement]:
+        return {id(piece.element): piece.element for piece in self.pieces}
 
     @cached_property
     def _chords(self) -> Array | list[Array]:
@@ -204,23 +208,23 @@ class Topology:
         return np.repeat(chord, [len(pieces) for pieces in self.pieces_of.values()], axis=0)
 
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
-        pieces = [self.pieces[k] for k in numbers]
         ndim = len(self.frame.shape)
+        standing = self.pieces[numbers[0]]
         if isinstance(chords, np.ndarray):
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:
             chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
-        rows = pieces[0].element.axes(chord)
-        counts = np.array([float(p.count) for p in pieces]).reshape(-1, *(1,) * ndim)
+        rows = standing.element.axes(chord)
+        counts = np.array([float(self.pieces[k].count) for k in numbers]).reshape(-1, *(1,) * ndim)
         length = np.linalg.norm(chord, axis=-1) / counts
-        first, second = (self.bodies[node] for node in pieces[0].nodes)
+        first, second = (self.bodies[node] for node in standing.nodes)
         if first == second:
             turns, level = (rows, rows), self._in_body(rows, first, back=True)
         else:
             turns, level = (self._in_body(rows, first), self._in_body(rows, second)), rows
         nodes = self.ends[numbers]
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
-        return Group(pieces[0].element, numbers, dofs, length, turns, level)
+        return Group(standing.element, numbers, dofs, length, turns, level)
 
     def _in_body(self, rows: Array, body: str | None, *, back: bool = False) -> Array:
         """Axes given as rows in global components, in those of `body`; the other way round for `back`."""

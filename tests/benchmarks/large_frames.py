@@ -23,11 +23,13 @@ PROGRAM = "import json, sys\nfrom benchmarks.large_ways import measure\nprint(js
 WAYS = {
     "linkframe, plain install": ("plain", ("",), "linkframe", 1.5),
     "linkframe, with extra": ("extra", ("",), "cvxopt", 1.5),
+    "linkframe banded": ("plain", ("banded",), "linkframe", 2.3),
     "linkframe sparse": ("plain", ("sparse",), "linkframe", 2.0),
     "linkframe cholesky": ("extra", ("cholesky",), "cvxopt", 2.0),
     "linkframe iterative": ("plain", ("iterative",), "linkframe", 1.5),
     "bare SuperLU, symmetric": ("raw", ("superlu",), "scipy", 2.0),
     "bare SuperLU, default": ("raw", ("superlu_default",), "scipy", 2.5),
+    "bare banded Cholesky": ("raw", ("banded",), "scipy", 2.3),
     "bare CHOLMOD": ("raw", ("cholmod",), "cvxopt", 2.0),
     "bare PARDISO": ("raw", ("pardiso",), "pypardiso", 2.0),
     "bare CG, Jacobi": ("raw", ("gradients",), "scipy", 1.5),
@@ -103,7 +105,7 @@ def _targets(what: str, name: str, at: dict[str, Row]) -> list[Target]:
     out = [Target("5 large frames", f"{what}, {name}: assembly below a tenth of the solve",
                   f"{mine['assembly']:.3f} s of {mine['solution']:.2f} s: {share:.2f}", share < 0.1,
                   f"{1e6 * mine['assembly'] / _of(what):.1f} us a beam")]  # fmt: skip
-    free = ("bare SuperLU, symmetric", "bare SuperLU, default", "bare CG, Jacobi")
+    free = ("bare SuperLU, symmetric", "bare banded Cholesky", "bare SuperLU, default", "bare CG, Jacobi")
     bare = {way: row["total"] for way, row in at.items() if way.startswith("bare") and (not plain or way in free)}
     if bare:
         best = min(bare, key=lambda way: float(bare[way]))

@@ -18,7 +18,9 @@ from linkframe.framework import Frame
 from linkframe.framework.plan import Plan
 from linkframe.framework.sparse import SparseSolver
 from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
 from scipy.sparse import csr_matrix, diags, tril, triu
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import cg, splu
 
 from .harness import peak_memory
@@ -104,6 +106,18 @@ def superlu_default(matrix: csr_matrix, load: Array) -> Array:
     return splu(matrix.tocsc()).solve(load)
 
 
+def banded(matrix: csr_matrix, load: Array) -> Array:
+    """LAPACK's banded Cholesky in reverse Cuthill-McKee order."""
+    order = reverse_cuthill_mckee(matrix, symmetric_mode=True)
+    entries = tril(matrix[order][:, order], format="coo")
+    below = entries.row - entries.col
+    band = np.zeros((below.max() + 1, len(load)), order="F")
+    band[below, entries.col] = entries.data
+    found = np.empty_like(load)
+    found[order] = solveh_banded(band, load[order], overwrite_ab=True, lower=True, check_finite=False)
+    return found
+
+
 def cholmod(matrix: csr_matrix, load: Array) -> Array:
     """CHOLMOD in its own choice of order."""
     from cvxopt import cholmod as library
@@ -141,6 +155,7 @@ def gradients(matrix: csr_matrix, load: Array) -> Array:
 RAW: dict[str, Callable[[csr_matrix, Array], Array]] = {
     "superlu": superlu,
     "superlu_default": superlu_default,
+    "banded": banded,
     "cholmod": cholmod,
     "pardiso": pardiso,
     "gradients": gradients,

@@ -18,7 +18,7 @@ from linkframe.framework.sparse import SparseSolver
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
 BEAM = Beam(Rectangle(y=0.1, z=0.2), STEEL)
 CHOLMOD = importlib.util.find_spec("cvxopt") is not None
-WAYS = ("sparse", "cholesky", "iterative") if CHOLMOD else ("sparse", "iterative")
+WAYS = ("banded", "sparse", "cholesky", "iterative") if CHOLMOD else ("banded", "sparse", "iterative")
 
 
 def grid(nx: int, ny: int, nz: int, *, beam: Beam = BEAM, reverse: bool = False) -> Frame:
@@ -234,7 +234,7 @@ def test_a_missing_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("linkframe.framework.method.find_spec", lambda name: None)
     with pytest.raises(FrameError, match=r"linkframe\[fast\]"):
         lattice().solve("cholesky")
-    assert lattice().solve().plan.method.name in {"sparse", "iterative"}
+    assert lattice().solve().plan.method.name in {"banded", "sparse", "iterative"}
 
 
 def test_the_plan_says_why() -> None:
