@@ -114,4 +114,4 @@ def _ranks(order: Index) -> Index:
 
 def _nodes(rows: list[Row]) -> Index:
     """Nodes that carry the unknowns of some rows."""
-    return np.unique([k // 6 for row in rows for k in unknowns(row)]).astype(np.int64)
+    return np.array(sorted({k // 6 for row in rows for k in unknowns(row)}), dtype=np.int64)

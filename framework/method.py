@@ -22,7 +22,7 @@ LARGE = 100
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
 # Entries up to which a band is held.
 _BAND = 4e8
-_ITERATION = 0.5e-9
+_ITERATION = 0.4e-9
 _ITERATIONS = 500
 
 

@@ -1,0 +1,81 @@
+"""Which way a large frame is solved: by what a factor would cost, and by how many load cases share it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame
+
+BEAM = Beam(Rectangle(y=0.1, z=0.1), Material(E=200e9, nu=0.3))
+
+
+def grid(nx: int, ny: int, nz: int, load: float | np.ndarray = 1e3) -> Frame:
+    """A space frame on a cubic grid, fixed at its foot."""
+    frame = Frame()
+    places = [(i, j, k) for k in range(nz) for j in range(ny) for i in range(nx)]
+    known = set(places)
+    for i, j, k in places:
+        frame.node(f"{i} {j} {k}", (i, j, k))
+        if k == 0:
+            frame.fix(f"{i} {j} {k}")
+    for i, j, k in places:
+        for ahead in ((i + 1, j, k), (i, j + 1, k), (i, j, k + 1)):
+            if ahead in known:
+                frame.add(f"{i} {j} {k} to {ahead}", BEAM, f"{i} {j} {k}", "{} {} {}".format(*ahead))
+    frame.load(f"{nx - 1} {ny - 1} {nz - 1}", fx=load)
+    return frame
+
+
+def chosen(frame: Frame) -> tuple[str, str]:
+    """Name of the method, and its reason, without solving."""
+    method = frame.solve().plan.method
+    return method.name, method.reason
+
+
+def test_slender() -> None:
+    """A tower has a narrow band."""
+    name, reason = chosen(grid(3, 3, 60))
+    assert name == "banded"
+    assert "slender" in reason
+
+
+def test_cube() -> None:
+    """A factor of a cube fills up: a few load cases are iterated."""
+    name, reason = chosen(grid(16, 16, 16))
+    assert name == "iterative"
+    assert "operations" in reason
+
+
+def test_cube_of_many_load_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A factor serves them all, with or without CHOLMOD."""
+    assert chosen(grid(16, 16, 16, np.arange(100.0)))[0] in {"cholesky", "banded"}
+    monkeypatch.setattr("linkframe.framework.method.find_spec", lambda name: None)
+    assert chosen(grid(16, 16, 16, np.arange(100.0)))[0] == "banded"
+
+
+def test_varying_stiffness_is_broadcast() -> None:
+    """However large."""
+    frame = grid(3, 3, 4)
+    frame.node("end", (2.0, 2.0, 3.0))
+    frame.add("joint", Joint(stiffness=np.array([[1e3] * 6, [1e4] * 6])), "2 2 3", "end")
+    frame.load("end", fx=1.0)
+    name, reason = chosen(frame)
+    assert name == "broadcast"
+    assert "varies" in reason
+
+
+@pytest.mark.parametrize("method", ["broadcast", "banded", "sparse", "iterative"])
+def test_smallest(method: str) -> None:
+    """No unknown, or no load, is no special case."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("AB", BEAM, "A", "B")
+    frame.fix("A")
+    free = frame.copy()
+    frame.fix("B")
+    frame.load("B", fx=1.0)
+    np.testing.assert_array_equal(frame.solve(method).displacement("B"), np.zeros(6))
+    np.testing.assert_array_equal(frame.solve(method).reaction("B"), [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(free.solve(method).displacement("B"), np.zeros(6))
