@@ -64,6 +64,8 @@ class Opensees:
                 ops.pattern("Plain", 1, 1)
                 for node, push in self.loads[sample]:
                     ops.load(node, *push)
+                # Without it the rounding of all samples before adds up.
+                ops.reset()
                 _solve()
                 found[pose, sample, self.components] = ops.nodeDisp(P)
         ops.wipe()
