@@ -30,7 +30,7 @@ PEERS = ("openseespy.opensees", "Pynite", "calfem.core")
 
 def run(out: Path, quick: bool) -> list[Target]:
     """Medians over processes that take turns."""
-    rows = measure(3 if quick else 15, 1 if quick else 3)
+    rows = measure(3 if quick else 9, 1)
     write(out, "start_up", rows)
     write(out, "start_up_imports", imports())
     draw(out, rows)

@@ -190,7 +190,7 @@ def draw_meshes(out: Path, rows: list[Row]) -> None:
         left.set(xlabel="beams", xscale="log", xticks=counts, xticklabels=counts, ylabel="relative error", yscale="log")
         right.set(xlabel="time, from description to result / ms", xscale="log", yscale="log")
         left.minorticks_off()
-        right.legend(fontsize=7, loc="center right", bbox_to_anchor=(1.0, 0.42))
+        right.figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
 
 
 # -- samples ----------------------------------------------------------------------------------------------------------
@@ -236,7 +236,7 @@ def draw_samples(out: Path, rows: list[Row]) -> None:
             left.plot([row["samples"] for row in found], errors, **style)
             right.plot([row["milliseconds"] for row in found], errors, **style)
         left.set(xlabel="samples", xscale="log", yscale="log", ylabel="relative error of the mean, rms over seeds")
-        right.set(xlabel="time / ms", xscale="log", yscale="log")
+        right.set(xlabel="time / ms", xscale="log", yscale="log", xlim=(1.0, 1e3))
         left.legend()
 
 
