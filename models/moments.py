@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,3 +83,32 @@ class Moments:
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.sqrt(spread) / (2.0 * self.std)
         return np.where(square == 0.0, 0.0, error)
+
+
+class Statistics(ABC):
+    """What samples of a result say of it, in its own shape (...), by way of their moments."""
+
+    @property
+    @abstractmethod
+    def moments(self) -> Moments:
+        """Count, mean and sums of powers of the deviations, (...)."""
+
+    @property
+    def mean(self) -> Array:
+        """Mean, (...)."""
+        return self.moments.mean
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation with n − 1 in the denominator, (...)."""
+        return self.moments.std
+
+    @property
+    def standard_error(self) -> Array:
+        """Standard error of the mean, (...)."""
+        return self.moments.standard_error
+
+    @property
+    def std_standard_error(self) -> Array:
+        """Standard error of the standard deviation, (...)."""
+        return self.moments.std_standard_error

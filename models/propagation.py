@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError
-from .moments import Moments
+from .moments import Moments, Statistics
 from .sampling import BLOCK, Distribution, Seed, root_seed, sample_blocks, samples_first
 from .sensitivity import SobolIndices, sobol_indices
 
@@ -19,7 +19,7 @@ Function = Callable[..., ArrayLike]
 
 
 @dataclass(frozen=True, eq=False)
-class Propagation:
+class Propagation(Statistics):
     """Statistics of a result under uncertain inputs; made by `propagate`.
 
     Standard errors are those of independent random samples; Sobol and Latin samples do better than they say.
@@ -28,41 +28,24 @@ class Propagation:
     ----------
     inputs
         Names of the inputs.
-    moments
-        Count, mean and central sums, (...).
     kept
         Samples of the result, (n, ...), or None where they were not kept.
     """
 
     inputs: tuple[str, ...]
-    moments: Moments
+    _moments: Moments = field(repr=False)
     kept: Array | None
     _indices: Callable[[int], SobolIndices] = field(repr=False)
+
+    @property
+    def moments(self) -> Moments:
+        """Count, mean and sums of powers of the deviations, (...)."""
+        return self._moments
 
     @property
     def n(self) -> int:
         """Number of samples."""
         return self.moments.n
-
-    @property
-    def mean(self) -> Array:
-        """Mean, (...)."""
-        return self.moments.mean
-
-    @property
-    def std(self) -> Array:
-        """Standard deviation with n − 1 in the denominator, (...)."""
-        return self.moments.std
-
-    @property
-    def standard_error(self) -> Array:
-        """Standard error of the mean, (...)."""
-        return self.moments.standard_error
-
-    @property
-    def std_standard_error(self) -> Array:
-        """Standard error of the standard deviation, (...)."""
-        return self.moments.std_standard_error
 
     @property
     def samples(self) -> Array:

@@ -7,7 +7,6 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import qmc
 
 from ..framework.errors import FrameError
 
@@ -103,12 +102,16 @@ def _random(names: list[str], n: int, root: np.random.SeedSequence) -> Iterator[
 
 
 def _sobol(names: list[str], n: int, root: np.random.SeedSequence) -> Iterator[Array]:
+    from scipy.stats import qmc
+
     sequence = qmc.Sobol(len(names), scramble=True, rng=stream(root, "sobol sequence"))
     while True:
         yield sequence.random(BLOCK)
 
 
 def _latin(names: list[str], n: int, root: np.random.SeedSequence) -> Iterator[Array]:
+    from scipy.stats import qmc
+
     columns = [qmc.LatinHypercube(1, rng=stream(root, name)).random(n) for name in names]
     points = np.concatenate(columns, axis=1) if names else np.empty((n, 0))
     for start in range(0, n, BLOCK):

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 from ..framework.errors import FrameError
 from .sampling import LEAST, Distribution, Seed, root_seed, samples_first, stream
@@ -81,6 +80,8 @@ def sobol_indices(
     """
     if n < 2 or n & (n - 1):
         raise FrameError(f"number of samples n is {n!r}: Sobol indices need a power of two")
+    from scipy import stats
+
     names = tuple(distributions)
     shape: list[tuple[int, ...]] = []
 

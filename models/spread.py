@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .moments import Moments
+from .moments import Moments, Statistics
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class Spread(Statistics):
     """Statistics of samples over their last axis but one.
 
     Parameters
@@ -26,33 +26,14 @@ class Spread:
     samples: Array
 
     @cached_property
-    def _moments(self) -> Moments:
+    def moments(self) -> Moments:
+        """Count, mean and sums of powers of the deviations, (..., 3)."""
         return Moments.of(np.moveaxis(self.samples, -2, 0))
 
     @property
     def n(self) -> int:
         """Number of samples."""
         return int(self.samples.shape[-2])
-
-    @property
-    def mean(self) -> Array:
-        """Mean, (..., 3)."""
-        return self._moments.mean
-
-    @property
-    def std(self) -> Array:
-        """Standard deviation with n − 1 in the denominator, (..., 3)."""
-        return self._moments.std
-
-    @property
-    def standard_error(self) -> Array:
-        """Standard error of the mean, (..., 3)."""
-        return self._moments.standard_error
-
-    @property
-    def std_standard_error(self) -> Array:
-        """Standard error of the standard deviation, (..., 3)."""
-        return self._moments.std_standard_error
 
     def quantile(self, p: ArrayLike) -> Array:
         """Quantiles, interpolated linearly between samples.

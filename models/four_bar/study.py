@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
+from ..moments import Moments, Statistics
 from ..sampling import Distribution, Seed, draw
 from ..spread import Spread
 from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Study:
+class Study(Statistics):
     """Displacement of the coupler point P from its nominal position, sampled; made by `monte_carlo`.
 
     The statistics are those of `total`; each part of it has its own, as a `Spread` of samples (poses, n, 3). Poses
@@ -99,24 +100,9 @@ class Study:
         return self.total.samples
 
     @property
-    def mean(self) -> Array:
-        """Mean displacement, (poses, 3)."""
-        return self.total.mean
-
-    @property
-    def std(self) -> Array:
-        """Standard deviation with n − 1 in the denominator, (poses, 3)."""
-        return self.total.std
-
-    @property
-    def standard_error(self) -> Array:
-        """Standard error of the mean, (poses, 3)."""
-        return self.total.standard_error
-
-    @property
-    def std_standard_error(self) -> Array:
-        """Standard error of the standard deviation, (poses, 3)."""
-        return self.total.std_standard_error
+    def moments(self) -> Moments:
+        """Count, mean and sums of powers of the deviations, (poses, 3)."""
+        return self.total.moments
 
     @property
     def envelope(self) -> tuple[Array, Array]:
