@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, JointElement
 from .parameters import array_of, common_shape, require
+from .play import checked_play
 
 ORTHONORMAL = 1e-9
 
@@ -22,6 +24,10 @@ class Joint(JointElement):
     ``f = diag(stiffness) d``, and the second with -f (Eq. 5 of the four-bar paper:
     ``[[k, -k], [-k, k]]``).
 
+    With a clearance ε the displacement d in the components of `play` is free inside a ball of radius ε (a circle
+    where there are two, a stretch where there is one) and stiff beyond: in contact along the unit vector n,
+    ``d = (ε + f/k) n`` with the force f n. There is no friction.
+
     Parameters
     ----------
     stiffness : array_like
@@ -30,39 +36,63 @@ class Joint(JointElement):
     axes : array_like, optional
         Joint axes as columns, (..., 3, 3), in global components, orthonormal and right-handed;
         the global axes if not given.
+    clearance : array_like
+        Radial clearance ε, (...), length (angle where the play is in rotations); 0 for none.
+    play : sequence of str, optional
+        Components ``ux uy uz`` or ``rx ry rz`` in which the joint has play, of one and the same stiffness. If not
+        given, the translations that the joint holds, but for the one along its axis if it turns about one axis
+        only: ``ux uy`` of a revolute about z, all three of a spherical joint, ``uy uz`` of a slider along x.
 
     Raises
     ------
     FrameError
-        If a stiffness is negative or NaN, if there are not six, or if `axes` are not orthonormal.
+        If a stiffness is negative or NaN, if there are not six, if `axes` are not orthonormal, if a clearance is
+        negative or not finite, or if the components of `play` are free, unequal, or of both kinds.
 
     Examples
     --------
     >>> revolute = Joint(stiffness=(2e11, 2e11, 2e11, 2e11, 2e11, 0.0))
     >>> revolute.matrix().shape
     (12, 12)
+    >>> Joint(stiffness=(2e11, 2e11, 2e11, 2e11, 2e11, 0.0), clearance=1e-4).play
+    (0, 1)
     """
 
     stiffness: Array
     axes: Array | None
+    clearance: Array
+    play: tuple[int, ...]
 
-    def __init__(self, stiffness: ArrayLike, axes: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        stiffness: ArrayLike,
+        axes: ArrayLike | None = None,
+        *,
+        clearance: ArrayLike = 0.0,
+        play: Sequence[str] | None = None,
+    ) -> None:
         springs = array_of("Joint", "stiffness", stiffness)
         if springs.shape[-1:] != (6,):
             raise FrameError(f"Joint: stiffness has shape {springs.shape}; give six springs, (..., 6)")
         require("Joint", "stiffness", springs, springs >= 0.0, "0 (free) to inf (ideal)")
         turned = None if axes is None else _checked_axes(axes)
-        common_shape("Joint", {"stiffness": springs.shape[:-1], "axes": () if turned is None else turned.shape[:-2]})
+        gap = array_of("Joint", "clearance", clearance)
+        require("Joint", "clearance", gap, np.isfinite(gap) & (gap >= 0.0), "a length, zero or above")
+        turned_shape = () if turned is None else turned.shape[:-2]
+        common_shape("Joint", {"stiffness": springs.shape[:-1], "axes": turned_shape, "clearance": gap.shape})
         object.__setattr__(self, "stiffness", springs)
         object.__setattr__(self, "axes", turned)
+        object.__setattr__(self, "clearance", gap)
+        object.__setattr__(self, "play", checked_play(springs, play) if gap.any() or play is not None else ())
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Batch shape: the broadcast of stiffness and axes."""
-        return np.broadcast_shapes(self.stiffness.shape[:-1], () if self.axes is None else self.axes.shape[:-2])
+        """Batch shape: the broadcast of stiffness, axes and clearance."""
+        axes = () if self.axes is None else self.axes.shape[:-2]
+        return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.clearance.shape)
 
     def matrix(self) -> Array:
-        """Stiffness of the two nodes in global axes, (..., 12, 12).
+        """Stiffness of the two nodes in global axes, of a joint in contact all round, (..., 12, 12).
 
         Raises
         ------
@@ -73,7 +103,8 @@ class Joint(JointElement):
         if rigid.any():
             name = ("ktx", "kty", "ktz", "krx", "kry", "krz")[int(rigid.argmax())]
             raise FrameError(f"Joint: {name} = inf has no stiffness matrix; give a finite spring")
-        block = np.zeros((*self.shape, 6, 6))
+        turned = () if self.axes is None else self.axes.shape[:-2]
+        block = np.zeros((*np.broadcast_shapes(self.stiffness.shape[:-1], turned), 6, 6))
         axes = np.eye(3) if self.axes is None else self.axes
         for part in (slice(0, 3), slice(3, 6)):
             # the products commute, so that the block is symmetric to the last bit

@@ -110,10 +110,16 @@ class JointElement(ABC):
         (..., 6), each 0 (free) to inf (ideal).
     axes
         (..., 3, 3), the joint's axes as columns in global components; None for the global axes.
+    clearance
+        (...), radius of the ball inside which the components in `play` are free; 0 for none.
+    play
+        Indices of these components, of equal stiffness; empty for none.
     """
 
     stiffness: Array
     axes: Array | None
+    clearance: Array
+    play: tuple[int, ...]
 
     @property
     @abstractmethod

@@ -1,0 +1,49 @@
+"""Components in which a joint has play: which they are where nobody says so, and which make no sense."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..framework.dofs import DISPLACEMENTS, component
+from ..framework.errors import FrameError
+from ..framework.protocol import Array
+
+TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
+
+
+def radial(springs: Array) -> tuple[int, ...]:
+    """Components across which a bearing leaves play: the translations that it holds, but not along its only free axis.
+
+    A revolute or cylindrical joint about z has play in ``ux uy``, a spherical one in ``ux uy uz``, a slider along x in
+    ``uy uz``. What is free (stiffness 0 throughout) needs no play.
+    """
+    held = (springs > 0.0).reshape(-1, 6).any(axis=0)
+    turning = [k - 3 for k in ROTATIONS if not held[k]]
+    along = turning if len(turning) == 1 else []
+    return tuple(k for k in TRANSLATIONS if held[k] and k not in along)
+
+
+def checked_play(springs: Array, names: Sequence[str] | None) -> tuple[int, ...]:
+    """Indices of the components in `names`, or of `radial` play where None.
+
+    Raises
+    ------
+    FrameError
+        If there are none, if translations and rotations are mixed, or if the springs of these components are not
+        equal and above zero: the contact stiffness would depend on the direction, or there would be no contact.
+    """
+    found = radial(springs) if names is None else tuple(sorted({component(name) for name in names}))
+    told = " ".join(DISPLACEMENTS[k] for k in found)
+    if not found:
+        raise FrameError("Joint: clearance, but no translation is held; name components, such as play=('ux', 'uy')")
+    if not (set(found) <= set(TRANSLATIONS) or set(found) <= set(ROTATIONS)):
+        raise FrameError(f"Joint: play in {told} mixes lengths and angles; give translations or rotations")
+    own = springs[..., list(found)]
+    if not np.all(own > 0.0):
+        raise FrameError(f"Joint: play in {told}, where a stiffness is 0; what is free needs no play: leave it out")
+    if not np.all(own == own[..., :1]):
+        unequal = own[np.any(own != own[..., :1], axis=-1)][0]
+        raise FrameError(f"Joint: play in {told} needs one contact stiffness, not {unequal}; name others by play=")
+    return found
