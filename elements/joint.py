@@ -22,7 +22,7 @@ class Joint(JointElement):
 
     With the relative displacement ``d = u2 - u1`` the joint pulls its first node with
     ``f = diag(stiffness) d``, and the second with -f (Eq. 5 of the four-bar paper:
-    ``[[k, -k], [-k, k]]``).
+    ``[[k, -k], [-k, k]]``). In a screw the spring along z acts on ``uz - pitch rz / 2 pi``.
 
     With a clearance ε the displacement d in the components of `play` is free inside a ball of radius ε (a circle
     where there are two, a stretch where there is one) and stiff beyond: in contact along the unit vector n,
@@ -42,12 +42,15 @@ class Joint(JointElement):
         Components ``ux uy uz`` or ``rx ry rz`` in which the joint has play, of one and the same stiffness. If not
         given, the translations that the joint holds, but for the one along its axis if it turns about one axis
         only: ``ux uy`` of a revolute about z, all three of a spherical joint, ``uy uz`` of a slider along x.
+    pitch : array_like
+        Advance of the second node along z per turn about z, (...), length; positive for a right-handed screw.
 
     Raises
     ------
     FrameError
         If a stiffness is negative or NaN, if there are not six, if `axes` are not orthonormal, if a clearance is
-        negative or not finite, or if the components of `play` are free, unequal, or of both kinds.
+        negative or not finite, a pitch is not finite, or if the components of `play` are free, unequal, or of both
+        kinds.
 
     Examples
     --------
@@ -62,6 +65,7 @@ class Joint(JointElement):
     axes: Array | None
     clearance: Array
     play: tuple[int, ...]
+    pitch: Array
 
     def __init__(
         self,
@@ -70,6 +74,7 @@ class Joint(JointElement):
         *,
         clearance: ArrayLike = 0.0,
         play: Sequence[str] | None = None,
+        pitch: ArrayLike = 0.0,
     ) -> None:
         springs = array_of("Joint", "stiffness", stiffness)
         if springs.shape[-1:] != (6,):
@@ -78,18 +83,21 @@ class Joint(JointElement):
         turned = None if axes is None else _checked_axes(axes)
         gap = array_of("Joint", "clearance", clearance)
         require("Joint", "clearance", gap, np.isfinite(gap) & (gap >= 0.0), "a length, zero or above")
-        turned_shape = () if turned is None else turned.shape[:-2]
-        common_shape("Joint", {"stiffness": springs.shape[:-1], "axes": turned_shape, "clearance": gap.shape})
+        advance = array_of("Joint", "pitch", pitch)
+        require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
+        shapes = {"stiffness": springs.shape[:-1], "axes": () if turned is None else turned.shape[:-2]}
+        common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
         object.__setattr__(self, "stiffness", springs)
         object.__setattr__(self, "axes", turned)
         object.__setattr__(self, "clearance", gap)
+        object.__setattr__(self, "pitch", advance)
         object.__setattr__(self, "play", checked_play(springs, play) if gap.any() or play is not None else ())
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Batch shape: the broadcast of stiffness, axes and clearance."""
+        """Batch shape: the broadcast of stiffness, axes, clearance and pitch."""
         axes = () if self.axes is None else self.axes.shape[:-2]
-        return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.clearance.shape)
+        return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.clearance.shape, self.pitch.shape)
 
     def matrix(self) -> Array:
         """Stiffness of the two nodes in global axes, of a joint in contact all round, (..., 12, 12).
@@ -103,13 +111,13 @@ class Joint(JointElement):
         if rigid.any():
             name = ("ktx", "kty", "ktz", "krx", "kry", "krz")[int(rigid.argmax())]
             raise FrameError(f"Joint: {name} = inf has no stiffness matrix; give a finite spring")
-        turned = () if self.axes is None else self.axes.shape[:-2]
-        block = np.zeros((*np.broadcast_shapes(self.stiffness.shape[:-1], turned), 6, 6))
         axes = np.eye(3) if self.axes is None else self.axes
-        for part in (slice(0, 3), slice(3, 6)):
-            # the products commute, so that the block is symmetric to the last bit
-            dyads = axes[..., :, None, :] * axes[..., None, :, :]
-            block[..., part, part] = np.sum(self.stiffness[..., None, None, part] * dyads, axis=-1)
+        acts = np.zeros((*np.broadcast_shapes(axes.shape[:-2], self.pitch.shape), 6, 6))
+        acts[..., :3, :3] = acts[..., 3:, 3:] = axes
+        acts[..., 3:, 2] = -self.pitch[..., None] / (2.0 * np.pi) * axes[..., :, 2]
+        # the products commute, so that the block is symmetric to the last bit
+        dyads = acts[..., :, None, :] * acts[..., None, :, :]
+        block = np.sum(self.stiffness[..., None, None, :] * dyads, axis=-1)
         near = np.concatenate([block, -block], axis=-1)
         return np.concatenate([near, -near], axis=-2)
 

@@ -68,13 +68,8 @@ def _joint(plan: Plan, name: str) -> Stack:
     link, number = plan.frame.joints[name], plan.topology.number
     if np.isinf(link.element.stiffness).any():
         raise FrameError(f"condition_number: joint {name!r} is ideal (inf): use scaled_condition_number()")
-    ndim = len(plan.frame.shape)
-    stiffness = aligned(link.element.stiffness, ndim, 1)
-    axes = np.eye(3) if link.element.axes is None else aligned(link.element.axes, ndim, 2)
-    turned = [(axes * stiffness[..., None, at]) @ np.swapaxes(axes, -1, -2) for at in (slice(0, 3), slice(3, 6))]
-    one = block_diagonal(turned)
     dofs = np.concatenate([6 * number[node] + np.arange(6) for node in (link.first, link.second)])
-    return dofs[None], np.block([[one, -one], [-one, one]])[None]
+    return dofs[None], aligned(link.element.matrix(), len(plan.frame.shape), 2)[None]
 
 
 def _ratio(plan: Plan, matrix: Array) -> Array:

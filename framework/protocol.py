@@ -114,17 +114,24 @@ class JointElement(ABC):
         (...), radius of the ball inside which the components in `play` are free; 0 for none.
     play
         Indices of these components, of equal stiffness; empty for none.
+    pitch
+        (...), advance along z per turn about z: the spring along z acts on what differs from it.
     """
 
     stiffness: Array
     axes: Array | None
     clearance: Array
     play: tuple[int, ...]
+    pitch: Array
 
     @property
     @abstractmethod
     def shape(self) -> tuple[int, ...]:
         """Batch shape of the element's own parameters."""
+
+    @abstractmethod
+    def matrix(self) -> Array:
+        """Stiffness of the two nodes in global axes, (..., 12, 12)."""
 
 
 class PointElement(ABC):

@@ -11,9 +11,9 @@ from .assembly import nodal_loads
 from .batch import Array, aligned, turned
 from .member_field import cut_forces, deflection
 from .member_loads import applied_forces, equivalent, weight_forces
-from .parts import Row, add_row
+from .parts import Row, add_row, combine
 from .topology import Group
-from .tree import Branch, Edge
+from .tree import ABOUT, ALONG, Branch, Edge
 
 if TYPE_CHECKING:
     from .solution import Solution
@@ -143,6 +143,8 @@ class Recovery:
         if edge.ideal:
             transmitted = -branch.sign * self._in_axes(edge, self._carried_force(branch.child, closed=True))
             out[..., list(edge.ideal)] = transmitted[..., list(edge.ideal)]
+            if ALONG in edge.ideal and ABOUT not in edge.ideal:
+                out[..., ABOUT] -= edge.pitch * out[..., ALONG]
         return out
 
     def _tree_springs(self, branch: Branch) -> Array:
@@ -154,6 +156,7 @@ class Recovery:
         force: list[Row] = [{} for _ in range(6)]
         for k, row in enumerate(edge.elastic(moved)):
             add_row(force[k], row, edge.stiffness[k])
+        add_row(force[ABOUT], force[ALONG], combine([(-1.0, edge.pitch)]))
         return self.solution.stacked(force)
 
     @cached_property
@@ -177,7 +180,10 @@ class Recovery:
         """Forces of loop-closing edges on their first nodes: springs, and multipliers of what they hold."""
         out = {key: force.copy() for key, force in self._closing_springs.items()}
         for constraint, multiplier in zip(self.tree.elimination.given, self._multipliers(), strict=True):
-            out[id(constraint.edge)][..., constraint.component] = multiplier
+            force, edge = out[id(constraint.edge)], constraint.edge
+            force[..., constraint.component] += multiplier
+            if constraint.component == ALONG:
+                force[..., ABOUT] -= edge.pitch * multiplier
         return out
 
     def _multipliers(self) -> list[Array]:
@@ -198,8 +204,9 @@ class Recovery:
         if branch is None:
             axes = self.topology.axes(node)
             return (total if axes is None else turned(np.swapaxes(axes, -1, -2), total))[..., k]
-        own = self._tree_springs(branch)[..., k]
-        value: Array = branch.sign * self._in_axes(branch.edge, total)[..., k] + own
+        force = branch.sign * self._in_axes(branch.edge, total) + self._tree_springs(branch)
+        advance = branch.edge.pitch * force[..., ALONG] if k == ABOUT else 0.0
+        value: Array = force[..., k] + advance
         return value
 
     def _in_axes(self, edge: Edge, vector: Array) -> Array:

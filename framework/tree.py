@@ -21,6 +21,8 @@ from .parts import Grid, Knowns, Row, Value, add_row, combine, is_zero
 from .topology import Topology
 
 GROUND = -1
+# Components that a screw couples: uz and rz in the joint's axes.
+ALONG, ABOUT = 2, 5
 Matrix3 = list[list[Value]]
 _IDENTITY: Matrix3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 
@@ -45,6 +47,8 @@ class Edge:
         (..., 3, 3) as columns, None for the global ones.
     offset
         Imposed relative displacement by component, over the known numbers.
+    pitch
+        Advance along z per radian about z.
     """
 
     name: str | None
@@ -55,6 +59,7 @@ class Edge:
     stiffness: tuple[Value, ...]
     axes: Array | None
     offset: tuple[Row, ...]
+    pitch: Value = 0.0
 
     @property
     def strength(self) -> tuple[int, float]:
@@ -62,10 +67,11 @@ class Edge:
         return len(self.ideal), max(float(np.max(k)) for k in self.stiffness)
 
     def elastic(self, moved: list[Row]) -> list[Row]:
-        """What of the relative displacement `moved` is not imposed."""
+        """What of the relative displacement `moved` is neither imposed nor the advance of a screw."""
         out = [dict(row) for row in moved]
         for row, offset in zip(out, self.offset, strict=True):
             add_row(row, offset, -1.0)
+        add_row(out[ALONG], out[ABOUT], combine([(-1.0, self.pitch)]))
         return out
 
 
@@ -137,6 +143,9 @@ class Tree:
         row = dict(branch.edge.offset[component])
         if component not in branch.edge.ideal:
             add_row(row, self.elimination.substituted({6 * branch.child + component: 1.0}))
+        if component == ALONG and ABOUT not in branch.edge.ideal:
+            turn = self.elimination.substituted({6 * branch.child + ABOUT: 1.0})
+            add_row(row, turn, branch.edge.pitch)
         return row
 
     def turn(self, node: int) -> Matrix3:
@@ -193,6 +202,8 @@ class Tree:
                 add_row(rows[3 * block + i], edge.offset[k], factor)
                 if k not in edge.ideal:
                     add_row(rows[3 * block + i], {6 * child + k: 1.0}, factor)
+                if k == ABOUT and k not in edge.ideal:
+                    add_row(rows[i], {6 * child + k: 1.0}, combine([(edge.pitch, factor)]))
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
     def _close(self, edge: Edge) -> None:
@@ -239,7 +250,8 @@ def _joint(frame: Frame, knowns: Knowns, name: str, number: dict[str, int]) -> E
     springs = tuple(knowns.grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
     axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
     offset = _offset(knowns, frame.offsets.get(name, {}))
-    return Edge(name, "joint", number[link.first], number[link.second], ideal, springs, axes, offset)
+    pitch = knowns.grid.value(link.element.pitch / (2.0 * np.pi))
+    return Edge(name, "joint", number[link.first], number[link.second], ideal, springs, axes, offset, pitch)
 
 
 def _tie(tie: Tie, number: dict[str, int]) -> Edge:

@@ -1,0 +1,231 @@
+"""Spring along the line between two nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..framework.errors import FrameError
+from ..framework.protocol import Array, LineElement
+from .orientation import default_axes
+from .parameters import Real, as_real, common_shape, not_negative, number
+
+ALONG, ACROSS = 0, (1, 2)
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Spring(LineElement):
+    """Spring that pulls two nodes along the line between them, and holds none of their rotations.
+
+    With the force S that it carries at rest (tension positive), the length L and the displacements along (u) and
+    across (v, w) the line, ::
+
+        N = S + k (u2 - u1),    across: S / L (v2 - v1),  S / L (w2 - w1)
+
+    The part across is the geometric stiffness of a string (Przemieniecki, *Theory of Matrix Structural Analysis*,
+    1968, ch. 15). S itself is in equilibrium with the loads at rest: it is not applied to the nodes.
+
+    Parameters
+    ----------
+    stiffness : array_like
+        Force per length, (...), zero or above.
+    force : array_like
+        Force at rest, (...), tension positive.
+
+    Raises
+    ------
+    FrameError
+        If the stiffness is negative, a number is not finite, or the shapes do not broadcast.
+
+    Examples
+    --------
+    >>> spring = Spring(stiffness=2e3, force=50.0)
+    >>> [float(k) for k in spring.stiffness_matrix(0.5).diagonal()[:3]]
+    [2000.0, 100.0, 100.0]
+    """
+
+    stiffness: Real
+    force: Real
+    segments = 1
+    releases = ()
+
+    def __init__(self, stiffness: ArrayLike, force: ArrayLike = 0.0) -> None:
+        object.__setattr__(self, "stiffness", not_negative("Spring", "stiffness", stiffness))
+        object.__setattr__(self, "force", number("Spring", "force", force))
+        common_shape("Spring", {"stiffness": np.shape(self.stiffness), "force": np.shape(self.force)})
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape: the broadcast of stiffness and force."""
+        return np.broadcast_shapes(np.shape(self.stiffness), np.shape(self.force))
+
+    @property
+    def kind(self) -> Hashable:
+        """A spring is evaluated with none but itself."""
+        return self
+
+    @property
+    def exact(self) -> bool:
+        """One piece is exact."""
+        return True
+
+    @property
+    def quadrature(self) -> int:
+        """Gauss points for a linear load times the linear shape functions."""
+        return 2
+
+    def part(self, index: int, count: int) -> Spring:
+        """One of `count` equal parts in a row.
+
+        Parameters
+        ----------
+        index
+            Which part, from 0.
+        count
+            Number of parts.
+        """
+        return self if count == 1 else Spring(count * np.asarray(self.stiffness), self.force)
+
+    def check(self, chord: Array) -> None:
+        """Any direction will do.
+
+        Parameters
+        ----------
+        chord
+            From the first node to the second, (..., 3).
+        """
+
+    def axes(self, chord: Array) -> Array:
+        """Local axes as rows, (..., 3, 3), x along the spring.
+
+        Parameters
+        ----------
+        chord
+            From the first node to the second, (..., 3).
+        """
+        return default_axes(chord)
+
+    def stiffness_matrix(self, length: Array | float) -> Array:
+        """Stiffness, (..., 12, 12).
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        """
+        return self._stamped(self.stiffness, self.force / as_real(length))
+
+    def springs(self, length: Array | float) -> tuple[Array, Array]:
+        """The stiffness as springs on differences of displacements, (..., 6) and (..., 6, 12).
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        """
+        across = self.force / as_real(length)
+        shape = np.broadcast_shapes(np.shape(across), np.shape(self.stiffness))
+        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12))
+        for i, k in zip((ALONG, *ACROSS), (self.stiffness, across, across), strict=True):
+            stiffness[..., i], rows[..., i, i], rows[..., i, i + 6] = k, -1.0, 1.0
+        return stiffness, rows
+
+    def mass_matrix(self, length: Array | float) -> Array:
+        """A spring has no mass, (..., 12, 12).
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        """
+        return np.zeros((*np.shape(length), 12, 12))
+
+    def geometric_matrix(self, length: Array | float, axial: Array | float) -> Array:
+        """Stiffness across the line under the axial force `axial`, (..., 12, 12).
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        axial
+            Axial force, (...), tension positive.
+        """
+        return self._stamped(0.0, as_real(axial) / as_real(length))
+
+    def end_forces(self, length: Array | float, displacement: Array) -> Array:
+        """Forces on the ends by their displacement, (..., 12).
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        displacement
+            End displacements in local axes, (..., 12).
+        """
+        stiffness, _ = self.springs(length)
+        pull = stiffness * (displacement[..., 6:] - displacement[..., :6])
+        return np.concatenate([-pull, pull], axis=-1)
+
+    def shape_functions(self, length: Array | float, x: Array | float) -> Array:
+        """Displacement of a straight line between the ends, turned as it is, (..., 6, 12).
+
+        Parameters
+        ----------
+        length, x
+            Length and distance from the start, (...).
+        """
+        length, x = as_real(length), as_real(x)
+        rows = np.zeros((*np.broadcast_shapes(np.shape(length), np.shape(x), self.shape), 6, 12))
+        for i in (ALONG, *ACROSS):
+            rows[..., i, i], rows[..., i, i + 6] = 1.0 - x / length, x / length
+        for turn, moved, sign in ((4, 2, -1.0), (5, 1, 1.0)):
+            rows[..., turn, moved], rows[..., turn, moved + 6] = -sign / length, sign / length
+        return rows
+
+    def section_flexibility(self, fraction: Array | float) -> Array:
+        """Zero, (..., 6): what a load between the ends adds to the displacement is not asked of a spring.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        return np.zeros((*np.broadcast_shapes(np.shape(fraction), self.shape), 6))
+
+    def mass_per_length(self, fraction: Array | float) -> Array:
+        """Zero, (...).
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        return np.zeros(np.broadcast_shapes(np.shape(fraction), self.shape))
+
+    def stress(self, fraction: Array | float, forces: Array) -> Array:
+        """A spring has no section.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        forces
+            ``N Vy Vz T My Mz``, (..., 6).
+
+        Raises
+        ------
+        FrameError
+            Always.
+        """
+        raise FrameError("Spring: stress needs a section; ask for its forces")
+
+    def _stamped(self, along: Real, across: Real) -> Array:
+        shape = np.broadcast_shapes(np.shape(along), np.shape(across), self.shape)
+        matrix = np.zeros((*shape, 12, 12))
+        for i, k in zip((ALONG, *ACROSS), (along, across, across), strict=True):
+            matrix[..., i, i] = matrix[..., i + 6, i + 6] = k
+            matrix[..., i, i + 6] = matrix[..., i + 6, i] = -np.asarray(k)
+        return matrix

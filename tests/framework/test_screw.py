@@ -1,0 +1,123 @@
+"""Screw joints: turning advances, torque is force times pitch over two pi, in trees and loops, stiff or ideal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame, FrameError
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+PITCH = 0.05
+LEAD = PITCH / (2.0 * np.pi)
+BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3))
+TURNED = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+
+
+def spindle(stiffness: Array, axes: Array, *, closed: bool, pitch: object = PITCH) -> Frame:
+    """A clamped bar, a screw, and a bar beyond it along the screw; `closed` holds the far end but for its turning."""
+    frame = Frame()
+    places = {"A": np.zeros(3), "B": 0.3 * axes[:, 0], "C": 0.3 * axes[:, 0], "D": 0.3 * axes[:, 0] + 0.4 * axes[:, 2]}
+    for name, place in places.items():
+        frame.node(name, place)
+    frame.add("arm", BEAM, "A", "B")
+    frame.add("screw", Joint(stiffness, axes=axes, pitch=pitch), "B", "C")  # type: ignore[arg-type]
+    frame.add("rod", BEAM, "C", "D")
+    frame.fix("A")
+    if closed:
+        frame.node("E", places["D"])
+        frame.fix("E")
+        frame.add("end", Joint((np.inf,) * 5 + (0.0,), axes=axes), "D", "E")
+    return frame
+
+
+@pytest.mark.parametrize("axes", [np.eye(3), TURNED], ids=["global", "turned"])
+@pytest.mark.parametrize("held", [np.inf, 1e7], ids=["ideal", "stiff"])
+def test_torque_on_the_nut_that_an_axial_force_needs(held: float, axes: Array) -> None:
+    """With a torsion spring k about the screw, a force F turns it by F p / 2 pi k, and advances it by p / 2 pi of that."""
+    torsion, force = 40.0, 100.0
+    frame = spindle(np.array([held] * 5 + [torsion]), axes, closed=False)
+    frame.load("D", **dict(zip(("fx", "fy", "fz"), force * axes[:, 2], strict=True)))
+    solution = frame.solve()
+    moved, acting = solution.joint_displacement("screw"), solution.joint_force("screw")
+    slack = 0.0 if np.isinf(held) else force / held
+    assert moved[5] == pytest.approx(LEAD * force / torsion, rel=1e-12)
+    assert moved[2] == pytest.approx(LEAD * moved[5] + slack, rel=1e-12)
+    assert acting[2] == pytest.approx(force, rel=1e-12)
+    assert acting[5] == pytest.approx(0.0, abs=1e-12 * force)
+
+
+@pytest.mark.parametrize("held", [np.inf, 1e9], ids=["ideal", "stiff"])
+def test_turning_the_rod_pushes(held: float) -> None:
+    """A torque on a free rod is balanced by a force F = 2 pi T / p between the ends that hold it."""
+    frame = spindle(np.array([held] * 5 + [0.0]), TURNED, closed=True)
+    torque = 3.0
+    frame.load("D", **dict(zip(("mx", "my", "mz"), torque * TURNED[:, 2], strict=True)))
+    solution = frame.solve()
+    acting = solution.joint_force("screw")
+    # The screw holds the rod back: torque -T on it, which is the second link, and with it the force T / lead.
+    assert acting[5] == pytest.approx(torque, rel=1e-9)
+    assert acting[2] == pytest.approx(-torque / LEAD, rel=1e-9)
+    total = solution.reaction("A") + solution.reaction("E")
+    np.testing.assert_allclose(total[:3], 0.0, atol=1e-9 * torque / LEAD)
+    assert solution.joint_displacement("screw")[2] - LEAD * solution.joint_displacement("screw")[5] == pytest.approx(
+        0.0 if np.isinf(held) else acting[2] / held, abs=1e-15
+    )
+
+
+def test_loop_closed_by_the_screw_itself() -> None:
+    """A rigid frame around the screw: the loop's ideal components are eliminated with the pitch in them."""
+    frame = Frame()
+    for name, place in {"A": (0, 0, 0), "B": (1, 0, 0), "C": (1, 0, 0), "D": (0, 0, 0)}.items():
+        frame.node(name, place)
+    frame.fix("A")
+    frame.rigid("A", "B")
+    frame.add("screw", Joint((np.inf,) * 5 + (0.0,), pitch=PITCH), "B", "C")
+    frame.add("slide", Joint((np.inf, np.inf, 1e4, np.inf, np.inf, 20.0)), "A", "D")
+    frame.rigid("D", "C")
+    frame.load("C", fz=10.0)
+    solution = frame.solve()
+    # The rod both slides and turns about z through A, not through B: the two axes are parallel, so nothing turns.
+    np.testing.assert_allclose(solution.joint_displacement("screw"), 0.0, atol=1e-18)
+    assert solution.joint_force("screw")[2] == pytest.approx(10.0)
+
+
+def test_stiffness_matrix_is_the_hessian_of_the_energy() -> None:
+    springs = np.array([3.0, 5.0, 7.0, 11.0, 13.0, 17.0])
+    joint = Joint(springs, axes=TURNED, pitch=PITCH)
+    rng = np.random.default_rng(0)
+    u = rng.normal(size=12)
+    moved = np.concatenate([TURNED.T @ (u[6:9] - u[0:3]), TURNED.T @ (u[9:12] - u[3:6])])
+    moved[2] -= LEAD * moved[5]
+    assert u @ joint.matrix() @ u == pytest.approx(springs @ moved**2, rel=1e-13)
+    np.testing.assert_array_equal(joint.matrix(), joint.matrix().T)
+
+
+def test_pitch_may_vary_over_the_batch_and_zero_is_a_cylinder_that_holds() -> None:
+    pitches = np.array([0.0, 0.01, PITCH])
+    stiffness = np.array([np.inf] * 5 + [25.0])
+    frame = spindle(stiffness, np.eye(3), closed=False, pitch=pitches)
+    frame.load("D", fz=1e3)
+    found = frame.solve().joint_displacement("screw")
+    np.testing.assert_allclose(found[:, 5], 1e3 * pitches / (2 * np.pi) / 25.0, rtol=1e-12, atol=1e-18)
+
+
+def test_condition_number_counts_the_pitch() -> None:
+    def number(pitch: float) -> float:
+        frame = spindle(np.array([1e7] * 5 + [25.0]), np.eye(3), closed=False, pitch=pitch)
+        return float(frame.solve().condition_number())
+
+    assert number(0.5) != number(0.0)
+
+
+def refused(build: Callable[[], object], told: str) -> None:
+    with pytest.raises(FrameError, match=told):
+        build()
+
+
+def test_a_pitch_that_is_no_number_is_refused() -> None:
+    refused(lambda: Joint((1.0,) * 6, pitch=np.nan), "pitch = nan must be finite")
+    refused(lambda: Joint((1.0,) * 6, axes=np.stack([np.eye(3)] * 2), pitch=np.ones(3)), r"pitch \(3,\)")
