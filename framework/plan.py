@@ -177,7 +177,8 @@ class Plan:
         inner = sorted(k for k in unknown if k // 6 not in self.tree.rows)
         own = set(inner) | set(ends)
         ends |= {b: rows[b] for a in own for b in self.matrix.get(a, {}) if b not in own and b in rows}
-        matrix = {a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in own | set(ends)} for a in own}
+        held = own | set(ends)
+        matrix = {a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in held} for a in own}
         for a in own:
             matrix[a].setdefault(a, {})
         for b in set(ends) - own:
