@@ -195,23 +195,24 @@ class Beam(LineElement):
         Parameters
         ----------
         length
-            Length, (...).
+            Length, (...); deformations come in its precision.
 
         Returns
         -------
         tuple of ndarray
             Stiffnesses (..., 6) and deformations by the end displacements, (..., 6, 12).
         """
-        length = as_real(length)
-        shape = np.broadcast_shapes(np.shape(length), self.sections_shape)
-        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12))
+        arm, length = np.asarray(length), as_real(length)
+        shape = np.broadcast_shapes(arm.shape, self.sections_shape)
+        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12), np.result_type(arm, np.float64))
         for i in BARS:
             stiffness[..., i], rows[..., i, i], rows[..., i, i + 6] = self._bar(i, length), -1.0, 1.0
         for way in DIRECTIONS:
             plane, (v1, r1, v2, r2) = self._plane(way, length), way.dofs
             stiffness[..., way.moved], stiffness[..., way.turned] = plane.shear, plane.bend
             rows[..., way.moved, v1], rows[..., way.moved, v2] = 1.0, -1.0
-            rows[..., way.moved, r1], rows[..., way.moved, r2] = way.sign * plane.centre, way.sign * plane.rest
+            rows[..., way.moved, r1] = way.sign * (plane.fraction * arm)
+            rows[..., way.moved, r2] = way.sign * ((1.0 - plane.fraction) * arm)
             rows[..., way.turned, r1], rows[..., way.turned, r2] = -way.sign, way.sign
         return stiffness, rows
 

@@ -16,12 +16,14 @@ def default_axes(chord: Array) -> Array:
     A member along global z has its local y along global y. Local y is always level, so that a
     member in a plane of constant global z has exact zeros out of that plane.
     """
-    x, y, z = np.moveaxis(np.asarray(chord, dtype=np.float64), -1, 0)
+    chord = np.asarray(chord)
+    chord = chord.astype(np.result_type(chord, np.float64), copy=False)
+    x, y, z = np.moveaxis(chord, -1, 0)
     level = np.hypot(x, y)
     upright = level == 0.0
     length = np.hypot(level, z)
     across = np.where(upright, 1.0, level)
-    axes = np.zeros((*x.shape, 3, 3))
+    axes = np.zeros((*x.shape, 3, 3), chord.dtype)
     axes[..., 0, :] = chord / length[..., None]
     axes[..., 1, 0] = -y / across
     axes[..., 1, 1] = np.where(upright, 1.0, x / across)
