@@ -24,8 +24,12 @@ class LineElement(ABC):
         Number of equal parts into which the framework cuts the member.
     releases
         Released end components as ``(end, component)``, end 0 or 1, component 0 to 5.
+    roundings
+        How many roundings (half a unit in the last place) the stiffnesses of `springs` may be off, the derivation of
+        a section's properties from its sizes included.
     """
 
+    roundings: float = 64.0
     segments: int
     releases: tuple[tuple[int, int], ...]
 
@@ -67,7 +71,10 @@ class LineElement(ABC):
 
     @abstractmethod
     def springs(self, length: Array) -> tuple[Array, Array]:
-        """The stiffness as six springs k (..., 6) on deformations b (..., 6, 12): ``K = sum_i k_i b_i b_i^T``."""
+        """The stiffness as six springs k (..., 6) on deformations b (..., 6, 12): ``K = sum_i k_i b_i b_i^T``.
+
+        The deformations come in the precision of `length`, as do `axes` in that of the chord.
+        """
 
     @abstractmethod
     def mass_matrix(self, length: Array) -> Array:

@@ -63,6 +63,11 @@ class Group:
     turns: tuple[Array, Array]
     level: Array
 
+    @property
+    def nodes(self) -> Index:
+        """Node numbers of their ends (n, 2)."""
+        return self.dofs[:, ::6] // 6
+
     @cached_property
     def transform(self) -> Array:
         """From displacements in the nodes' axes to local ones, (n, ..., 12, 12)."""
@@ -89,14 +94,6 @@ class Group:
         low, high = np.tril_indices(12, -1)
         out[low, high] = out[high, low]
         return np.moveaxis(out, (0, 1), (-2, -1))
-
-    def stiffnesses(self, part: slice) -> Array:
-        """Stiffness of some of the pieces in the nodes' axes, (m, ..., 12, 12)."""
-        return self.part(part).stiffness()
-
-    def masses(self, part: slice) -> Array:
-        """Mass of some of the pieces in the nodes' axes, (m, ..., 12, 12)."""
-        return self.part(part).mass()
 
     def part(self, part: slice) -> Group:
         """Some of the pieces as a stack of their own."""
@@ -240,10 +237,11 @@ class Topology:
 
     def position(self, node: int) -> Array:
         """Global position of a described node, (..., 3), with all batch axes."""
-        return aligned(self.frame.position(self._names[node]), len(self.frame.shape), 1)
+        return aligned(self.frame.position(self.names[node]), len(self.frame.shape), 1)
 
     @cached_property
-    def _names(self) -> list[str]:
+    def names(self) -> list[str]:
+        """Names of all nodes, those of the frame first."""
         return list(self.number)
 
     @cached_property
