@@ -35,8 +35,8 @@ def usual(plan: Plan) -> Array:
     held = {6 * number[node] + k for node, parts in frame.supports.items() for k in parts}
     free = [k for k in range(6 * len(number)) if k not in held]
     if _sparse(plan):
-        parts = [(dofs, stack.__getitem__) for dofs, stack in stacks]
-        return _spread(plan, extremes(summed(parts, 6 * len(number))[free][:, free]))
+        parts = [(dofs[:, ::6] // 6, stack.__getitem__) for dofs, stack in stacks]
+        return _spread(plan, extremes(summed(parts, np.ones(len(number), dtype=bool))[free][:, free]))
     return _ratio(plan, dense.summed(stacks, 6 * len(number))[..., free, :][..., :, free])
 
 

@@ -23,7 +23,7 @@ from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .node_blocks import Stack, summed
 from .parts import Row, Value
 from .plan import Plan
-from .topology import Index
+from .topology import Group, Index
 
 
 class SparseSolver:
@@ -91,7 +91,7 @@ class SparseSolver:
     def stiffness(self) -> csr_matrix:
         """T^T K T and the springs, (n, n)."""
         with timed(self.plan.times, "assembly"):
-            members = self._reduced(self._members)
+            members = self._reduced(self._stiffnesses)
             if not self.plan.tree.springs:
                 return members
             rows = self._spread([spring.row for spring in self.plan.tree.springs])
@@ -101,23 +101,30 @@ class SparseSolver:
     @cached_property
     def mass(self) -> csr_matrix:
         """T^T M T of members and point masses, (n, n)."""
-        stacks: list[Stack] = [(group.dofs, group.masses) for group in self.plan.topology.groups]
-        six = np.arange(6)[None]
-        stacks += [(6 * node + six, matrix[None].__getitem__) for node, matrix in point_masses(self.plan)]
-        return self._reduced(summed(stacks, self._size))
+        points = point_masses(self.plan)
+        stacks: list[Stack] = [(np.array([[node]]), matrix[None].__getitem__) for node, matrix in points]
+        return self._reduced([(g.nodes, lambda part, g=g: g.part(part).mass()) for g in self._groups] + stacks)
 
     @cached_property
     def _members(self) -> csr_matrix:
         """Stiffness of the members over all DOFs."""
-        return summed([(group.dofs, group.stiffnesses) for group in self.plan.topology.groups], self._size)
+        return summed(self._stiffnesses, np.ones(self._size // 6, dtype=bool))
 
-    def _reduced(self, matrix: csr_matrix) -> csr_matrix:
-        """T^T A T, (n, n), of a matrix over all DOFs."""
+    @property
+    def _stiffnesses(self) -> list[Stack]:
+        return [(g.nodes, lambda part, g=g: g.part(part).stiffness()) for g in self._groups]
+
+    @property
+    def _groups(self) -> list[Group]:
+        return self.plan.topology.groups
+
+    def _reduced(self, stacks: list[Stack]) -> csr_matrix:
+        """T^T A T, (n, n), of a sum of element matrices."""
+        free = self.plan.graph.free
+        if 6 * free.sum() == len(self.unknown):  # the other nodes are held
+            return summed(stacks, free)
         change = self.substitution
-        if np.array_equal(change.indices, np.arange(len(self.unknown))) and np.all(change.data == 1.0):
-            taken = np.flatnonzero(np.diff(change.indptr))
-            return csr_matrix(matrix[taken][:, taken])
-        return csr_matrix(change.T @ matrix @ change)
+        return csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
 
     @cached_property
     def substitution(self) -> csr_matrix:
