@@ -19,7 +19,7 @@ def radial(springs: Array) -> tuple[int, ...]:
     A revolute or cylindrical joint about z has play in ``ux uy``, a spherical one in ``ux uy uz``, a slider along x in
     ``uy uz``. What is free (stiffness 0 throughout) needs no play.
     """
-    held = (springs > 0.0).reshape(-1, 6).any(axis=0)
+    held = np.any(springs.reshape(-1, 6) > 0.0, axis=0).tolist()
     turning = [k - 3 for k in ROTATIONS if not held[k]]
     along = turning if len(turning) == 1 else []
     return tuple(k for k in TRANSLATIONS if held[k] and k not in along)
