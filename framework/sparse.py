@@ -23,7 +23,7 @@ from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .node_blocks import Stack, summed
 from .parts import Row, Value
 from .plan import Plan
-from .topology import Group, Index
+from .topology import Index
 
 
 class SparseSolver:
@@ -103,7 +103,7 @@ class SparseSolver:
         """T^T M T of members and point masses, (n, n)."""
         points = point_masses(self.plan)
         stacks: list[Stack] = [(np.array([[node]]), matrix[None].__getitem__) for node, matrix in points]
-        return self._reduced([(g.nodes, lambda part, g=g: g.part(part).mass()) for g in self._groups] + stacks)
+        return self._reduced([(group.nodes, group.mass) for group in self.plan.topology.groups] + stacks)
 
     @cached_property
     def _members(self) -> csr_matrix:
@@ -112,11 +112,7 @@ class SparseSolver:
 
     @property
     def _stiffnesses(self) -> list[Stack]:
-        return [(g.nodes, lambda part, g=g: g.part(part).stiffness()) for g in self._groups]
-
-    @property
-    def _groups(self) -> list[Group]:
-        return self.plan.topology.groups
+        return [(group.nodes, group.stiffness) for group in self.plan.topology.groups]
 
     def _reduced(self, stacks: list[Stack]) -> csr_matrix:
         """T^T A T, (n, n), of a sum of element matrices."""

@@ -5,24 +5,19 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .batch import Array, aligned, block_diagonal
+from .batch import Array, aligned
 from .dofs import DISPLACEMENTS
-from .parts import Extended
+from .group import Group, Index
 from .protocol import LineElement
 
 if TYPE_CHECKING:
     from .frame import Frame, Node
 
-Index = NDArray[np.int64]
-
-# Stiffness matrices up to which a stack is summed in extended precision.
-_EXTENDED = 4096
+__all__ = ["Group", "Index", "Piece", "Topology"]
 
 
 @dataclass(slots=True)
@@ -37,92 +32,6 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Group:
-    """Pieces of equal kind as one stack.
-
-    Attributes
-    ----------
-    element
-        Stands for them all.
-    pieces
-        Their numbers (n,).
-    dofs
-        Their DOF numbers (n, 12).
-    length
-        (n, ...).
-    turns
-        For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node.
-    level
-        The local axes as rows (n, ..., 3, 3) in global axes.
-    """
-
-    element: LineElement
-    pieces: Index
-    dofs: Index
-    length: Array
-    turns: tuple[Array, Array]
-    level: Array
-
-    @property
-    def nodes(self) -> Index:
-        """Node numbers of their ends (n, 2)."""
-        return self.dofs[:, ::6] // 6
-
-    @cached_property
-    def transform(self) -> Array:
-        """From displacements in the nodes' axes to local ones, (n, ..., 12, 12)."""
-        start, end = self.turns
-        return block_diagonal((start, start, end, end))
-
-    @property
-    def stiffness_shape(self) -> tuple[int, ...]:
-        """Batch shape over which the stiffness of a piece varies."""
-        turns = (turn.shape[1:-2] for turn in self.turns)
-        return np.broadcast_shapes(*turns, self.length.shape[1:], self.element.shape)
-
-    def turned(self, local: Array) -> Array:
-        """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero."""
-        turns = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in self.turns]
-        batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in turns))
-        out = np.zeros((12, 12, *batch))
-        used = (local != 0.0).reshape(-1, 12, 12).any(axis=0)
-        for i, j in zip(*np.nonzero(used), strict=True):
-            p, q = 3 * (i // 3), 3 * (j // 3)
-            if p <= q:
-                pair = turns[p // 6][i - p][:, None] * turns[q // 6][j - q][None, :]
-                out[p : p + 3, q : q + 3] += local[..., i, j] * pair
-        low, high = np.tril_indices(12, -1)
-        out[low, high] = out[high, low]
-        return np.moveaxis(out, (0, 1), (-2, -1))
-
-    def part(self, part: slice) -> Group:
-        """Some of the pieces as a stack of their own."""
-        start, end = self.turns
-        turns = start[part], end[part]
-        return Group(self.element, self.pieces[part], self.dofs[part], self.length[part], turns, self.level[part])
-
-    def stiffness(self) -> Array:
-        """Stiffness in the nodes' axes, (n, ..., 12, 12)."""
-        return self.turned(self.element.stiffness_matrix(self.length))
-
-    def extended_stiffness(self) -> NDArray[Any]:
-        """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision where it is not a large stack.
-
-        As a sum of springs on deformations it keeps, to the square of rounding, that a rigid motion costs no energy.
-        """
-        stiffness, rows = self.element.springs(self.length)
-        kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
-        turned: NDArray[Any] = (rows @ self.transform).astype(kind)
-        weighed: NDArray[Any] = stiffness.astype(kind)[..., None] * turned
-        out: NDArray[Any] = np.swapaxes(turned, -1, -2) @ weighed
-        return out
-
-    def mass(self) -> Array:
-        """Mass in the nodes' axes, (n, ..., 12, 12)."""
-        return self.turned(self.element.mass_matrix(self.length))
-
-
-@dataclass(frozen=True)
 class Topology:
     """Numbered nodes and pieces.
 
@@ -132,17 +41,17 @@ class Topology:
         Node number by name; interior nodes of members are named ``member.1``, ``member.2``, ...
     bodies
         Body of each node.
-    pieces
-        All pieces, those of one member in a row.
-    pieces_of
-        Piece numbers of each member.
+    counts
+        Number of pieces of each member, (members,); those of one member are numbered in a row.
+    ends
+        Node numbers of all pieces, (pieces, 2).
     """
 
     frame: Frame
     number: dict[str, int]
     bodies: list[str | None]
-    pieces: list[Piece]
-    pieces_of: dict[str, range]
+    counts: Index
+    ends: Index
 
     @classmethod
     def of(cls, frame: Frame, *, cut: bool) -> Topology:
@@ -152,32 +61,57 @@ class Topology:
         """
         number = {name: index for index, name in enumerate(frame.nodes)}
         bodies = [node.body for node in frame.nodes.values()]
-        pieces: list[Piece] = []
-        pieces_of: dict[str, range] = {}
-        for name, member in frame.members.items():
-            count = member.element.segments if cut or not member.element.exact else 1
-            pieces_of[name] = range(len(pieces), len(pieces) + count)
-            if count == 1:
-                pieces.append(Piece(name, 0, 1, member.element, (number[member.start], number[member.end])))
-                continue
-            start, end = frame.nodes[member.start], frame.nodes[member.end]
-            chain = [number[member.start]]
-            for index in range(1, count):
-                chain.append(len(number))
-                number[f"{name}.{index}"] = len(number)
-                bodies.append(_shared(start, end))
-            chain.append(number[member.end])
-            pieces += [
-                Piece(name, i, count, member.element.part(i, count), nodes) for i, nodes in enumerate(pairwise(chain))
-            ]
-        return cls(frame, number, bodies, pieces, pieces_of)
+        members = frame.members
+        elements = {id(member.element): member.element for member in members.values()}
+        segments = {key: e.segments if cut or not e.exact else 1 for key, e in elements.items()}
+        counts = np.array([segments[id(member.element)] for member in members.values()], dtype=np.int64)
+        first, last = ([number[node] for node in side] for side in _sides(frame))
+        # Interior nodes come after all others, member by member.
+        inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
+        index = _index(counts)
+        begin, end, inner, count = (np.repeat(part, counts) for part in (first, last, inner, counts))
+        ends = np.stack([np.where(index == 0, begin, inner + index - 1),
+                         np.where(index == count - 1, end, inner + index)], axis=1)  # fmt: skip
+        if len(ends) > len(members):
+            for (name, member), parts in zip(members.items(), counts.tolist(), strict=True):
+                shared = _shared(frame.nodes[member.start], frame.nodes[member.end])
+                for k in range(1, parts):
+                    number[f"{name}.{k}"] = len(number)
+                    bodies.append(shared)
+        return cls(frame, number, bodies, counts, ends.astype(np.int64))
+
+    @cached_property
+    def pieces(self) -> list[Piece]:
+        """All pieces one by one."""
+        names, counts = list(self.frame.members), self.counts.tolist()
+        each = zip(self.members.tolist(), _index(self.counts).tolist(), self._elements, self.ends.tolist(), strict=True)
+        return [Piece(names[m], index, counts[m], element, (a, b)) for m, index, element, (a, b) in each]
+
+    @cached_property
+    def pieces_of(self) -> dict[str, range]:
+        """Piece numbers of each member."""
+        last = np.cumsum(self.counts)
+        ranges = map(range, (last - self.counts).tolist(), last.tolist())
+        return dict(zip(self.frame.members, ranges, strict=True))
+
+    @cached_property
+    def members(self) -> Index:
+        """Member number of each piece, (pieces,)."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+    @cached_property
+    def _elements(self) -> list[LineElement]:
+        """Element of each piece."""
+        each = zip(self.frame.members.values(), self.counts.tolist(), strict=True)
+        return [e for m, n in each for e in ([m.element] if n == 1 else [m.element.part(i, n) for i in range(n)])]
 
     @cached_property
     def groups(self) -> list[Group]:
         """Pieces gathered by kind, geometry shape and bodies."""
         kinds: dict[Hashable, int] = {}
-        kind = {key: kinds.setdefault(element.kind, len(kinds)) for key, element in self._elements.items()}
-        codes = np.array([kind[id(piece.element)] for piece in self.pieces], dtype=np.int64)
+        distinct = {id(element): element for element in self._elements}
+        kind = {key: kinds.setdefault(element.kind, len(kinds)) for key, element in distinct.items()}
+        codes = np.array([kind[id(element)] for element in self._elements], dtype=np.int64)
         chords = self._chords
         if not isinstance(chords, np.ndarray):
             keys: dict[Hashable, int] = {}
@@ -187,41 +121,40 @@ class Topology:
         members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
         return [self._group(numbers, chords) for numbers in members if len(numbers)]
 
-    @property
-    def _elements(self) -> dict[int, LineElement]:
-        return {id(piece.element): piece.element for piece in self.pieces}
+    @cached_property
+    def _plain(self) -> Array | None:
+        """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
+        nodes = self.frame.nodes.values()
+        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
+            return None
+        return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
 
     @cached_property
     def _chords(self) -> Array | list[Array]:
         """Chord of each piece's member, (..., 3)."""
-        nodes = self.frame.nodes.values()
-        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
-            chords = {name: self.frame.chord(name) for name in self.frame.members}
-            return [chords[piece.member] for piece in self.pieces]
-        coordinates = np.array([node.coordinates for node in nodes]).reshape(-1, 3)
-        members = self.frame.members.values()
-        ends = np.array([(self.number[m.start], self.number[m.end]) for m in members], dtype=np.int64).reshape(-1, 2)
-        chord = coordinates[ends[:, 1]] - coordinates[ends[:, 0]]
-        return np.repeat(chord, [len(pieces) for pieces in self.pieces_of.values()], axis=0)
+        if self._plain is None:
+            chords = [self.frame.chord(name) for name in self.frame.members]
+            return [chords[member] for member in self.members.tolist()]
+        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
+        return (self._plain[last] - self._plain[first])[self.members]
 
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         ndim = len(self.frame.shape)
-        standing = self.pieces[numbers[0]]
+        element, nodes = self._elements[numbers[0]], self.ends[numbers]
         if isinstance(chords, np.ndarray):
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:
             chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
-        rows = standing.element.axes(chord)
-        counts = np.array([float(self.pieces[k].count) for k in numbers]).reshape(-1, *(1,) * ndim)
+        rows = element.axes(chord)
+        counts = self.counts[self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
         length = np.linalg.norm(chord, axis=-1) / counts
-        first, second = (self.bodies[node] for node in standing.nodes)
+        first, second = (self.bodies[node] for node in nodes[0])
         if first == second:
             turns, level = (rows, rows), self._in_body(rows, first, back=True)
         else:
             turns, level = (self._in_body(rows, first), self._in_body(rows, second)), rows
-        nodes = self.ends[numbers]
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
-        return Group(standing.element, numbers, dofs, length, turns, level)
+        return Group(element, numbers, dofs, length, turns, level)
 
     def _in_body(self, rows: Array, body: str | None, *, back: bool = False) -> Array:
         """Axes given as rows in global components, in those of `body`; the other way round for `back`."""
@@ -245,22 +178,17 @@ class Topology:
         return list(self.number)
 
     @cached_property
-    def ends(self) -> Index:
-        """Node numbers of all pieces, (pieces, 2)."""
-        return np.array([piece.nodes for piece in self.pieces], dtype=np.int64).reshape(-1, 2)
-
-    @cached_property
     def points(self) -> Array:
         """Positions of all nodes at the first batch entry, (nodes, 3)."""
-        points = np.zeros((len(self.number), 3))
-        for index, name in enumerate(self.frame.nodes):
-            points[index] = self.frame.position(name).reshape(-1, 3)[0]
-        for piece in self.pieces:
-            if piece.count > 1:
-                ends = self.frame.members[piece.member]
-                a, b = (points[self.number[node]] for node in (ends.start, ends.end))
-                points[piece.nodes[0]] = a + (b - a) * (piece.index / piece.count)
-        return points
+        described = self._plain
+        if described is None:
+            described = np.stack([self.frame.position(name).reshape(-1, 3)[0] for name in self.frame.nodes])
+        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
+        index = _index(self.counts)
+        inner = index > 0
+        member, share = self.members[inner], index[inner] / self.counts[self.members[inner]]
+        start, end = described[first][member], described[last][member]
+        return np.concatenate([described, start + (end - start) * share[:, None]])
 
     @cached_property
     def mesh(self) -> Any:
@@ -269,8 +197,8 @@ class Topology:
 
         joints = [(self.number[j.first], self.number[j.second]) for j in self.frame.joints.values()]
         cells = np.concatenate([self.ends, np.array(joints, dtype=np.int64).reshape(-1, 2)]).T
-        beam = np.arange(len(self.pieces))
-        parts = {"beam": beam, "joint": np.arange(len(self.pieces), cells.shape[1])}
+        beam = np.arange(len(self.ends))
+        parts = {"beam": beam, "joint": np.arange(len(self.ends), cells.shape[1])}
         points = np.ascontiguousarray(self.points.T)
         return MeshLine1(points, np.ascontiguousarray(cells), sort_t=False, validate=False).with_subdomains(parts)
 
@@ -286,3 +214,14 @@ class Topology:
 
 def _shared(start: Node, end: Node) -> str | None:
     return start.body if start.body == end.body else None
+
+
+def _sides(frame: Frame) -> tuple[list[str], list[str]]:
+    """Start and end nodes of the members."""
+    members = frame.members.values()
+    return [member.start for member in members], [member.end for member in members]
+
+
+def _index(counts: Index) -> Index:
+    """Which part of its member each piece is."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
