@@ -31,7 +31,7 @@ class Buckling:
 
     def shapes(self, node: str) -> Array:
         """Displacement of a node in each buckling shape, (..., count, 6), global."""
-        number = self._plan.topology.number[node]
+        number = self._plan.topology.number[self._plan.frame.aliases.get(node, node)]
         return np.swapaxes(dense.global_substitution(self._plan, [number]) @ self._vectors, -1, -2)
 
 

@@ -88,6 +88,8 @@ class Frame:
     ----------
     bodies, nodes, members, joints, masses
         The description by name, in the order in which it was given.
+    aliases
+        Other names of nodes.
     ties
         Rigid links and ties.
     supports
@@ -124,6 +126,7 @@ class Frame:
     members: dict[str, Member] = field(default_factory=dict)
     joints: dict[str, JointLink] = field(default_factory=dict)
     masses: dict[str, MassPoint] = field(default_factory=dict)
+    aliases: dict[str, str] = field(default_factory=dict)
     ties: list[Tie] = field(default_factory=list)
     supports: dict[str, dict[int, Array]] = field(default_factory=dict)
     offsets: dict[str, dict[int, Array]] = field(default_factory=dict)
@@ -176,12 +179,27 @@ class Frame:
             Body that carries the node.
         """
         self._new("node", name, self.nodes)
+        self._new("node", name, self.aliases)
         if body is not None and body not in self.bodies:
             raise FrameError(f"node {name!r} is on body {body!r}, which is unknown: {_known(self.bodies)}")
         place = vector(coordinates, f"coordinates of node {name!r}")
         self._join(f"node {name!r}", place.shape[:-1])
         self.nodes[name] = Node(place, body)
         self.size = max(self.size, float(np.abs(self.position(name)).max()))
+
+    def alias(self, name: str, node: str) -> None:
+        """Give a node another name, by which it is loaded, held and asked for results as well.
+
+        Parameters
+        ----------
+        name
+            The other name.
+        node
+            The node.
+        """
+        self._new("node", name, self.nodes)
+        self._new("node", name, self.aliases)
+        self.aliases[name] = self._node(node)
 
     def position(self, node: str) -> Array:
         """Global position of a node, (..., 3).
@@ -239,8 +257,7 @@ class Frame:
         if len(nodes) != wanted:
             kind = type(element).__name__
             raise FrameError(f"{name!r} was given {len(nodes)} nodes {nodes}: a {kind} takes {wanted}")
-        for node in nodes:
-            self._node(node, f"{name!r}")
+        nodes = tuple(self._node(node, f"{name!r}") for node in nodes)
         if wanted == 2 and nodes[0] == nodes[1]:
             raise FrameError(f"{name!r} begins and ends at node {nodes[0]!r}: give two different nodes")
         if isinstance(element, LineElement):
@@ -482,6 +499,7 @@ class Frame:
             raise FrameError(f"{what} {name!r} exists already: choose another name")
 
     def _node(self, name: str, of: str = "") -> str:
+        name = self.aliases.get(name, name)
         if name not in self.nodes:
             raise FrameError(f"{of} node {name!r} is unknown: {_known(self.nodes)}".strip())
         return name
@@ -525,9 +543,9 @@ class Frame:
             raise FrameError(f"line load on {member!r} spans {span}: give 0 <= x1 < x2 <= its length {length:.6g}")
 
     def _tie(self, master: str, slaves: tuple[str, ...], held: tuple[int, ...], *, rigid: bool) -> None:
-        self._node(master, "tie")
-        for slave in slaves:
-            if self._node(slave, "tie") == master:
+        master = self._node(master, "tie")
+        for slave in (self._node(slave, "tie") for slave in slaves):
+            if slave == master:
                 raise FrameError(f"node {master!r} is tied to itself: give two different nodes")
             self.ties.append(Tie(master, slave, held, rigid))
 

@@ -38,7 +38,7 @@ class Modes:
 
     def shapes(self, node: str) -> Array:
         """Displacement of a node in each mode, (..., count, 6), global; modes have unit modal mass."""
-        number = self._plan.topology.number[node]
+        number = self._plan.topology.number[self._plan.frame.aliases.get(node, node)]
         moved = dense.global_substitution(self._plan, [number]) @ self._vectors
         return np.swapaxes(moved, -1, -2)
 

@@ -185,6 +185,7 @@ class Solution:
         ndarray
             ``fx fy fz mx my mz``, (..., 6); zero where the node is not held.
         """
+        node = self.frame.aliases.get(node, node)
         if node not in self.frame.supports:
             supported = ", ".join(self.frame.supports) or "none"
             raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
@@ -338,6 +339,7 @@ class Solution:
         )
 
     def _number(self, node: str) -> int:
+        node = self.frame.aliases.get(node, node)
         if node not in self.plan.topology.number:
             raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
         return self.plan.topology.number[node]
