@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .block import CHUNK, large_masks, steps
 from .broadcast import BroadcastSolver
+from .clearance import loose_joints
 from .dofs import DISPLACEMENTS
 from .order import Order
 from .parts import Grid
@@ -26,6 +29,7 @@ def explain(solution: Solution) -> str:
         lines += _components(plan)
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
+    lines += _clearances(solution)
     return "\n".join([*lines, *_left_out(), *_times(plan)])
 
 
@@ -92,6 +96,23 @@ def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
     chunks = -(-grid.shape[axis] // step) if any(large_masks(grid)) else 1
     where = f"in {chunks} chunks along axis {axis}" if chunks > 1 else "in one go"
     return f"  About {1e3 * seconds:.2g} ms of arithmetic, {where}."
+
+
+def _clearances(solution: Solution) -> list[str]:
+    left_out = [name for name in loose_joints(solution.frame) if name not in solution.contacts]
+    if left_out:
+        return [f"Clearances are left out, in {len(left_out)} joints: {', '.join(left_out)}."]
+    if not solution.contacts:
+        return []
+    lines = [
+        "Clearances: contacts found in equilibrium with the compliance, from the joint forces of the frame without "
+        "clearances and from its answers to a unit offset in each joint; above is the frame with the offsets found."
+    ]
+    for name, contact in solution.contacts.items():
+        states, counts = np.unique(contact.state, return_counts=True)
+        told = ", ".join(f"{state} at {count}" for state, count in zip(states, counts, strict=True))
+        lines.append(f"  joint {name}: {told} of {contact.state.size} entries.")
+    return lines
 
 
 def _left_out() -> list[str]:

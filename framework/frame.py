@@ -442,8 +442,11 @@ class Frame:
 
     # -- answers ----------------------------------------------------------------------------------------------------
 
-    def solve(self, method: str | None = None) -> Solution:
+    def solve(self, method: str | None = None, *, clearance: bool = True) -> Solution:
         """Static solution of the whole batch; lazy, so nothing is computed that nobody reads.
+
+        Where joints have clearance, it is the equilibrium at which each journal rests in its bearing, found at once
+        together with the compliance (see `linkframe.framework.clearance`); ``solution.contact(joint)`` tells where.
 
         Parameters
         ----------
@@ -452,6 +455,9 @@ class Frame:
             ``sparse`` (SuperLU), ``cholesky`` (CHOLMOD, with the extra ``fast``) or ``iterative`` (conjugate
             gradients). Where None, the plan takes what promises to be fastest; ``explain()`` says what and why. The
             results are the same.
+        clearance
+            Whether the joints' clearances are taken into account; False leaves compliance alone, so that the
+            difference is the displacement by clearance.
 
         Raises
         ------
@@ -460,7 +466,7 @@ class Frame:
         """
         from .solution import Solution
 
-        return Solution.of(self, method)
+        return Solution.of(self, method, clearance=clearance)
 
     def modes(self, count: int) -> Modes:
         """The lowest natural frequencies and mode shapes.

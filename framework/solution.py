@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .batch import Array, Shape
 from .broadcast import BroadcastSolver
+from .clearance import contacts, loose_joints, offsets
+from .contact import FREE, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
 from .method import BROADCAST, checked, choose
@@ -35,15 +37,17 @@ class Solution:
         The description as it was when solved.
     plan
         The compiled frame.
+    contacts
+        By joint with clearance, where it is in contact; empty where clearances were left out.
     """
 
-    def __init__(self, frame: Frame, plan: Plan) -> None:
-        self.frame, self.plan = frame, plan
+    def __init__(self, frame: Frame, plan: Plan, contacts: Mapping[str, Contact] | None = None) -> None:
+        self.frame, self.plan, self.contacts = frame, plan, dict(contacts or {})
         self._known: dict[object, Array] = {}
         self._warned = False
 
     @classmethod
-    def of(cls, frame: Frame, method: str | None = None) -> Solution:
+    def of(cls, frame: Frame, method: str | None = None, *, clearance: bool = False) -> Solution:
         """Solution of a frame; later changes of the frame do not reach it.
 
         Parameters
@@ -52,6 +56,8 @@ class Solution:
             The description.
         method
             The way in which it is solved, see `Frame.solve`.
+        clearance
+            Whether to find where joints with clearance are in contact, see `Frame.solve`.
         """
         described = frame.copy()
         kept = frame.kept
@@ -62,7 +68,11 @@ class Solution:
             if method is not None:
                 choose(plan, method)  # refuses at once what does not suit the batch
         frame.kept = plan
-        return cls(described, plan)
+        tight = cls(described, plan)
+        if not (clearance and loose_joints(described)):
+            return tight
+        found = contacts(described, tight)
+        return cls(described, Plan(offsets(described, found), method=plan.asked), found)
 
     @property
     def shape(self) -> Shape:
@@ -207,14 +217,37 @@ class Solution:
         self._joint(joint)
         return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
 
+    def contact(self, joint: str) -> Contact:
+        """Where a joint with clearance is in contact, and how hard it is pressed.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Raises
+        ------
+        FrameError
+            If the joint has no clearance, or clearances were left out.
+        """
+        if self._joint(joint) not in self.contacts:
+            known = ", ".join(self.contacts) or "none, or they were left out"
+            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {known}")
+        return self.contacts[joint]
+
     # -- trust ------------------------------------------------------------------------------------------------------
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance; ``idle`` where it can
-        move but no load does so, and the results hold."""
+        move but no load does so, and the results hold; ``free`` where joints can move within their clearances without
+        any force, and the results are one choice of many; ``unresolved`` where rounding hides a contact."""
         idle = self.solver.singular(excited=False)
-        return np.where(self._singular, "mechanism", np.where(idle, "idle", "regular"))
+        status = np.where(idle, "idle", "regular")
+        for state in (FREE, UNRESOLVED):
+            for contact in self.contacts.values():
+                status = np.where(contact.state == state, state, status)
+        return np.where(self._singular, "mechanism", status)
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
