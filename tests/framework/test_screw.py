@@ -37,7 +37,7 @@ def spindle(stiffness: Array, axes: Array, *, closed: bool, pitch: object = PITC
 @pytest.mark.parametrize("axes", [np.eye(3), TURNED], ids=["global", "turned"])
 @pytest.mark.parametrize("held", [np.inf, 1e7], ids=["ideal", "stiff"])
 def test_torque_on_the_nut_that_an_axial_force_needs(held: float, axes: Array) -> None:
-    """With a torsion spring k about the screw, a force F turns it by F p / 2 pi k, and advances it by p / 2 pi of that."""
+    """With a torsion spring k about the screw a force F turns it by F p / 2 pi k, and advances it by p / 2 pi of that."""
     torsion, force = 40.0, 100.0
     frame = spindle(np.array([held] * 5 + [torsion]), axes, closed=False)
     frame.load("D", **dict(zip(("fx", "fy", "fz"), force * axes[:, 2], strict=True)))

@@ -1,0 +1,135 @@
+"""Linear equations of equilibrium at many poses: blocks that do not meet, determinate or not, singular or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...framework.batch import Array
+
+Bools = NDArray[np.bool_]
+Block = tuple[NDArray[np.int64], NDArray[np.int64]]
+
+# Coefficients and loads below this share of the largest are rounding; both are in units in which they are near one.
+ZERO = 1e-12
+# Above this condition number equations count as dependent.
+DEPENDENT = 1e11
+# What equilibrium may be missed by, as a share of the loads.
+MISSED = 1e-8
+# Share of the largest unknown that is rounding of a sum.
+ROUNDING = 1e-13
+# Numbers of one stack of matrices.
+CHUNK = 1 << 22
+
+
+@dataclass(frozen=True)
+class Found:
+    """Solutions of n poses.
+
+    Attributes
+    ----------
+    values
+        Unknowns, (n, k); NaN where no solution exists.
+    unique
+        Whether they are the only ones, (n,).
+    """
+
+    values: Array
+    unique: Bools
+
+
+def solved(matrix: Array, side: Array) -> Found:
+    """Solve ``matrix x = side`` at every pose; of many solutions the one with the least sum of squares.
+
+    Blocks of equations and unknowns that do not meet are solved apart, and not at all where nothing loads them: a
+    planar linkage has its planar equations solved.
+
+    Parameters
+    ----------
+    matrix
+        (n, m, k).
+    side
+        (n, m).
+    """
+    count, rows, columns = matrix.shape
+    step = max(1, CHUNK // max(rows * columns, 1))
+    parts = [_solved(matrix[at : at + step], side[at : at + step]) for at in range(0, max(count, 1), step)]
+    return Found(np.concatenate([p.values for p in parts]), np.concatenate([p.unique for p in parts]))
+
+
+def _solved(matrix: Array, side: Array) -> Found:
+    values = np.zeros((len(matrix), matrix.shape[-1]))
+    unique = np.ones(len(matrix), dtype=bool)
+    loads = np.max(np.abs(side), axis=-1, initial=0.0)
+    for rows, columns in blocks(matrix):
+        own = side[:, rows]
+        loaded = np.max(np.abs(own), axis=-1, initial=0.0) > ZERO * loads
+        if loaded.any():
+            part = _least(matrix[loaded][:, rows[:, None], columns], own[loaded], loads[loaded])
+            values[np.ix_(loaded, columns)] = part.values
+            unique[loaded] &= part.unique
+            lost = (
+                np.flatnonzero(loaded)[np.isnan(part.values).any(axis=-1)] if len(columns) else np.flatnonzero(loaded)
+            )
+            values[lost] = np.nan
+    return Found(values, unique)
+
+
+def blocks(matrix: Array) -> list[Block]:
+    """Rows and columns of the blocks into which the matrices (n, m, k) all fall."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    _, rows, columns = matrix.shape
+    i, j = np.nonzero(np.max(np.abs(matrix), axis=0, initial=0.0) > ZERO)
+    graph = coo_array((np.ones(len(i)), (i, rows + j)), shape=(rows + columns,) * 2)
+    _, label = connected_components(graph, directed=False)
+    return [
+        (np.flatnonzero(label[:rows] == name), np.flatnonzero(label[rows:] == name)) for name in np.unique(label[:rows])
+    ]
+
+
+def _least(matrix: Array, side: Array, loads: Array) -> Found:
+    """Least solution of one block at every pose."""
+    _, rows, columns = matrix.shape
+    if not columns:
+        return Found(np.zeros((len(matrix), 0)), np.ones(len(matrix), dtype=bool))
+    values, regular = _full_rank(matrix, side)
+    unique = regular & (rows >= columns)
+    if not regular.all():
+        odd = ~regular
+        values[odd], unique[odd] = _by_singular_values(matrix[odd], side[odd])
+    missed = np.max(np.abs((matrix @ values[..., None])[..., 0] - side), axis=-1, initial=0.0)
+    rounding = ROUNDING * np.max(np.abs(values), axis=-1)
+    values[~(missed <= MISSED * loads + rounding)] = np.nan
+    return Found(values, unique)
+
+
+def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
+    """Solution by QR, least squares or least norm, and whether the rank is full."""
+    rows, columns = matrix.shape[-2:]
+    tall = rows >= columns
+    q, r = np.linalg.qr(matrix if tall else np.swapaxes(matrix, -1, -2))
+    diagonal = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
+    regular = diagonal.min(axis=-1) * DEPENDENT > diagonal.max(axis=-1)
+    r = np.where(regular[:, None, None], r, np.eye(r.shape[-1]))
+    # An unpivoted QR may hide a dependence from its diagonal, but not from the growth of a right side at random.
+    probe = np.broadcast_to(np.random.default_rng(0).normal(size=r.shape[-1]), (len(r), r.shape[-1]))
+    given = (np.swapaxes(q, -1, -2) @ side[..., None])[..., 0] if tall else side
+    found = np.linalg.solve(r if tall else np.swapaxes(r, -1, -2), np.stack([given, probe], axis=-1))
+    size = np.max(np.abs(r), axis=(-2, -1))
+    regular &= np.max(np.abs(found[..., 1]), axis=-1) * size < DEPENDENT
+    values = found[..., 0] if tall else (q @ found[..., :1])[..., 0]
+    return values, regular
+
+
+def _by_singular_values(matrix: Array, side: Array) -> tuple[Array, Bools]:
+    """Least solution by singular values, and whether it is the only one."""
+    left, size, right = np.linalg.svd(matrix, full_matrices=False)
+    kept = size * DEPENDENT > size[:, :1]
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=kept)
+    parts = inverse * (np.swapaxes(left, -1, -2) @ side[..., None])[..., 0]
+    values: Array = (np.swapaxes(right, -1, -2) @ parts[..., None])[..., 0]
+    return values, kept.sum(axis=-1) == matrix.shape[-1]

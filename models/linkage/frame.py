@@ -1,0 +1,236 @@
+"""A linkage at every pose as a frame of beams, joints and springs, its drives held."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...elements import Beam, Joint, PointMass
+from ...elements.spring import Spring as Line
+from ...framework.batch import Array, turned
+from ...framework.frame import Frame
+from .actions import global_tensor, tension
+from .inertia import inertia, is_given, place, with_density
+from .joints import COMPONENTS
+from .loading import Pieces, add_inertia_loads, add_loads
+from .nodes import SLIDING, Nodes
+from .parts import GROUND, Link, Pair
+
+if TYPE_CHECKING:
+    from .motion import Motion
+
+# Components in which a joint's clearance leaves play, in its own axes.
+PLAY = {
+    **dict.fromkeys(("revolute", "prismatic", "cylindrical", "screw"), ("ux", "uy")),
+    **dict.fromkeys(("spherical", "universal", "fixed"), ("ux", "uy", "uz")),
+    "planar": ("uz",),
+}
+# A slider stands on a beam when it is off its line by less, as a share of the beam's length.
+OFF_LINE = 1e-9
+
+
+def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
+    """Describe the linkage at every pose as a frame, held at its drives.
+
+    Each link is a body, in whose own axes its nodes do not move, so that its stiffness is computed once for all poses.
+    A point that only one link has gives the node of its name; where joints part it, each link has its own,
+    ``point.link``, and the bare name means that of the first link. Members are called as their link, or ``link.1``,
+    ``link.2``, ...; joints by their names; springs ``spring.1``, ... A slider stands on the beam of the link that
+    carries it where it stays on that beam at all poses, else on a rigid arm from the joint's point.
+
+    Parameters
+    ----------
+    motion
+        The motion, (...).
+    clearance
+        Give the joints their clearance.
+    loads
+        Apply what the linkage was loaded with: loads, torques, gravity, and the force of springs and dampers.
+    inertia
+        Apply the inertia forces of the rigid motion.
+
+    Returns
+    -------
+    Frame
+        The frame, batch shape (...) and that of beams, stiffnesses and loads. Poses that are not assembled have no
+        results.
+    """
+    built = Builder(motion)
+    for name, link in motion.linkage.links.items():
+        built.link(name, link)
+    for pair in motion.linkage.joints.values():
+        built.joint(pair, clearance=clearance)
+    built.name_points()
+    built.springs()
+    if loads:
+        add_loads(built.frame, motion, built.nodes)
+    if inertia:
+        add_inertia_loads(built.frame, motion, built.nodes, built.pieces)
+    return built.frame
+
+
+class Builder:
+    """Makes the frame of a motion.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    """
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion, self.linkage = motion, motion.linkage
+        self.frame = Frame()
+        self.nodes = Nodes(motion.linkage)
+        self.pieces: Pieces = {}
+        for point in self.nodes.on_ground:
+            self._ground(self.nodes.of(GROUND, point), self.linkage.points[point])
+
+    def link(self, name: str, link: Link) -> None:
+        """A link: its body, nodes, beams or rigid connections, and mass."""
+        self.frame.body(name, self.motion.origin(name), self.motion.axes(name))
+        places = {point: place(self.linkage, name, point) for point in link.points}
+        for point, local in places.items():
+            self.frame.node(self.nodes.of(name, point), local, body=name)
+        chains = {pair: list(pair) for pair in link.beams}
+        at = dict(places)
+        for guide, point, local in self._guides(name):
+            self.frame.node(guide, local, body=name)
+            at[guide] = local
+            pair = next((pair for pair in chains if _inside(at[pair[0]], at[pair[1]], local)), None)
+            if pair is None:
+                self.frame.rigid(self.nodes.of(name, point), guide)
+            else:
+                chains[pair] = _sorted([*chains[pair], guide], at)
+        self._beams(name, link, chains, at)
+        self._rigid(name, link)
+        if is_given(link):
+            self._mass(name, link)
+
+    def joint(self, pair: Pair, *, clearance: bool) -> None:
+        """A joint element, clamped where it is driven."""
+        stiffness = pair.full_stiffness
+        driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
+        stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
+        gap = pair.clearance if clearance and pair.clearance is not None else 0.0
+        element = Joint(
+            stiffness,
+            self.motion.joint_axes(pair.name),
+            clearance=gap,
+            play=PLAY[pair.kind.name] if np.any(gap) else None,
+            pitch=0.0 if pair.pitch is None else pair.pitch,
+        )
+        first = self.nodes.guide(pair)
+        if pair.kind.name in SLIDING and pair.first == GROUND:
+            self._ground(first, self.motion.position(pair.point, pair.second))
+        self.frame.add(pair.name, element, first, self.nodes.of(pair.second, pair.point))
+
+    def name_points(self) -> None:
+        """Let the bare name of a point mean its node on the first link that has it."""
+        for point in self.linkage.points:
+            node = self.nodes.of(*self.linkage.end(point)) if self.nodes.has(point) else point
+            if node != point:
+                self.frame.alias(point, node)
+
+    def springs(self) -> None:
+        """Springs as members that carry the force they have at rest."""
+        for index, spring in enumerate(self.linkage.springs, start=1):
+            if np.any(spring.stiffness):
+                _, force = tension(self.motion, replace(spring, damping=np.zeros(())))
+                ends = [self.nodes.of(*end) for end in (spring.first, spring.second)]
+                self.frame.add(f"spring.{index}", Line(spring.stiffness, force), *ends)
+
+    def _ground(self, name: str, position: Array) -> None:
+        self.frame.node(name, position)
+        self.frame.fix(name)
+
+    def _guides(self, link: str) -> Iterator[tuple[str, str, Array]]:
+        """Nodes of a link under the sliders that run on it: name, the joint's point, and place in the link's axes."""
+        for pair in self.linkage.joints.values():
+            if pair.first == link and pair.kind.name in SLIDING:
+                arm = self.motion.position(pair.point, pair.second) - self.motion.origin(link)
+                axes = np.swapaxes(self.motion.axes(link), -1, -2)
+                yield self.nodes.guide(pair), pair.point, turned(axes, arm)
+
+    def _beams(self, name: str, link: Link, chains: dict[tuple[str, str], list[str]], at: dict[str, Array]) -> None:
+        pieces = [
+            (part, ends)
+            for pair, chain in chains.items()
+            for part, ends in zip(_parts(link.beams[pair], chain, at), pairwise(chain), strict=True)
+        ]
+        given = is_given(link)
+        for index, (part, ends) in enumerate(pieces, start=1):
+            member = name if len(pieces) == 1 else f"{name}.{index}"
+            beam = with_density(part, 0.0) if given else part
+            self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
+            self.pieces.setdefault(name, []).append((member, beam, at[ends[0]], at[ends[1]]))
+
+    def _rigid(self, name: str, link: Link) -> None:
+        """What no beam joins to the first point is rigid with it."""
+        first = link.points[0]
+        joined = {first}
+        for point in link.points:
+            if point not in joined:
+                reached = _reached(link, point)
+                if first not in reached:
+                    self.frame.rigid(self.nodes.of(name, first), self.nodes.of(name, point))
+                joined |= reached
+
+    def _mass(self, name: str, link: Link) -> None:
+        """A given mass, rigid with the link's nearest point."""
+        own = inertia(self.linkage, name)
+        point = self.nodes.heart(self.linkage, name, own.centre)
+        arm = turned(self.motion.axes(name), own.centre - place(self.linkage, name, point))
+        mass = PointMass(own.mass, global_tensor(self.motion, name, own), arm)
+        self.frame.add(f"{name}.mass", mass, self.nodes.of(name, point))
+
+
+def _reached(link: Link, point: str) -> set[str]:
+    """Points that beams join to `point`, itself included."""
+    reached, grown = {point}, True
+    while grown:
+        more = {other for pair in link.beams if reached & set(pair) for other in pair} - reached
+        reached, grown = reached | more, bool(more)
+    return reached
+
+
+def _inside(start: Array, end: Array, local: Array) -> bool:
+    """Whether a place lies between the ends of a beam at all poses."""
+    chord = end - start
+    length = np.linalg.norm(chord, axis=-1)
+    along = np.sum((local - start) * chord, axis=-1) / length
+    off = np.linalg.norm(np.cross(local - start, chord), axis=-1) / length
+    return bool(
+        np.all(off < OFF_LINE * length) and np.all((along > OFF_LINE * length) & (length - along > OFF_LINE * length))
+    )
+
+
+def _fraction(chain: list[str], at: dict[str, Array], name: str) -> Array:
+    start, end = at[chain[0]], at[chain[-1]]
+    return np.asarray(np.linalg.norm(at[name] - start, axis=-1) / np.linalg.norm(end - start, axis=-1))
+
+
+def _sorted(chain: list[str], at: dict[str, Array]) -> list[str]:
+    """Ends of a beam and the sliders on it in their order; sliders that pass each other cannot be told apart."""
+    start, end, *between = chain[0], chain[1], *chain[2:]
+    return [start, *sorted(between, key=lambda name: float(np.min(_fraction([start, end], at, name)))), end]
+
+
+def _parts(beam: Beam, chain: list[str], at: dict[str, Array]) -> list[Beam]:
+    """The beam, cut where sliders stand on it."""
+    if len(chain) == 2:
+        return [beam]
+    cuts = [np.zeros(()), *(_fraction(chain, at, name) for name in chain[1:-1]), np.ones(())]
+    parts = []
+    for index, (here, there) in enumerate(pairwise(cuts)):
+        ends = {"start": index == 0, "end": index == len(cuts) - 2}
+        release = tuple(name for name in beam.release if ends[name.split()[0]])
+        sections = {}
+        if beam.end is not None:
+            sections = {"section": beam.section.between(beam.end, here), "end": beam.section.between(beam.end, there)}
+        parts.append(replace(beam, release=release, **sections))
+    return parts

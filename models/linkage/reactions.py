@@ -1,0 +1,202 @@
+"""Reactions in the joints and forces of the drives of a moving linkage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...framework.batch import Array, turned
+from ...framework.errors import FrameError
+from .actions import inertia_force
+from .determinacy import solved
+from .equilibrium import Equilibrium
+from .joints import COMPONENTS
+
+if TYPE_CHECKING:
+    from .motion import Motion
+
+DETERMINATE, COMPLIANCE, LEAST = "determinate", "compliance", "minimum norm"
+
+
+@dataclass(frozen=True, eq=False)
+class Reactions:
+    """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces hold the linkage.
+
+    Attributes
+    ----------
+    motion
+        The motion that they belong to.
+    wrenches
+        By joint: force and moment on its second link, about the joint's point on that link, global, (..., 6).
+    drives
+        By driven joint: force or moment on each driven coordinate, (..., f).
+    method
+        ``"determinate"`` where equilibrium alone tells all reactions that differ from zero; ``"compliance"`` where
+        links and joints share a load by their stiffness; ``"minimum norm"`` where they are rigid and, of all reactions
+        in equilibrium, those with the least sum of squares are given, (...).
+    """
+
+    motion: Motion
+    wrenches: Mapping[str, Array]
+    drives: Mapping[str, Array]
+    method: NDArray[np.str_]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        return self.method.shape
+
+    def force(self, joint: str, link: str | None = None) -> Array:
+        """Force and moment that a joint exerts on one of its links.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+        link
+            One of the two links; the second where None.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, global, about the joint's point on the second link, (..., 6).
+
+        Raises
+        ------
+        FrameError
+            If the joint is unknown, or the link not one of its own.
+        """
+        pair = self.motion.linkage.joint(joint)
+        if link not in (None, pair.first, pair.second):
+            raise FrameError(f"joint {joint!r} does not touch link {link!r}: it joins {pair.first} and {pair.second}")
+        wrench = self.wrenches[joint]
+        return -wrench if link == pair.first else wrench
+
+    def in_joint(self, joint: str) -> Array:
+        """Force and moment that a joint exerts on its first link, in the joint's axes.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., 6): what the frame's `joint_force` shows.
+        """
+        axes = self.motion.joint_axes(joint)
+        return turned(np.swapaxes(axes, -1, -2), self.force(joint, self.motion.linkage.joint(joint).first))
+
+    def drive(self, joint: str) -> Array:
+        """Forces and moments of a drive, which work on the rates of the driven coordinates.
+
+        Parameters
+        ----------
+        joint
+            The driven joint.
+
+        Returns
+        -------
+        ndarray
+            One a driven coordinate, (..., f).
+
+        Raises
+        ------
+        FrameError
+            If the joint is not driven.
+        """
+        if joint not in self.drives:
+            raise FrameError(f"joint {joint!r} is not driven: the drives are {', '.join(self.drives) or 'none'}")
+        return self.drives[joint]
+
+    def inertia_force(self, link: str) -> Array:
+        """Inertia force and torque of a link about its centre of mass, Eq. (1) and (2) of the accuracy paper.
+
+        Parameters
+        ----------
+        link
+            The link.
+
+        Returns
+        -------
+        ndarray
+            ``-m a`` and ``-(I alpha + omega x I omega)``, global, (..., 6).
+        """
+        return inertia_force(self.motion, link).wrench
+
+
+def reactions(motion: Motion) -> Reactions:
+    """Solve the Newton-Euler equations of all links for joint reactions and drive forces.
+
+    Parameters
+    ----------
+    motion
+        Motion of the linkage, (...), with its rates and accelerations.
+
+    Returns
+    -------
+    Reactions
+        Reactions, drive forces, and by which method they were found.
+    """
+    equations = Equilibrium(motion)
+    side = equations.side
+    shape = side.shape[:-1]
+    matrix = np.broadcast_to(equations.matrix, (*shape, *equations.matrix.shape[-2:]))
+    rows, columns = matrix.shape[-2:]
+    flat, loads = matrix.reshape(-1, rows, columns), side.reshape(-1, rows)
+    there = np.isfinite(flat).all(axis=(-2, -1)) & np.isfinite(loads).all(axis=-1)
+    values, unique = np.full((len(flat), columns), np.nan), np.ones(len(flat), dtype=bool)
+    if there.any():
+        found = solved(flat[there], loads[there])
+        values[there], unique[there] = found.values, found.unique
+    values, unique = values.reshape(*shape, columns), unique.reshape(shape)
+    wrenches, drives = _split(equations, values)
+    if unique.all() or not _compliant(motion):
+        return Reactions(motion, wrenches, drives, np.where(unique, DETERMINATE, LEAST))
+    shared, held = _by_compliance(motion)
+    return Reactions(
+        motion,
+        {joint: np.where(unique[..., None], wrench, shared[joint]) for joint, wrench in wrenches.items()},
+        {joint: np.where(unique[..., None], force, held[joint]) for joint, force in drives.items()},
+        np.where(unique, DETERMINATE, COMPLIANCE),
+    )
+
+
+def _compliant(motion: Motion) -> bool:
+    """Whether links or joints everywhere have a stiffness by which they may share a load."""
+    linkage = motion.linkage
+    links = all(link.beams for link in linkage.links.values())
+    return links or all(np.isfinite(pair.full_stiffness).all() for pair in linkage.joints.values())
+
+
+def _by_compliance(motion: Motion) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Wrenches and drive forces by joint, from the frame under all loads, its drives held."""
+    from .frame import frame
+
+    linkage = motion.linkage
+    solution = frame(motion, clearance=False, inertia=True).solve()
+    wrenches, drives = {}, {}
+    for name in linkage.joints:
+        force = -solution.joint_force(name)
+        wrenches[name] = turned(motion.joint_axes(name), force)
+        if name in linkage.drives:
+            drives[name] = force[..., [COMPONENTS.index(k) for k in linkage.drives[name]]]
+    return wrenches, drives
+
+
+def _split(equations: Equilibrium, values: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Wrenches and drive forces by joint from the unknowns (..., n)."""
+    wrenches, drives, at = {}, {}, 0
+    for joint in equations.joints:
+        name, count = joint.joint.name, len(joint.names)
+        own = values[..., at : at + count] * equations.units(joint)
+        wrenches[name] = (joint.wrenches @ own[..., None])[..., 0]
+        if name in equations.motion.linkage.drives:
+            drives[name] = own[..., len(joint.joint.kind.held) :]
+        at += count
+    return wrenches, drives
