@@ -121,6 +121,10 @@ class Joint(JointElement):
         near = np.concatenate([block, -block], axis=-1)
         return np.concatenate([near, -near], axis=-2)
 
+    def typical(self) -> Joint:
+        """The joint without clearance, each spring the stiffest of its batch, (6,)."""
+        return Joint(self.stiffness.reshape(-1, 6).max(axis=0), self.axes, pitch=self.pitch)
+
 
 def _checked_axes(axes: ArrayLike) -> Array:
     columns = array_of("Joint", "axes", axes)

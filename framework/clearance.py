@@ -14,6 +14,7 @@ the journals lie along them, ``o = ε f/|f|``: the extreme point of what the lin
 from __future__ import annotations
 
 import warnings
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,16 +25,13 @@ from .contact import CLOSED, MECHANISM, UNRESOLVED, Contact
 from .dofs import DISPLACEMENTS
 from .errors import MechanismWarning
 from .frame import Frame
-from .parts import total
-from .plan import Plan
 from .resting import Play, Rest
 from .stage import collapsed
+from .unit_offsets import against_offsets
 
 if TYPE_CHECKING:
+    from .plan import Plan
     from .solution import Solution
-
-# A stiffness against offsets below this share of the members' is the rounding of none.
-_LOOSE = 1e-13
 
 
 def loose_joints(frame: Frame) -> list[str]:
@@ -41,8 +39,8 @@ def loose_joints(frame: Frame) -> list[str]:
     return [name for name, joint in frame.joints.items() if joint.element.clearance.any()]
 
 
-def contacts(frame: Frame, tight: Solution) -> dict[str, Contact]:
-    """Contacts at equilibrium of a frame with clearances.
+class Clearances:
+    """The clearances of a frame in equilibrium under its loads.
 
     Parameters
     ----------
@@ -50,78 +48,69 @@ def contacts(frame: Frame, tight: Solution) -> dict[str, Contact]:
         The frame.
     tight
         Its solution without clearances.
+
+    Attributes
+    ----------
+    names
+        The joints with clearance.
+    rest
+        Where their journals rest.
     """
-    play = _play(frame)
-    with warnings.catch_warnings():
-        # Entries that are mechanisms have no contact, which their state tells.
-        warnings.simplefilter("ignore", MechanismWarning)
-        force = np.stack([tight.joint_force(name)[..., k] for name, k in play.pairs])
-        stiffness, members = _against_offsets(frame, play)
-    radius = np.stack([np.broadcast_to(frame.joints[name].element.clearance, frame.shape) for name in play.names])
-    rest = Rest(play, stiffness, members, np.nan_to_num(force), radius, _load(tight.plan))
-    state = np.where(np.isnan(force).any(axis=0), MECHANISM, rest.state)
-    return {name: _contact(frame, rest, j, np.asarray(state[j])) for j, name in enumerate(play.names)}
 
+    def __init__(self, frame: Frame, tight: Solution) -> None:
+        self.frame, self.names = frame, loose_joints(frame)
+        joints = [frame.joints[name].element for name in self.names]
+        own = np.repeat(np.arange(len(joints)), [len(joint.play) for joint in joints])
+        play = Play(self.names, own, [k for joint in joints for k in joint.play])
+        with warnings.catch_warnings():
+            # Entries that are mechanisms have no contact, which their state tells.
+            warnings.simplefilter("ignore", MechanismWarning)
+            force = np.stack([tight.joint_force(name)[..., k] for name, k in play.pairs])
+        self._singular = np.isnan(force).any(axis=0)
+        stiffness, members = against_offsets(frame, play)
+        radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
+        force = np.nan_to_num(force) if self._singular.any() else force
+        self.rest = Rest(play, stiffness, members, force, radius, _load(tight.plan))
 
-def _play(frame: Frame) -> Play:
-    names = loose_joints(frame)
-    play = [frame.joints[name].element.play for name in names]
-    return Play(names, np.repeat(np.arange(len(names)), [len(p) for p in play]), [k for p in play for k in p])
+    @cached_property
+    def state(self) -> NDArray[np.str_]:
+        """State of each joint, see `Contact`, (joints, ...)."""
+        return np.where(self._singular, MECHANISM, self.rest.state)
 
+    def offsets(self) -> Frame:
+        """The frame with each journal where it rests, as offsets of its joints."""
+        out = self.frame.copy()
+        for (name, k), offset in zip(self.rest.play.pairs, self.rest.offset, strict=True):
+            imposed = self.frame.offsets.get(name, {}).get(k, 0.0)
+            out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
+        return out
 
-def offsets(frame: Frame, found: dict[str, Contact]) -> Frame:
-    """The frame with each journal where it rests, as offsets of its joints."""
-    out = frame.copy()
-    for name, contact in found.items():
-        for k in frame.joints[name].element.play:
-            own = frame.offsets.get(name, {}).get(k, np.zeros(()))
-            out.offset(name, **{DISPLACEMENTS[k]: own + contact.offset[..., k % 3]})
-    return out
+    def contact(self, name: str) -> Contact:
+        """Contact in a joint."""
+        j = self.names.index(name)
+        state, radius = np.asarray(self.state[j]), self.rest.radius[j]
+        closed = np.asarray(state == CLOSED)
+        offset, force = self._vector(j, self.rest.offset), self._vector(j, self.rest.force)
+        along = np.where((radius > 0.0)[..., None], offset, force)
+        normal = along / np.where(closed, np.linalg.norm(along, axis=-1), 1.0)[..., None]
+        axes = self.frame.joints[name].element.axes
+        normal = normal if axes is None else turned(aligned(axes, len(self.frame.shape), 2), normal)
+        unknown = np.where((state == MECHANISM) | (state == UNRESOLVED), np.nan, 0.0)
+        return Contact(
+            joint=name,
+            state=state,
+            normal=np.where(closed[..., None], normal, unknown[..., None]),
+            force=np.where(closed, self.rest.size[j], unknown),
+            gap=np.where(closed, 0.0, radius - np.linalg.norm(offset, axis=-1) + unknown),
+            offset=offset,
+        )
 
-
-def _against_offsets(frame: Frame, play: Play) -> tuple[Array, Array]:
-    """Fall of the force in each component for a unit offset in each, (n, n, ...), and the members' stiffness, (n, ...).
-
-    What is no more than the rounding of the members' stiffness is set to zero.
-    """
-    from .solution import Solution
-
-    bare, count = _bare(frame), len(play.pairs)
-    unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))
-    for index, (name, k) in enumerate(play.pairs):
-        bare.offset(name, **{DISPLACEMENTS[k]: unit[index]})
-    solution = Solution.of(bare)
-    found = -np.stack([solution.joint_force(name)[..., k] for name, k in play.pairs])
-    found = np.nan_to_num(0.5 * (found + np.swapaxes(found, 0, 1)))
-    members = _members(solution.plan, play)
-    root = np.sqrt(members)
-    return np.where(np.abs(found) > _LOOSE * root[:, None] * root, found, 0.0), members
-
-
-def _bare(frame: Frame) -> Frame:
-    """The frame without loads, offsets and displacements of supports."""
-    out = Frame()
-    for name, body in frame.bodies.items():
-        out.body(name, body.origin, body.axes)
-    for name, node in frame.nodes.items():
-        out.node(name, node.coordinates, node.body)
-    for name, member in frame.members.items():
-        out.add(name, member.element, member.start, member.end)
-    for name, joint in frame.joints.items():
-        out.add(name, joint.element, joint.first, joint.second)
-    out.ties = list(frame.ties)
-    for name, held in frame.supports.items():
-        out.fix(name, *(DISPLACEMENTS[k] for k in held))
-    return out
-
-
-def _members(plan: Plan, play: Play) -> Array:
-    """Largest stiffness of a member's end, against translation or rotation, by component, (n, ...)."""
-    largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
-    for a, row in plan.matrix.items():
-        value = np.asarray(total(row.get(a, {}))[1], dtype=np.float64)
-        largest[a % 6 // 3] = np.maximum(largest[a % 6 // 3], value)
-    return np.stack([largest[k // 3][0] for k in play.component])
+    def _vector(self, j: int, values: Array) -> Array:
+        """Values by component, (n, ...), as vectors in the axes of joint j, (..., 3)."""
+        out = np.zeros((*self.frame.shape, 3))
+        for index in np.flatnonzero(self.rest.play.own == j):
+            out[..., self.rest.play.component[index] % 3] = values[index]
+        return out
 
 
 def _load(plan: Plan) -> Array:
@@ -131,27 +120,3 @@ def _load(plan: Plan) -> Array:
         value = np.abs(np.asarray(collapsed(by_source, plan.knowns.values), dtype=np.float64))
         out = np.maximum(out, value / (plan.frame.size if a % 6 >= 3 else 1.0))
     return out
-
-
-def _contact(frame: Frame, rest: Rest, j: int, state: NDArray[np.str_]) -> Contact:
-    """The contact of one joint, its normal turned into global axes."""
-    name, closed = rest.play.names[j], np.asarray(state == CLOSED)
-    element = frame.joints[name].element
-    offset, pull = np.zeros((2, *frame.shape, 3))
-    for index in np.flatnonzero(rest.play.own == j):
-        offset[..., rest.play.component[index] % 3] = rest.offset[index]
-        pull[..., rest.play.component[index] % 3] = rest.force[index]
-    along = np.where((rest.radius[j] > 0.0)[..., None], offset, pull)
-    length = np.linalg.norm(along, axis=-1)
-    normal = along / np.where(closed, length, 1.0)[..., None]
-    normal = normal if element.axes is None else turned(aligned(element.axes, len(frame.shape), 2), normal)
-    gap = np.where(closed, 0.0, rest.radius[j] - np.linalg.norm(offset, axis=-1))
-    unknown = np.where((state == MECHANISM) | (state == UNRESOLVED), np.nan, 0.0)
-    return Contact(
-        name,
-        state,
-        np.where(closed[..., None], normal, unknown[..., None]),
-        np.where(closed, rest.size[j], unknown),
-        gap + unknown,
-        offset,
-    )

@@ -99,19 +99,24 @@ def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
 
 
 def _clearances(solution: Solution) -> list[str]:
-    left_out = [name for name in loose_joints(solution.frame) if name not in solution.contacts]
-    if left_out:
-        return [f"Clearances are left out, in {len(left_out)} joints: {', '.join(left_out)}."]
-    if not solution.contacts:
-        return []
+    resting = solution.clearances
+    if resting is None:
+        loose = loose_joints(solution.frame)
+        return [f"Clearances of {len(loose)} joints are left out: {', '.join(loose)}."] if loose else []
+    equilibrium = not resting.rest.stiffness.any()
     lines = [
-        "Clearances: contacts found in equilibrium with the compliance, from the joint forces of the frame without "
-        "clearances and from its answers to a unit offset in each joint; above is the frame with the offsets found."
+        "Clearances: above is the frame with each joint's offset in contact, found before from the joint forces "
+        "without clearances"
+        + (
+            "; no offset meets resistance, so that the journals lie along these forces."
+            if equilibrium
+            else " and their answer to a unit offset in each joint, as the place of least energy."
+        )
     ]
-    for name, contact in solution.contacts.items():
-        states, counts = np.unique(contact.state, return_counts=True)
-        told = ", ".join(f"{state} at {count}" for state, count in zip(states, counts, strict=True))
-        lines.append(f"  joint {name}: {told} of {contact.state.size} entries.")
+    for name, state in zip(resting.names, resting.state, strict=True):
+        kinds, counts = np.unique(state, return_counts=True)
+        told = ", ".join(f"{kind} at {count}" for kind, count in zip(kinds, counts, strict=True))
+        lines.append(f"  joint {name}: {told} of {state.size} entries.")
     return lines
 
 

@@ -144,6 +144,11 @@ class JointElement(ABC):
 class PointElement(ABC):
     """Inertia at one node."""
 
+    @abstractmethod
+    def typical(self) -> JointElement:
+        """The joint without clearance, its springs those that are stiffest in the batch: what has no batch of its own
+        but that of its geometry."""
+
     @property
     @abstractmethod
     def shape(self) -> tuple[int, ...]:

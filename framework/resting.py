@@ -107,6 +107,8 @@ class Rest:
         loose = ~closed & (self.radius > 0.0)
         some = np.asarray(loose.any(axis=0))
         state[:, some] = np.where(self._free(loose[:, some], some), FREE, state[:, some])
+        if not self.stiffness.any():
+            return state
         normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.play.own]
         pressed = np.where((closed & (self.radius > 0.0))[self.play.own], self.size[self.play.own] * normal, 0.0)
         unheld = np.where((self.radius > 0.0)[self.play.own], self.force - pressed, 0.0)

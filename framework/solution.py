@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .batch import Array, Shape
 from .broadcast import BroadcastSolver
-from .clearance import contacts, loose_joints, offsets
+from .clearance import Clearances, loose_joints
 from .contact import FREE, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
@@ -37,12 +37,12 @@ class Solution:
         The description as it was when solved.
     plan
         The compiled frame.
-    contacts
-        By joint with clearance, where it is in contact; empty where clearances were left out.
+    clearances
+        Where its joints with clearance rest; None where there are none, or they were left out.
     """
 
-    def __init__(self, frame: Frame, plan: Plan, contacts: Mapping[str, Contact] | None = None) -> None:
-        self.frame, self.plan, self.contacts = frame, plan, dict(contacts or {})
+    def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
+        self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
         self._warned = False
 
@@ -71,8 +71,8 @@ class Solution:
         tight = cls(described, plan)
         if not (clearance and loose_joints(described)):
             return tight
-        found = contacts(described, tight)
-        return cls(described, Plan(offsets(described, found), method=plan.asked), found)
+        resting = Clearances(described, tight)
+        return cls(described, Plan(resting.offsets(), method=plan.asked), resting)
 
     @property
     def shape(self) -> Shape:
@@ -230,10 +230,11 @@ class Solution:
         FrameError
             If the joint has no clearance, or clearances were left out.
         """
-        if self._joint(joint) not in self.contacts:
-            known = ", ".join(self.contacts) or "none, or they were left out"
-            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {known}")
-        return self.contacts[joint]
+        name, known = self._joint(joint), [] if self.clearances is None else self.clearances.names
+        if self.clearances is None or name not in known:
+            told = ", ".join(known) or "none, or they were left out"
+            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {told}")
+        return self.clearances.contact(name)
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
@@ -244,9 +245,9 @@ class Solution:
         any force, and the results are one choice of many; ``unresolved`` where rounding hides a contact."""
         idle = self.solver.singular(excited=False)
         status = np.where(idle, "idle", "regular")
-        for state in (FREE, UNRESOLVED):
-            for contact in self.contacts.values():
-                status = np.where(contact.state == state, state, status)
+        if self.clearances is not None:
+            for state in (FREE, UNRESOLVED):
+                status = np.where((self.clearances.state == state).any(axis=0), state, status)
         return np.where(self._singular, "mechanism", status)
 
     @cached_property
