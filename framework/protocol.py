@@ -140,14 +140,14 @@ class JointElement(ABC):
     def matrix(self) -> Array:
         """Stiffness of the two nodes in global axes, (..., 12, 12)."""
 
-
-class PointElement(ABC):
-    """Inertia at one node."""
-
     @abstractmethod
     def typical(self) -> JointElement:
         """The joint without clearance, its springs those that are stiffest in the batch: what has no batch of its own
         but that of its geometry."""
+
+
+class PointElement(ABC):
+    """Inertia at one node."""
 
     @property
     @abstractmethod
