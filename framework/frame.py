@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from .protocol import JointElement, LineElement, PointElement
 
 if TYPE_CHECKING:
     from .buckling import Buckling
+    from .large.solution import LargeSolution
     from .modes import Modes
     from .plan import Plan
     from .solution import Solution
@@ -442,7 +443,19 @@ class Frame:
 
     # -- answers ----------------------------------------------------------------------------------------------------
 
-    def solve(self, method: str | None = None, *, clearance: bool = True) -> Solution:
+    @overload
+    def solve(
+        self, method: str | None = None, *, clearance: bool = True, large: Literal[False] = False
+    ) -> Solution: ...
+
+    @overload
+    def solve(
+        self, method: None = None, *, clearance: bool = True, large: Literal[True], steps: int = 1
+    ) -> LargeSolution: ...
+
+    def solve(
+        self, method: str | None = None, *, clearance: bool = True, large: bool = False, steps: int = 1
+    ) -> Solution | LargeSolution:
         """Static solution of the whole batch; lazy, so nothing is computed that nobody reads.
 
         Where joints have clearance, it is the equilibrium at which each journal rests in its bearing, found at once
@@ -458,6 +471,11 @@ class Frame:
         clearance
             Whether the joints' clearances are taken into account; False leaves compliance alone, so that the
             difference is the displacement by clearance.
+        large
+            Equilibrium at finite displacement and rotation, to which `method` does not apply. Members are cut into
+            their ``segments``.
+        steps
+            For `large`, number of equal steps in which loads, offsets and prescribed displacements grow.
 
         Raises
         ------
@@ -466,6 +484,10 @@ class Frame:
         """
         from .solution import Solution
 
+        if large:
+            from .large.solution import LargeSolution
+
+            return LargeSolution.of(self, method, clearance, steps)
         return Solution.of(self, method, clearance=clearance)
 
     def modes(self, count: int) -> Modes:

@@ -94,7 +94,7 @@ class Recovery:
         assert callable(field)
         pieces = self.topology.pieces_of[member]
         whole = self.solution.frame.length(member)
-        _check_stations(member, at, whole)
+        check_stations(member, at, whole)
         # Where lengths vary, so may the piece on which a station lies. Stations lead, the batch follows.
         fraction = aligned(at / whole[..., None], len(self.solution.shape), 1)
         which = np.moveaxis(np.minimum((fraction * len(pieces)).astype(int), len(pieces) - 1), -1, 0)
@@ -254,7 +254,8 @@ class Recovery:
         return touching
 
 
-def _check_stations(member: str, at: Array, length: Array) -> None:
+def check_stations(member: str, at: Array, length: Array) -> None:
+    """Refuse stations (..., k) that do not lie on a member of this length (...)."""
     from .errors import FrameError
 
     if np.any(at < 0.0) or np.any(at > length[..., None] * (1.0 + 1e-9)):

@@ -1,0 +1,265 @@
+"""Corotational members: an element's own linear stiffness in a frame that follows its chord.
+
+The frame's x axis is the chord and its twist the mean of the ends' (the x components of the ends' quaternions, seen
+from the frame, add up to zero). What the ends do beyond the frame is small where pieces are short: an elongation and
+two rotation vectors, on which the linear stiffness acts. So any linear element takes part in finite motion (Rankin &
+Nour-Omid, Comput. Struct. 30 (1988) 257-267; Felippa & Haugen, Comput. Methods Appl. Mech. Engrg. 194 (2005)
+2285-2335; local rotation vectors as in Battini & Pacoste, ibid. 191 (2002) 1755-1789).
+
+Components lead, then the piece, then the batch entry: (3, pieces, entries). Variations of an end's rotation are spins.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..batch import Array
+from . import rotation
+from .rotation import dot, times, transposed
+
+# Places of the elongation and the two rotation vectors among the twelve end displacements.
+DEFORMATIONS = (6, 3, 4, 5, 9, 10, 11)
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Numbers of a stack of pieces.
+
+    Attributes
+    ----------
+    level
+        Local axes at the start, as rows (3, 3, n, m).
+    length
+        (n, m).
+    stiffness
+        Of the seven deformations (7, 7, n, m).
+    work
+        Work of the dead loads between the ends on a unit of each deformation, by component of load in the axes at the
+        start and of displacement in the moving frame (3, 3, 7, n, m); None without such loads.
+    """
+
+    level: Array
+    length: Array
+    stiffness: Array
+    work: Array | None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Where pieces are: moving frame and deformation.
+
+    Attributes
+    ----------
+    turn
+        The moving axes as columns in the axes at the start (3, 3, n, m).
+    axes
+        The moving axes as columns in global axes (3, 3, n, m).
+    chord
+        Present length of the chord (n, m).
+    ends
+        Quaternions of the two ends, seen from the frame.
+    deformation
+        Elongation and both rotation vectors (7, n, m).
+    """
+
+    turn: Array
+    axes: Array
+    chord: Array
+    ends: tuple[Array, Array]
+    deformation: Array
+
+
+def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> Motion:
+    """Frame and deformation for the displacements (3, n, m) and quaternions (4, n, m) of the ends, global.
+
+    Only differences from the start enter, so that small displacements keep their digits.
+    """
+    first, second = (_in_axes(pieces.level, q) for q in turned)
+    along = times(pieces.level, moved[1] - moved[0])
+    second = np.where(dot(first, second) < 0.0, -second, second)
+    mean = rotation.normalised(first + second)
+    chord = along.copy()
+    chord[0] += pieces.length
+    length = np.sqrt(dot(chord, chord))
+    ahead = times(transposed(rotation.matrix(mean)), chord) / length
+    swing = np.array([1.0 + ahead[0], np.zeros_like(length), -ahead[2], ahead[1]])
+    frame = rotation.product(mean, rotation.normalised(swing))
+    back = rotation.conjugate(frame)
+    ends = rotation.product(back, first), rotation.product(back, second)
+    elongation = (2.0 * pieces.length * along[0] + dot(along, along)) / (length + pieces.length)
+    deformation = np.concatenate([elongation[None], *(rotation.logarithm(end) for end in ends)])
+    turn = rotation.matrix(frame)
+    return Motion(turn, times(transposed(pieces.level), turn), length, ends, deformation)
+
+
+def stress(pieces: Pieces, deformation: Array) -> Array:
+    """Elongating force and both end moments (7, n, m)."""
+    return times(pieces.stiffness, deformation)
+
+
+def strain_energy(pieces: Pieces, at: Motion) -> Array:
+    """Strain energy (n, m)."""
+    out: Array = 0.5 * dot(at.deformation, stress(pieces, at.deformation))
+    return out
+
+
+def work(pieces: Pieces, at: Motion) -> Array:
+    """Work of the loads between the ends, beyond that of their shares at the ends (n, m)."""
+    if pieces.work is None:
+        return np.zeros_like(at.chord)
+    out: Array = np.einsum("ab...,abj...,j...->...", at.turn, pieces.work, at.deformation)
+    return out
+
+
+class Response:
+    """First and second derivatives of the energy, in the moving frame.
+
+    With the deformations d, their variation ``B v`` and the spin ``G v`` of the frame for a variation v of the ends,
+    the forces on the ends are ``B^T n - G^T t``; n are the forces on the deformations and t the moment of dead loads
+    that turn with nothing.
+
+    Parameters
+    ----------
+    pieces
+        The stack.
+    at
+        Where it is.
+    """
+
+    def __init__(self, pieces: Pieces, at: Motion) -> None:
+        self.pieces, self.at = pieces, at
+        first, second = (at.deformation[1:4], at.deformation[4:7])
+        self.back = rotation.inverse_tangent(first), rotation.inverse_tangent(second)
+        self.lever = _lever(at)
+        self.beyond = tuple(-self.lever for _ in range(2))
+        for end, share in enumerate(self.beyond):
+            share[range(3), range(6 * end + 3, 6 * end + 6)] += 1.0
+        self.change = np.zeros((7, 12, *at.chord.shape))
+        self.change[0, 0], self.change[0, 6] = -1.0, 1.0
+        self.change[1:4] = times(self.back[0], self.beyond[0])
+        self.change[4:7] = times(self.back[1], self.beyond[1])
+
+    def turned(self, vectors: Array) -> Array:
+        """Blocks of three components (12, ..., n, m) from the moving to the global axes."""
+        split = vectors.reshape(4, 3, *vectors.shape[1:])
+        pattern = "ij...,bj...->bi..." if vectors.ndim == 3 else "ij...,bjk...->bik..."
+        out: Array = np.einsum(pattern, self.at.axes, split)
+        return out.reshape(vectors.shape)
+
+    def global_change(self) -> Array:
+        """Variation of the deformations by that of the ends in global axes (7, 12, n, m)."""
+        return transposed(self.turned(transposed(self.change)))
+
+    def local_forces(self, stress: Array) -> Array:
+        """Forces on the ends in the moving axes (12, n, m)."""
+        pull, torque, _ = self._loaded(stress)
+        out: Array = np.einsum("ji...,j...->i...", self.change, pull)
+        return out if torque is None else out - np.einsum("ji...,j...->i...", self.lever, torque)
+
+    def forces(self, stress: Array) -> Array:
+        """Forces on the ends, in global axes (12, n, m)."""
+        return self.turned(self.local_forces(stress))
+
+    def tangent(self, stress: Array) -> Array:
+        """Derivative of `forces` by displacements and spins of the ends, global (12, 12, n, m).
+
+        `stress` may differ from that of the deformation: it is what the geometric stiffness is made of.
+        """
+        change, lever = self.change, self.lever
+        pull, torque, turning = self._loaded(stress)
+        out = _congruent(change, self.pieces.stiffness)
+        moments = [times(transposed(back), pull[k : k + 3]) for back, k in zip(self.back, (1, 4), strict=True)]
+        for end, k in enumerate((1, 4)):
+            slope = rotation.inverse_tangent_slope(self.at.deformation[k : k + 3], pull[k : k + 3])
+            out += _congruent(self.beyond[end], times(slope, self.back[end]))
+        total = moments[0] + moments[1]
+        if torque is not None:
+            total = total + torque
+            mixed, spun = turning
+            swept = times(mixed, lever)
+            out -= times(transposed(change), swept) + times(transposed(swept), change)
+            out -= _congruent(lever, spun)
+        out -= self._lever_change(total)
+        local = self.local_forces(stress)
+        for block in range(4):
+            rows = slice(3 * block, 3 * block + 3)
+            out[rows] -= times(rotation.spin(local[rows]), lever)
+        return _both(self.at.axes, out)
+
+    def _loaded(self, stress: Array) -> tuple[Array, Array | None, tuple[Array, Array]]:
+        """Forces on the deformations less those of the loads between; moment of these loads; its derivatives."""
+        work, at = self.pieces.work, self.at
+        if work is None:
+            return stress, None, (stress, stress)
+        seen = np.einsum("ab...,acj...->bcj...", at.turn, work)
+        mixed = np.moveaxis(_axial(seen), 0, 1)
+        whole = np.einsum("abj...,j...->ab...", seen, at.deformation)
+        trace = np.einsum("aa...->...", whole)
+        spun = trace * np.eye(3)[..., None, None] - whole
+        push = np.einsum("bbj...->j...", seen)
+        return stress - push, _axial(whole), (mixed, -spun)
+
+    def _lever_change(self, moment: Array) -> Array:
+        """Derivative of ``G^T moment`` at a constant moment (12, 12, n, m)."""
+        at, lever = self.at, self.lever
+        stretch = self.change[0] / at.chord
+        total = at.ends[0] + at.ends[1]
+        across = moment[1] * lever[1] + moment[2] * lever[2]
+        tilt = total[3] * lever[1] - total[2] * lever[2]
+        twist = rotation.outer(tilt, stretch)
+        sums = np.zeros((4, *lever.shape[1:]))
+        for end, share in enumerate(self.beyond):
+            q = at.ends[end]
+            scalar = -0.5 * np.einsum("i...,ij...->j...", q[1:], share)
+            vector = 0.5 * (q[0] * share - times(rotation.spin(q[1:]), share))
+            sums += np.concatenate([scalar[None], vector])
+            row = 6 * end + 3
+            twist[row] += scalar
+            twist[row + 1] += vector[2]
+            twist[row + 2] -= vector[1]
+        twist += (
+            rotation.outer(lever[2], sums[2]) - rotation.outer(lever[1], sums[3]) - rotation.outer(lever[0], sums[0])
+        )
+        return moment[0] / total[0] * twist - rotation.outer(across, stretch)
+
+
+def _in_axes(level: Array, q: Array) -> Array:
+    """A quaternion with its axis in local components."""
+    return np.concatenate([q[:1], times(level, q[1:])])
+
+
+def _lever(at: Motion) -> Array:
+    """Spin of the frame by displacements and spins of the ends, all in the moving axes (3, 12, n, m)."""
+    total = at.ends[0] + at.ends[1]
+    out = np.zeros((3, 12, *at.chord.shape))
+    out[1, 2] = 1.0 / at.chord
+    out[1, 8] = -out[1, 2]
+    out[2, 1] = -out[1, 2]
+    out[2, 7] = out[1, 2]
+    for end, q in enumerate(at.ends):
+        row = 6 * end + 3
+        out[0, row], out[0, row + 1], out[0, row + 2] = q[0], q[3], -q[2]
+    out[0] += total[2] * out[2] - total[3] * out[1]
+    out[0] /= total[0]
+    return out
+
+
+def _axial(a: Array) -> Array:
+    """Moment of a dyad of force and arm, (3, ...) for (3, 3, ...)."""
+    out: Array = np.stack([a[2, 1] - a[1, 2], a[0, 2] - a[2, 0], a[1, 0] - a[0, 1]])
+    return out
+
+
+def _congruent(change: Array, matrix: Array) -> Array:
+    """``B^T A B`` for (i, k, ...) and (i, j, ...)."""
+    return times(transposed(change), times(matrix, change))
+
+
+def _both(axes: Array, a: Array) -> Array:
+    """A 12 x 12 matrix turned from the moving to the global axes on both sides."""
+    split = a.reshape(4, 3, 4, 3, *a.shape[2:])
+    half = np.einsum("ij...,bjcl...->bicl...", axes, split)
+    out: Array = np.einsum("kl...,bicl...->bick...", axes, half)
+    return out.reshape(a.shape)

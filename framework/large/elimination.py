@@ -1,0 +1,194 @@
+"""LDL^T of many small sparse matrices of one pattern, entry by entry for the whole batch at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
+
+from ..batch import Array
+
+Index = NDArray[np.int64]
+
+# Unknowns above which matrices are factorised one by one in SuperLU.
+LARGE = 240
+
+
+class Elimination:
+    """Order and fill of a symmetric pattern, found once.
+
+    Parameters
+    ----------
+    rows, columns
+        Entries of the pattern; both (i, j) and (j, i) are there.
+    size
+        Number of unknowns; entries beyond are left out.
+    """
+
+    def __init__(self, rows: Index, columns: Index, size: int) -> None:
+        self.size = size
+        inside = np.flatnonzero((rows < size) & (columns < size))
+        self.rows, self.columns, self.inside = rows[inside], columns[inside], inside
+        driven = np.flatnonzero((rows < size) & (columns >= size))
+        self.driven = driven, rows[driven], columns[driven] - size
+        if size <= LARGE:
+            self._order()
+
+    def _order(self) -> None:
+        """Minimum degree."""
+        near: dict[int, set[int]] = {k: set() for k in range(self.size)}
+        for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True):
+            if i != j:
+                near[i].add(j)
+        place = {(k, k): k for k in range(self.size)}
+        self.steps: list[tuple[int, list[int], Index, Index, Index, Index]] = []
+        left = dict(near)
+        while left:
+            k = min(left, key=lambda key: (len(left[key]), key))
+            below = sorted(left.pop(k))
+            for i in below:
+                left[i].discard(k)
+                left[i].update(j for j in below if j != i)
+                place.setdefault((max(i, k), min(i, k)), len(place))
+            first, second = np.tril_indices(len(below))
+            pairs = [(below[a], below[b]) for a, b in zip(first, second, strict=True)]
+            for i, j in pairs:
+                place.setdefault((max(i, j), min(i, j)), len(place))
+            target = np.array([place[max(p), min(p)] for p in pairs], dtype=np.int64)
+            column = np.array([place[max(i, k), min(i, k)] for i in below], dtype=np.int64)
+            self.steps.append((k, below, column, target, first, second))
+        self.entries = len(place)
+        lower = [(i, j) for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True)]
+        self.source = np.array([n for n, (i, j) in enumerate(lower) if i >= j], dtype=np.int64)
+        self.goal = np.array([place[lower[n]] for n in self.source], dtype=np.int64)
+        mirror = {pair: n for n, pair in enumerate(lower)}
+        self.other = np.array([mirror[lower[n][1], lower[n][0]] for n in self.source], dtype=np.int64)
+
+    def driven_forces(self, values: Array, lag: Array) -> Array:
+        """Forces on the unknowns from displacements `lag` (driven, m) of the driven coordinates."""
+        which, row, column = self.driven
+        out = np.zeros((self.size, values.shape[-1]))
+        np.add.at(out, row, values[which] * lag[column])
+        return out
+
+    def dense(self, values: Array) -> Array:
+        """Whole matrices (m, n, n)."""
+        out = np.zeros((self.size, self.size, values.shape[-1]))
+        out[self.rows, self.columns] = values[self.inside]
+        return np.ascontiguousarray(np.moveaxis(out, -1, 0))
+
+    def factor(self, values: Array, *, symmetric: bool = True) -> Factor:
+        """Factorise; `values` on the pattern, (entries, m). Where `symmetric`, the two halves are averaged."""
+        if not symmetric:
+            return GeneralFactor(self.dense(values))
+        return SmallFactor(self, values) if self.size <= LARGE else LargeFactor(self, values)
+
+
+class Factor:
+    """A factorised stack.
+
+    Attributes
+    ----------
+    pivots
+        (n, m), in units of the diagonal: all are positive where the matrix is positive definite.
+    """
+
+    pivots: Array
+
+    def solve(self, load: Array) -> Array:
+        """Solution for loads (n, m)."""
+        raise RuntimeError(f"{type(self).__name__} does not solve")
+
+
+class SmallFactor(Factor):
+    """Elimination of the whole stack, step by step."""
+
+    def __init__(self, order: Elimination, values: Array) -> None:
+        self.order = order
+        inside = values[order.inside]
+        work = np.zeros((order.entries, values.shape[-1]))
+        work[order.goal] = 0.5 * (inside[order.source] + inside[order.other])
+        diagonal = np.abs(work[: order.size])
+        scale = np.where(diagonal > 0.0, diagonal, 1.0)
+        self.lower: list[Array] = []
+        self.inverse: list[Array] = []
+        self.pivots = np.empty_like(scale)
+        with np.errstate(all="ignore"):
+            for k, below, column, target, first, second in order.steps:
+                pivot = work[k]
+                self.pivots[k] = pivot / scale[k]
+                inverse = 1.0 / pivot
+                self.inverse.append(inverse)
+                if below:
+                    entries = work[column]
+                    low = entries * inverse
+                    work[target] -= low[first] * entries[second]
+                else:
+                    low = work[column]
+                self.lower.append(low)
+
+    def solve(self, load: Array) -> Array:
+        """Solution for loads (n, m)."""
+        out = load.copy()
+        with np.errstate(all="ignore"):
+            for (k, below, *_), low in zip(self.order.steps, self.lower, strict=True):
+                if below:
+                    out[below] -= low * out[k]
+            for (k, below, *_), low, inverse in zip(
+                reversed(self.order.steps), reversed(self.lower), reversed(self.inverse), strict=True
+            ):
+                out[k] *= inverse
+                if below:
+                    out[k] -= np.einsum("im,im->m", low, out[below])
+        return out
+
+
+class GeneralFactor(Factor):
+    """Matrices (m, n, n) that are not symmetric, as under moments in space; pivots are eigenvalues' real parts."""
+
+    def __init__(self, matrix: Array) -> None:
+        self.matrix = matrix
+        diagonal = np.abs(np.diagonal(matrix, axis1=-2, axis2=-1))
+        root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        self.pivots = np.linalg.eigvals(matrix * root[:, :, None] * root[:, None, :]).real.T
+
+    def solve(self, load: Array) -> Array:
+        """Solution for loads (n, m)."""
+        try:
+            found: Array = np.linalg.solve(self.matrix, load.T[..., None])[..., 0].T
+        except np.linalg.LinAlgError:
+            found = np.stack([np.linalg.lstsq(a, b)[0] for a, b in zip(self.matrix, load.T, strict=True)], axis=-1)
+        return found
+
+
+class LargeFactor(Factor):
+    """SuperLU in symmetric mode, matrix by matrix."""
+
+    def __init__(self, order: Elimination, values: Array) -> None:
+        self.order = order
+        self.factors = []
+        self.pivots = np.empty((order.size, values.shape[-1]))
+        shape = (order.size, order.size)
+        for entry, column in enumerate(values[order.inside].T):
+            matrix = csc_matrix((column, (order.rows, order.columns)), shape=shape)
+            matrix = csc_matrix(0.5 * (matrix + matrix.T))
+            diagonal = np.abs(matrix.diagonal())
+            scale = np.where(diagonal > 0.0, diagonal, 1.0)
+            options = {"SymmetricMode": True}
+            try:
+                factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+                self.pivots[:, entry] = factor.U.diagonal() / scale[np.argsort(factor.perm_c)]
+            except RuntimeError:  # SuperLU's word for an exactly zero pivot
+                factor = None
+                self.pivots[:, entry] = 0.0
+            self.factors.append(factor)
+
+    def solve(self, load: Array) -> Array:
+        """Solution for loads (n, m)."""
+        nothing = np.full(len(load), np.nan)
+        found = [
+            nothing if factor is None else factor.solve(column)
+            for factor, column in zip(self.factors, load.T, strict=True)
+        ]
+        return np.stack(found, axis=-1)

@@ -1,0 +1,165 @@
+"""Finite motion in joints, rigid links, ties and supports: where the second node is, seen from the first.
+
+A joint's displacement (t, p) is measured in axes that follow its first node, with rotation R1: ::
+
+    x2 = x1 + R1 (arm + A t),    R2 = R1 A E(p) A^T
+
+so that an ideal component is absent, and a stiff spring stands alone on its own coordinate, however far the joint has
+moved. The rotation E(p) = exp(held part of p) exp(loose part of p) is that of the rotation vector p where all three
+springs are alike; otherwise the loosest springs turn first, so that a pin keeps its axis through any number of turns.
+
+Vectors are (3, m), matrices (3, 3, m), m batch entries. Variations of rotation are spins in space.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from . import rotation
+from .rotation import cross, spin, times, transposed
+
+
+@dataclass(frozen=True)
+class Link:
+    """Geometry of an edge of the tree, seen from parent to child.
+
+    Attributes
+    ----------
+    axes
+        Axes as columns (3, 3, m), None for the global ones.
+    arm
+        From first to second node at the start (3, m), None for zero.
+    loose
+        Which components of rotation turn first (3,).
+    forward
+        Whether the child is the second node.
+    follows
+        Whether the translation's axes turn with the first node (not for ties).
+    """
+
+    axes: Array | None
+    arm: Array | None
+    loose: NDArray[np.bool_]
+    forward: bool
+    follows: bool
+
+    def relative(self, turned: Array) -> Array:
+        """Quaternion of the relative rotation in the global axes of the start."""
+        q = rotation.exponential(np.where(self.loose[:, None], 0.0, turned))
+        q = rotation.product(q, rotation.exponential(np.where(self.loose[:, None], turned, 0.0)))
+        return q if self.axes is None else np.concatenate([q[:1], times(self.axes, q[1:])])
+
+    def child(self, displacement: Array, turned: Array, own: Array) -> tuple[Array, Array]:
+        """Displacement and quaternion of the child from those of the parent and the link's own (6, m)."""
+        relative = self.relative(own[3:])
+        q = rotation.product(turned, relative if self.forward else rotation.conjugate(relative))
+        first = turned if self.forward else q
+        shift = own[:3] if self.axes is None else times(self.axes, own[:3])
+        if self.follows:
+            shift = shift + rotation.rotated(first, shift)
+        if self.arm is not None:
+            shift = shift + rotation.rotated(first, self.arm * np.ones_like(shift))
+        return displacement + (shift if self.forward else -shift), q
+
+
+class LinkChange:
+    """Variation of the child by those of parent and link, and what the forces on the child do in it.
+
+    Parameters
+    ----------
+    link
+        The link.
+    first
+        Quaternion of its first node (4, m).
+    own
+        Its displacement (6, m).
+    """
+
+    def __init__(self, link: Link, first: Array, own: Array) -> None:
+        self.link = link
+        turn = rotation.matrix(first)
+        self.axes = turn if link.axes is None else times(turn, link.axes)
+        self.slides = self.axes if link.follows else np.broadcast_to(np.eye(3)[..., None], turn.shape)
+        self.arm = times(self.axes, own[:3]) if link.follows else np.zeros_like(own[:3])
+        if link.arm is not None:
+            self.arm = self.arm + times(turn, link.arm * np.ones_like(own[:3]))
+        loose = link.loose
+        self.held, self.free = np.where(loose[:, None], 0.0, own[3:]), np.where(loose[:, None], own[3:], 0.0)
+        self.held_turn = rotation.matrix(rotation.exponential(self.held))
+        self.held_tangent = rotation.tangent(self.held)
+        self.free_tangent = rotation.tangent(self.free)
+        self.tangent = np.where(loose[:, None], times(self.held_turn, self.free_tangent), self.held_tangent)
+        self.turns = times(self.axes, self.tangent)
+
+    def jacobian(self) -> Array:
+        """Displacement and spin of the child by those of the parent (6) and the link's own (6), (6, 12, m)."""
+        out = np.zeros((6, 12, *self.arm.shape[1:]))
+        out[range(6), range(6)] = 1.0
+        if self.link.forward:
+            out[:3, 3:6] = -spin(self.arm)
+            out[:3, 6:9], out[3:, 9:] = self.slides, self.turns
+        else:
+            first = self._first_spin()
+            out[:3, 3:] = times(spin(self.arm), first)
+            out[:3, 6:9] -= self.slides
+            out[3:, 3:] = first
+        return out
+
+    def forces(self, force: Array) -> tuple[Array, Array]:
+        """Forces on the parent and on the link's own coordinates, for one on the child, all (6, m)."""
+        pushed = np.einsum("ji...,j...->i...", self.jacobian(), force)
+        return pushed[:6], pushed[6:]
+
+    def geometric(self, force: Array) -> Array:
+        """Derivative of what a constant `force` on the child exerts on spin of the parent and own coordinates.
+
+        Rows and columns: spin (3), translation (3), rotation (3) of the link, (9, 9, m).
+        """
+        push, moment = force[:3], force[3:]
+        out = np.zeros((9, 9, *push.shape[1:]))
+        if self.link.forward:
+            first = np.zeros((3, *out.shape[1:]))
+            first[range(3), range(3)] = 1.0
+            sign, felt = 1.0, moment
+        else:
+            first = self._first_spin()
+            sign, felt = -1.0, moment - cross(self.arm, push)
+        swing = -times(spin(self.arm), first)
+        if self.link.follows:
+            swing[:, 3:6] += self.slides
+            out[3:6] = sign * times(transposed(self.slides), times(spin(push), first))
+        # d(arm x push) = -push x d(arm)
+        levered = -sign * times(spin(push), swing)
+        out[:3] = levered
+        inner = times(spin(felt), first)
+        if not self.link.forward:
+            inner = inner + levered
+        out[6:] = sign * times(transposed(self.turns), inner)
+        seen = times(transposed(self.axes), felt)
+        out[6:, 6:] += sign * self._own_slope(seen)
+        return out
+
+    def _first_spin(self) -> Array:
+        """Spin of the first node by spin of the parent, translation and rotation, backward (3, 9, m)."""
+        out = np.zeros((3, 9, *self.arm.shape[1:]))
+        out[range(3), range(3)] = 1.0
+        out[:, 6:] = -self.turns
+        return out
+
+    def _own_slope(self, moment: Array) -> Array:
+        """Derivative of ``tangent^T moment`` by the rotation's coordinates (3, 3, m)."""
+        loose = self.link.loose
+        held = rotation.tangent_slope(self.held, moment)
+        if not loose.any() or loose.all():
+            return rotation.tangent_slope(self.free, moment) if loose.all() else held
+        seen = times(transposed(self.held_turn), moment)
+        free = rotation.tangent_slope(self.free, seen)
+        mixed = times(transposed(times(self.held_turn, self.free_tangent)), times(spin(moment), self.held_tangent))
+        rows = np.where(loose[:, None, None], np.where(loose[None, :, None], free, mixed), held)
+        keep = loose[:, None, None] | ~loose[None, :, None]
+        out: Array = np.where(keep, rows, 0.0)
+        return out

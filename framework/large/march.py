@@ -1,0 +1,93 @@
+"""Load stepping: the equilibria of a whole batch, piece by piece of the batch and share by share of the loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from .equations import Equations, State
+from .model import Model
+from .newton import Found, Newton
+
+# Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
+_CACHE = 400_000
+# How often a load step that did not lead to an equilibrium is halved.
+_HALVINGS = 5
+
+
+@dataclass
+class History:
+    """Load steps: factors (steps,), and for each entry strain energy and work of the loads (steps, entries)."""
+
+    factors: Array
+    energy: Array
+    work: Array
+
+
+class March:
+    """All entries of a batch from rest to their whole load.
+
+    Parameters
+    ----------
+    model
+        The compiled frame.
+    steps
+        Number of equal load steps.
+    """
+
+    def __init__(self, model: Model, steps: int) -> None:
+        self.model, self.steps = model, steps
+        self.newton = Newton(model)
+        self.count = int(np.prod(model.frame.shape, dtype=np.int64))
+        pieces = sum(len(stack.ends) for stack in model.stacks)
+        self.chunk = max(1, _CACHE // max(1, 144 * pieces))
+
+    def run(self) -> tuple[Found, History]:
+        """Final equilibria and what happened on the way."""
+        factors = np.arange(1, self.steps + 1) / self.steps
+        whole = Found.nothing(State.start(self.model, self.count))
+        history = History(factors, np.zeros((self.steps, self.count)), np.zeros((self.steps, self.count)))
+        for begin in range(0, self.count, self.chunk):
+            index = np.arange(begin, min(begin + self.chunk, self.count))
+            found = Found.nothing(State.start(self.model, len(index)))
+            before = 0.0
+            for step, factor in enumerate(factors.tolist()):
+                old = found.state
+                found = self._step(self.where(index), found, before, factor, 0)
+                if self.steps > 1:
+                    self._record(history, index, step, (old, found.state), (before, factor))
+                before = factor
+            whole.take(index, found)
+        return whole, history
+
+    def where(self, index: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+        """Indices of entries along each batch axis."""
+        return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
+
+    def _step(self, where: tuple[NDArray[np.int64], ...], begin: Found, low: float, high: float, depth: int) -> Found:
+        found = self.newton.solve(where, begin.state, high)
+        found.iterations += begin.iterations
+        found.left |= begin.left
+        lost = np.flatnonzero(~found.converged)
+        if len(lost) and depth < _HALVINGS:
+            there = tuple(k[lost] for k in where)
+            middle = Found.nothing(begin.state.taken(lost))
+            middle = self._step(there, middle, low, 0.5 * (low + high), depth + 1)
+            found.take(lost, self._step(there, middle, 0.5 * (low + high), high, depth + 1))
+        return found
+
+    def _record(
+        self,
+        history: History,
+        index: NDArray[np.int64],
+        step: int,
+        states: tuple[State, State],
+        factors: tuple[float, float],
+    ) -> None:
+        equations = Equations(self.model, self.where(index), len(index), factors[1])
+        history.energy[step, index] = equations.strain_energy(states[1])
+        before = history.work[step - 1, index] if step else 0.0
+        history.work[step, index] = before + equations.work(states[0], states[1], factors[0] / factors[1])

@@ -1,0 +1,186 @@
+"""Finite rotation: quaternions, rotation vectors and their derivatives, components first and batch axes behind.
+
+A rotation vector turns about its own direction by its length. Quaternions are (4, ...), scalar first: they keep the
+relative digits of a small rotation, which a matrix does not.
+"""
+
+from __future__ import annotations
+
+from math import factorial
+
+import numpy as np
+
+from ..batch import Array
+
+# Up to this angle coefficients are summed as series, above it in closed form; both to rounding.
+_SERIES = 1.0
+_TERMS = 11
+# Coefficients of (1 - (a/2) cot(a/2)) / a^2 in even powers: |Bernoulli number| / (2k)!, for k = 1, 2, ...
+_COTANGENT = [1 / 12, 1 / 720, 1 / 30240, 1 / 1209600, 1 / 47900160, 691 / 1307674368000, 1 / 74724249600]
+_COTANGENT += [_COTANGENT[-1] / (4.0 * np.pi**2) ** k for k in range(1, 6)]
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross product of (3, ...) and (3, ...)."""
+    out: Array = np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    return out
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar product of (n, ...) and (n, ...)."""
+    out: Array = np.einsum("i...,i...->...", a, b)
+    return out
+
+
+def times(a: Array, b: Array) -> Array:
+    """Matrix product of (i, j, ...) and (j, k, ...), or of (i, j, ...) and a vector (j, ...)."""
+    out: Array = np.einsum("ij...,jk...->ik..." if a.ndim == b.ndim else "ij...,j...->i...", a, b)
+    return out
+
+
+def transposed(a: Array) -> Array:
+    """Matrices (i, j, ...) as (j, i, ...)."""
+    return np.swapaxes(a, 0, 1)
+
+
+def spin(a: Array) -> Array:
+    """Matrix (3, 3, ...) of the cross product with `a` (3, ...) from the left."""
+    zero = np.zeros_like(a[0])
+    return np.array([[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]])
+
+
+def identity(a: Array) -> Array:
+    """Unit matrices (3, 3, ...) for vectors `a` (3, ...)."""
+    return np.broadcast_to(np.eye(3).reshape(3, 3, *(1,) * (a.ndim - 1)), (3, 3, *a.shape[1:]))
+
+
+def outer(a: Array, b: Array) -> Array:
+    """Dyads (i, j, ...) of (i, ...) and (j, ...)."""
+    return a[:, None] * b[None, :]
+
+
+# -- quaternions ----------------------------------------------------------------------------------------------------
+
+
+def product(p: Array, q: Array) -> Array:
+    """Rotation `q` followed by `p`."""
+    scalar = p[0] * q[0] - dot(p[1:], q[1:])
+    vector = p[0] * q[1:] + q[0] * p[1:] + cross(p[1:], q[1:])
+    return np.concatenate([scalar[None], vector])
+
+
+def conjugate(q: Array) -> Array:
+    """The opposite rotation."""
+    return np.concatenate([q[:1], -q[1:]])
+
+
+def normalised(q: Array) -> Array:
+    """`q` scaled to length one."""
+    out: Array = q / np.sqrt(dot(q, q))
+    return out
+
+
+def matrix(q: Array) -> Array:
+    """Rotation matrix (3, 3, ...)."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def rotated(q: Array, v: Array) -> Array:
+    """What the rotation adds to vectors (3, ...), ``R v - v``, in full relative accuracy."""
+    half = cross(q[1:], v)
+    return 2.0 * (q[0] * half + cross(q[1:], half))
+
+
+def exponential(v: Array) -> Array:
+    """Quaternion of a rotation vector (3, ...)."""
+    half = 0.5 * np.sqrt(dot(v, v))
+    return np.concatenate([np.cos(half)[None], 0.5 * np.sinc(half / np.pi) * v])
+
+
+def logarithm(q: Array) -> Array:
+    """Rotation vector (3, ...), no longer than pi."""
+    q = np.where(q[0] < 0.0, -q, q)
+    size = np.sqrt(dot(q[1:], q[1:]))
+    small = size < 1e-8
+    safe = np.where(small, 1.0, size)
+    return np.where(small, 2.0 / q[0], 2.0 * np.arctan2(size, q[0]) / safe) * q[1:]
+
+
+# -- derivatives ----------------------------------------------------------------------------------------------------
+
+
+def tangent(v: Array) -> Array:
+    """T (3, 3, ...): the rotation turns by ``T dv``, in space, where its vector changes by dv."""
+    (first, _), (second, _) = _coefficients(v)
+    cross_v = spin(v)
+    return identity(v) + first * cross_v + second * times(cross_v, cross_v)
+
+
+def tangent_slope(v: Array, force: Array) -> Array:
+    """Derivative (3, 3, ...) of ``T(v)^T force`` by v."""
+    (first, first_slope), (second, second_slope) = _coefficients(v)
+    one = cross(v, force)
+    two = cross(v, one)
+    bent = spin(one) + times(spin(v), spin(force))
+    return first * spin(force) - second * bent + outer(second_slope * two - first_slope * one, v)
+
+
+def inverse_tangent(v: Array) -> Array:
+    """Inverse of `tangent`."""
+    factor, _ = _cotangent(v)
+    cross_v = spin(v)
+    return identity(v) - 0.5 * cross_v + factor * times(cross_v, cross_v)
+
+
+def inverse_tangent_slope(v: Array, force: Array) -> Array:
+    """Derivative (3, 3, ...) of ``T(v)^-T force`` by v."""
+    factor, slope = _cotangent(v)
+    one = cross(v, force)
+    two = cross(v, one)
+    bent = spin(one) + times(spin(v), spin(force))
+    return -0.5 * spin(force) - factor * bent + slope * outer(two, v)
+
+
+def _coefficients(v: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """(1 - cos a) / a^2 and (a - sin a) / a^3, each with its derivative by a, over a."""
+    square = dot(v, v)
+    near, far = np.minimum(square, _SERIES**2), np.maximum(square, _SERIES**2)
+    a = np.sqrt(far)
+    sine, versine = np.sin(a), 2.0 * np.sin(a / 2.0) ** 2
+    closed = (
+        (versine / far, (a * sine - 2.0 * versine) / far**2),
+        ((a - sine) / (a * far), (3.0 * sine - a * (3.0 - versine)) / (a * far**2)),
+    )
+    out = []
+    for order, (value, slope) in zip((2, 3), closed, strict=True):
+        series = [(-1.0) ** k / factorial(2 * k + order) for k in range(_TERMS)]
+        out.append(_joined(square, series, near, value, slope))
+    return out[0], out[1]
+
+
+def _cotangent(v: Array) -> tuple[Array, Array]:
+    """(1 - (a/2) cot(a/2)) / a^2 with its derivative by a, over a."""
+    square = dot(v, v)
+    near, far = np.minimum(square, _SERIES**2), np.maximum(square, _SERIES**2)
+    a = np.sqrt(far)
+    half = np.sin(a / 2.0) ** 2
+    value = (1.0 - 0.5 * a / np.tan(a / 2.0)) / far
+    slope = (a * (a + np.sin(a)) - 8.0 * half) / (4.0 * far**2 * half)
+    return _joined(square, _COTANGENT, near, value, slope)
+
+
+def _joined(square: Array, series: list[float], near: Array, value: Array, slope: Array) -> tuple[Array, Array]:
+    """The series where the angle is small, else the closed forms `value` and `slope`."""
+    total, rate = np.zeros_like(square), np.zeros_like(square)
+    for k in range(len(series) - 1, -1, -1):
+        rate = rate * near + 2.0 * total
+        total = total * near + series[k]
+    small = square < _SERIES**2
+    return np.where(small, total, value), np.where(small, rate, slope)

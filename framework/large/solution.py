@@ -1,0 +1,333 @@
+"""Equilibrium at large displacement: what `Frame.solve(large=True)` returns."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..batch import Array, Shape
+from ..errors import FrameError
+from ..plan import Plan
+from . import rotation
+from .equations import Equations, Linear, State
+from .march import History, March
+from .model import Model
+from .newton import Found
+from .numbers import batch_first
+from .stability import least_pivot
+from .stations import Stations
+
+if TYPE_CHECKING:
+    from ..frame import Frame
+
+
+class LargeSolution:
+    """Displacements and forces in an equilibrium at finite displacement and rotation, each of the frame's batch shape.
+
+    Obtained from ``frame.solve(large=True)``. Loads keep their direction, moments their axis in space; line loads and
+    weights go with the material that carries them. Where a load step ends in a saddle of the energy, such as a column
+    beyond its buckling load, the free mode is followed to a stable equilibrium, and `status` says so. A frame in a
+    coordinate plane under loads in it is kept to the plane; `stable` looks out of it.
+
+    Rotations are rotation vectors (axis times angle, up to pi).
+
+    Attributes
+    ----------
+    frame
+        The description as it was when solved.
+    """
+
+    def __init__(self, frame: Frame, steps: int, clearance: bool = True) -> None:
+        self.frame = frame
+        self.model = Model(Plan(frame, cut=True), clearance=clearance)
+        self._steps = steps
+
+    @classmethod
+    def of(cls, frame: Frame, method: str | None, clearance: bool, steps: int) -> LargeSolution:
+        """Solution of a frame; later changes of the frame do not reach it.
+
+        Parameters
+        ----------
+        frame
+            The description.
+        method
+            None: the ways of linear solutions do not apply.
+        clearance
+            Whether the joints' clearances are taken into account.
+        steps
+            Number of load steps.
+        """
+        if method is not None:
+            raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
+        if not isinstance(steps, int) or steps < 1:
+            raise FrameError(f"steps is {steps!r}: give a whole number above zero")
+        return cls(frame.copy(), steps, clearance)
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        return self.frame.shape
+
+    # -- displacements ----------------------------------------------------------------------------------------------
+
+    def displacement(self, node: str) -> Array:
+        """Displacement and rotation of a node in global axes.
+
+        Parameters
+        ----------
+        node
+            The node.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz`` and the rotation vector, (..., 6), length and radians.
+        """
+        number = self._known(node, self.model.topology.number, "node")
+        state = self._found.state
+        return self._shaped(np.concatenate([state.moved[:, number], rotation.logarithm(state.turned[:, number])]))
+
+    def displacement_along(self, member: str, at: ArrayLike) -> Array:
+        """Displacement and rotation along a member in global axes.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start before loading, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz`` and the rotation vector, (..., k, 6).
+        """
+        return self._stations.displacement(self._member(member), np.atleast_1d(at))
+
+    def joint_displacement(self, joint: str) -> Array:
+        """Displacement of a joint's second node relative to its first, in axes that follow the first.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
+        """
+        return self._shaped(self._found.state.own[:, self._link(joint)])
+
+    # -- forces -----------------------------------------------------------------------------------------------------
+
+    def end_forces(self, member: str) -> Array:
+        """Forces and moments on the ends of a member.
+
+        Parameters
+        ----------
+        member
+            The member.
+
+        Returns
+        -------
+        ndarray
+            Start before end, (..., 12), in axes that follow the chord of the piece (of ``segments``) at that end.
+        """
+        return self._stations.end_forces(self._member(member))
+
+    def forces(self, member: str, at: ArrayLike) -> Array:
+        """Internal forces along a member, which the part ahead exerts on the part behind; tension is positive.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start before loading, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            ``N Vy Vz T My Mz``, (..., k, 6), in axes that follow the chord of the piece.
+        """
+        return self._stations.forces(self._member(member), np.atleast_1d(at))
+
+    def stress(self, member: str, at: ArrayLike) -> Array:
+        """Extreme stresses of the section along a member.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start before loading, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
+        """
+        return self._stations.stress(self._member(member), np.atleast_1d(at))
+
+    def reaction(self, node: str) -> Array:
+        """Force and moment of a support on its node in global axes.
+
+        Parameters
+        ----------
+        node
+            The node.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., 6), moments about the displaced node; zero where the node is not held.
+        """
+        if node not in self.frame.supports:
+            supported = ", ".join(self.frame.supports) or "none"
+            raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
+        number = self.model.topology.number[node]
+        force = self._nodal[0][:, number].copy()
+        force[[k for k in range(6) if k not in self.frame.supports[node]]] = 0.0
+        return self._shaped(force)
+
+    def joint_force(self, joint: str) -> Array:
+        """Force and moment that a joint exerts on its first node, in axes that follow it.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components.
+        """
+        return self._shaped(-self._nodal[1][:, self._link(joint)])
+
+    # -- trust ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """By batch entry: ``stable``; ``stable beyond a saddle`` where a free mode had to be followed; ``unstable``
+        (or neutral); ``not converged``, and the results are where the iteration stopped."""
+        found = self._found
+        stable = np.where(found.left, "stable beyond a saddle", "stable")
+        held = np.where(self.stable.reshape(-1), stable, "unstable")
+        return np.where(found.converged, held, "not converged").reshape(self.shape)
+
+    @cached_property
+    def stable(self) -> NDArray[np.bool_]:
+        """Whether the energy has a minimum, (...): all pivots of the tangent positive, motion out of plane included.
+
+        Motions that neither load nor stiffness resists (an unheld plane) do not count."""
+        found = self._found
+        out = found.converged & found.stable
+        if len(self.model.components) < 6:
+            out &= least_pivot(self._march, found.state, self.model) > -1e-9
+        return out.reshape(self.shape)
+
+    @property
+    def iterations(self) -> NDArray[np.int64]:
+        """Newton steps, (...)."""
+        return self._found.iterations.reshape(self.shape)
+
+    @cached_property
+    def residual(self) -> Array:
+        """Largest unbalanced force over the largest force at a node, (...); moments are divided by the frame's size."""
+        at = self._linear
+        rows = np.where(self._march.newton.turning, 1.0 / self._march.newton.size, 1.0)[: self.model.free, None]
+        largest = np.abs(at.nodal[:3]).max(axis=(0, 1))
+        unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
+        return (unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape)
+
+    @property
+    def load_factor(self) -> Array:
+        """Shares of the load in the steps, (steps,)."""
+        return self._history.factors
+
+    @property
+    def strain_energy(self) -> Array:
+        """Energy in members and joints after each load step, (steps, ...)."""
+        return self._history.energy.reshape(-1, *self.shape)
+
+    @property
+    def work(self) -> Array:
+        """Work of loads and given motions up to each load step, by the trapezoidal rule, (steps, ...)."""
+        return self._history.work.reshape(-1, *self.shape)
+
+    def save(self, path: str | Path, **options: Any) -> None:
+        """Write files for ParaView: ``.vtu`` for one entry, ``.pvd`` for a batch axis.
+
+        Parameters
+        ----------
+        path
+            File ``.vtu`` or ``.pvd``.
+        **options
+            See `linkframe.framework.export.save`.
+        """
+        from ..export import save
+
+        save(self, path, **options)
+
+    # -- inside -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _march(self) -> March:
+        return March(self.model, self._steps)
+
+    @cached_property
+    def _result(self) -> tuple[Found, History]:
+        return self._march.run()
+
+    @property
+    def _found(self) -> Found:
+        return self._result[0]
+
+    @property
+    def _history(self) -> History:
+        return self._result[1]
+
+    @property
+    def state(self) -> State:
+        """Displacements and quaternions of all nodes, and of joints, batch flattened and behind."""
+        return self._found.state
+
+    @cached_property
+    def equations(self) -> Equations:
+        """Equations of the whole batch at the whole load."""
+        index = np.arange(self._march.count)
+        return Equations(self.model, self._march.where(index), len(index))
+
+    @cached_property
+    def _linear(self) -> Linear:
+        return self.equations.linearised(self._found.state)
+
+    @property
+    def _nodal(self) -> tuple[Array, Array]:
+        return self._linear.nodal, self._linear.own
+
+    @cached_property
+    def _stations(self) -> Stations:
+        return Stations(self.model, self.equations, self._found.state)
+
+    def _shaped(self, array: Array) -> Array:
+        return batch_first(array, self.shape, array.ndim - 1)
+
+    def _known(self, name: str, known: dict[str, int], what: str) -> int:
+        if name not in known:
+            raise FrameError(f"{what} {name!r} is unknown: known are {', '.join(known) or 'none'}")
+        return known[name]
+
+    def _member(self, member: str) -> str:
+        self._known(member, {name: k for k, name in enumerate(self.frame.members)}, "member")
+        return member
+
+    def _link(self, joint: str) -> int:
+        links = {link.edge.name: k for k, link in enumerate(self.model.joints) if link.edge.kind == "joint"}
+        return self._known(joint, {str(name): k for name, k in links.items()}, "joint")

@@ -1,0 +1,36 @@
+"""Stability out of the plane to which a solution was kept."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..batch import Array
+from .elimination import LARGE, Elimination
+from .equations import Equations, State, pattern
+from .model import Model
+
+if TYPE_CHECKING:
+    from .march import March
+
+
+def least_pivot(march: March, state: State, flat: Model) -> Array:
+    """Least eigenvalue (of a large frame: pivot) of the tangent in space, scaled to a unit diagonal, (entries,)."""
+    model = Model(flat.plan, flat=False)
+    _, rows, columns = pattern(model)
+    elimination = Elimination(rows, columns, model.free)
+    out = np.empty(march.count)
+    for begin in range(0, march.count, march.chunk):
+        index = np.arange(begin, min(begin + march.chunk, march.count))
+        equations = Equations(model, march.where(index), len(index))
+        values = equations.linearised(state.taken(index)).values
+        if elimination.size > LARGE:
+            out[index] = elimination.factor(values).pivots.min(axis=0)
+            continue
+        matrix = elimination.dense(values)
+        matrix = 0.5 * (matrix + np.swapaxes(matrix, -1, -2))
+        diagonal = np.abs(np.diagonal(matrix, axis1=-2, axis2=-1))
+        root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        out[index] = np.linalg.eigvalsh(matrix * root[:, :, None] * root[:, None, :])[:, 0]
+    return out
