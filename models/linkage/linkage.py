@@ -14,6 +14,7 @@ from ...framework.errors import FrameError
 from .parts import GROUND, Link, Load, Pair, Spring, beams_of, inertia_of, joint_axes, kind_of
 
 if TYPE_CHECKING:
+    from .mechanism import Mechanism
     from .motion import Motion
 
 Z = (0.0, 0.0, 1.0)
@@ -46,8 +47,8 @@ class Linkage:
         Springs, forces and torques in the order given.
     weight
         Acceleration of gravity (..., 3).
-    shape
-        Batch shape of the drawing: of points, lengths, axes, pitches and ``at``.
+    kept
+        The mechanism that was compiled last, taken up again as long as the description stays the same.
 
     Raises
     ------
@@ -56,6 +57,7 @@ class Linkage:
 
     Examples
     --------
+    >>> import numpy as np
     >>> linkage = Linkage(A=(0, 0), B=(0, 2), C=(7, 4), D=(6, 0), P=(4, 5))
     >>> linkage.link("crank", "A", "B")
     >>> linkage.link("coupler", "B", "P", "C")
@@ -64,8 +66,9 @@ class Linkage:
     >>> linkage.revolute("B", "crank", "coupler")
     >>> linkage.revolute("C", "coupler", "rocker")
     >>> linkage.revolute("D", "rocker", "ground")
-    >>> linkage.drives
-    {'A': ('rz',)}
+    >>> motion = linkage.move(A=np.radians([0.0, 10.0, 20.0]))
+    >>> motion.position("P").shape
+    (3, 3)
     """
 
     def __init__(self, points: Mapping[str, ArrayLike] | None = None, /, **named: ArrayLike) -> None:
@@ -77,6 +80,7 @@ class Linkage:
         self.loads: list[Load] = []
         self.weight: Array = np.zeros(3)
         self._shapes: dict[str, Shape] = {}
+        self.kept: tuple[tuple[object, ...], Mechanism] | None = None
         for name, place in {**(points or {}), **named}.items():
             self.point(name, place)
 
@@ -84,6 +88,12 @@ class Linkage:
     def shape(self) -> Shape:
         """Batch shape of the drawing."""
         return np.broadcast_shapes(*self._shapes.values())
+
+    @property
+    def version(self) -> tuple[object, ...]:
+        """What the compiled mechanism depends on; equal as long as points, links, joints and drives are the same."""
+        parts = (self.points, self.links, self.joints)
+        return *(tuple(map(id, part.values())) for part in parts), tuple(self.drives.items())
 
     # -- points and links -------------------------------------------------------------------------------------------
 

@@ -1,0 +1,196 @@
+"""Continuation: from the drawing along the way of the drives, on one branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...framework.batch import Array
+from .loops import Loops, Pose
+from .path import Path
+
+LONGEST = 0.35
+SHORTEST = 1e-10
+# How much a pose may change the way it follows the drives from one step to the next.
+TURN = 0.4
+# Where the way is stuck before a change point, how far to jump over it.
+JUMPS = (2e-3, 5e-3, 2e-2, 6e-2)
+SHARPEST = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A closed pose at the length `s` of the way, and the rate of its state by s."""
+
+    s: float
+    pose: Pose
+    rate: list[float]
+
+
+@dataclass(eq=False)
+class Track:
+    """Poses along the way.
+
+    Attributes
+    ----------
+    nodes
+        Poses in the order of s.
+    crossings
+        Lengths at which a change point was passed.
+    complete
+        False where the way ended before its length: in a dead point, or out of reach.
+    """
+
+    nodes: list[Node]
+    crossings: list[float] = field(default_factory=list)
+    complete: bool = True
+
+    @property
+    def end(self) -> float:
+        """Length that was reached."""
+        return self.nodes[-1].s
+
+    @property
+    def s(self) -> Array:
+        """Lengths of the nodes."""
+        return np.array([node.s for node in self.nodes])
+
+
+class March:
+    """Steps along a way, as long as Newton's method and the way's curvature allow.
+
+    Parameters
+    ----------
+    loops
+        Loops of the mechanism.
+    parameters
+        Its dimensions.
+    path
+        Way of the drives.
+    longest
+        Longest step.
+    """
+
+    def __init__(self, loops: Loops, parameters: Sequence[float], path: Path, longest: float = LONGEST) -> None:
+        self.loops, self.parameters, self.path, self.longest = loops, parameters, path, longest
+
+    def node(self, s: float, pose: Pose) -> Node:
+        """A node of the pose at s."""
+        slopes, drives = self.path.rates(pose.state, s)
+        rate = self.loops.state_rate(pose.state, (pose.follow @ drives).tolist())
+        for place, slope in zip(self.loops.driven_states, slopes, strict=False):
+            rate[place] = slope
+        return Node(s, pose, rate)
+
+    def run(self, start: Pose, switch: bool = False) -> Track:
+        """Go the whole way from the pose at its beginning."""
+        track = Track([self.node(0.0, start)])
+        step = min(0.1, self.longest)
+        jumped = False
+        while track.end < self.path.length:
+            here = track.nodes[-1]
+            left = self.path.length - here.s
+            target = here.s + (left if left < 1.01 * step else step)
+            found = self._go(track, self._across(track, target))
+            if found is None:
+                step *= 0.5
+                if step < SHARPEST and not jumped:
+                    jumped = True
+                    found = self._jump(track)
+                if step < SHORTEST:
+                    track.complete = False
+                    break
+            if found is not None:
+                jumped = False
+                easy = found.pose.first_step < 0.03
+                step = min(self.longest, max(step, found.s - here.s) * (2.0 if easy else 1.2))
+                self._cross(track, found)
+                track.nodes.append(found)
+        return track
+
+    def _go(self, track: Track, target: float, jump: bool = False) -> Node | None:
+        here = track.nodes[-1]
+        guess = self.path.place(self.predict(track.nodes, target), target)
+        pose = self.loops.close(guess, self.parameters)
+        if pose is None:
+            return None
+        old, new = here.pose.follow, pose.follow
+        if old.size and not np.all(np.abs(new - old) <= TURN * (0.5 + np.abs(old).max())):
+            return None
+        if jump and not flips(here.pose, pose):
+            return None
+        return self.node(target, pose)
+
+    def predict(self, nodes: Sequence[Node], s: float) -> list[float]:
+        """State at s from the last two nodes, by the cubic through them, or from the last alone."""
+        b = nodes[-1]
+        h = s - b.s
+        if len(nodes) > 1 and (width := b.s - nodes[-2].s) >= 0.5 * h:
+            a, t = nodes[-2], 1.0 + h / width
+            return _cubic(a, b, t, width)
+        return [x + h * v for x, v in zip(b.pose.state, b.rate, strict=True)]
+
+    def _across(self, track: Track, target: float) -> float:
+        """The target, or where it lies near a change point as far behind that as the last node is before it."""
+        if len(track.nodes) < 2:
+            return target
+        a, b = track.nodes[-2:]
+        for x, y in zip(a.pose.determinants, b.pose.determinants, strict=True):
+            if abs(y) < abs(x) and x * y > 0.0:
+                ahead = (b.s - a.s) * y / (x - y)
+                if 0.4 * ahead < target - b.s < 1.6 * ahead:
+                    return float(min(b.s + 2.0 * ahead, self.path.length))
+        return target
+
+    def _jump(self, track: Track) -> Node | None:
+        for jump in JUMPS:
+            target = min(track.end + jump, self.path.length)
+            found = self._go(track, target, jump=True)
+            if found is not None:
+                return found
+        return None
+
+    def _cross(self, track: Track, found: Node) -> None:
+        here = track.nodes[-1]
+        for x, y in zip(here.pose.determinants, found.pose.determinants, strict=True):
+            if x * y < 0.0:
+                track.crossings.append(self._root(here, found))
+                return
+
+    def _root(self, a: Node, b: Node) -> float:
+        """Where a determinant vanishes between two nodes, by false position along the branch."""
+        left, right = a.s, b.s
+        k = next(
+            i for i, (x, y) in enumerate(zip(a.pose.determinants, b.pose.determinants, strict=True)) if x * y < 0.0
+        )
+        low, high = a.pose.determinants[k], b.pose.determinants[k]
+        s = left
+        for _ in range(8):
+            s = (left * high - right * low) / (high - low)
+            t = (s - a.s) / (b.s - a.s)
+            pose = self.loops.close(self.path.place(_cubic(a, b, t, b.s - a.s), s), self.parameters)
+            if pose is None or right - left < 1e-6:
+                break
+            middle = pose.determinants[k]
+            if middle * low > 0.0:
+                left, low, high = s, middle, 0.5 * high
+            else:
+                right, high, low = s, middle, 0.5 * low
+        return s
+
+
+def flips(one: Pose, other: Pose) -> bool:
+    """True where a determinant has another sign at the other pose."""
+    return any(x * y < 0.0 for x, y in zip(one.determinants, other.determinants, strict=True))
+
+
+def _cubic(a: Node, b: Node, t: float, width: float) -> list[float]:
+    """State at a.s + t * width on the cubic through two nodes with their rates."""
+    tt = t * t
+    p, q = (1.0 + 2.0 * t) * (1.0 - t) ** 2, t * (1.0 - t) ** 2 * width
+    r, u = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * width
+    return [
+        p * w + q * x + r * y + u * z for w, x, y, z in zip(a.pose.state, a.rate, b.pose.state, b.rate, strict=True)
+    ]

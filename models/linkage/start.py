@@ -1,0 +1,93 @@
+"""Where the motion starts: the drawing, closed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...framework.errors import FrameError
+from .linear import matrices
+from .loops import Loops, Pose
+from .mechanism import Mechanism
+from .nearest import nearest, open_by
+
+# The equations have as many independent ones as singular values above this share of the largest.
+INDEPENDENT = 1e-8
+
+
+def nominal_parameters(mechanism: Mechanism) -> list[float]:
+    """Dimensions of the member of the batch that lies nearest the middle of it."""
+    shape = mechanism.linkage.shape
+    if not shape:
+        return [float(x) for x in mechanism.parameters]
+    away = np.zeros(shape)
+    for value in mechanism.parameters:
+        if isinstance(value, np.ndarray):
+            away = away + ((value - value.mean()) / (value.std() or 1.0)) ** 2
+    middle = np.unravel_index(int(np.argmin(away)), shape)
+    return [float(np.broadcast_to(x, shape)[middle]) for x in mechanism.parameters]
+
+
+def started(mechanism: Mechanism, nominal: Sequence[float]) -> tuple[Loops, Pose]:
+    """The loops with the rank of their equations, and the closed drawing.
+
+    Raises
+    ------
+    FrameError
+        If the drawing cannot be closed, or is singular so that nothing says which way it goes.
+    """
+    loops = Loops(mechanism)
+    state = _closed_drawing(loops, nominal)
+    rank, full = rank_at(loops, state, nominal), min(loops.rows, loops.columns)
+    if rank < full:
+        general = _general_rank(loops, state, nominal)
+        if general > rank:
+            raise FrameError(
+                "the linkage is drawn in a singular pose, where its drives do not say which way it goes: "
+                "draw it in another pose of the branch that is meant"
+            )
+        loops = Loops(mechanism, rank)
+    start = loops.close(state, nominal)
+    if start is None:
+        raise FrameError("the linkage is drawn in a pose next to a singular one: draw it in another pose")
+    return loops, start
+
+
+def _closed_drawing(loops: Loops, nominal: Sequence[float]) -> list[float]:
+    best, error = nearest(loops, [np.array(x) for x in loops.drawn], nominal)
+    state = [float(x) for x in best]
+    if not error < 1e-12:
+        _, row = open_by(loops, state, nominal)
+        joint = loops.mechanism.rows[int(row)][0]
+        raise FrameError(
+            f"the drawing cannot be assembled: a gap of {float(error) * loops.mechanism.size:.3g} remains at joint "
+            f"{joint!r}: draw the joint's axes in line, or change the lengths"
+        )
+    return state
+
+
+def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]) -> int:
+    """Rank at a pose near `state`, in general position on the closed poses."""
+    rng = np.random.default_rng(0)
+    n, f = loops.columns, len(loops.mechanism.driven)
+    ranks = []
+    for _ in range(3):
+        step = 1e-2 * rng.standard_normal(n + f)
+        moved = loops.advance(list(state), step[:n].tolist())
+        for k, place in enumerate(loops.driven_states if not loops.driven_balls else []):
+            moved[place] = moved[place] + float(step[n + k])
+        best, error = nearest(loops, [np.array(x) for x in moved], nominal, free=not loops.driven_balls)
+        if error < 1e-10:
+            ranks.append(rank_at(loops, [float(x) for x in best], nominal))
+    return max(ranks, default=0)
+
+
+def rank_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> int:
+    """Rank of the closing equations in the unknowns at one state."""
+    n, m = loops.columns, loops.rows
+    if not (n and m):
+        return 0
+    entries = loops.mechanism.newton[0](state, parameters)[m:]
+    values = np.linalg.svd(matrices([list(entries[i * n : i * n + n]) for i in range(m)]), compute_uv=False)
+    return int(np.count_nonzero(values > INDEPENDENT * max(values[0], 1e-300)))

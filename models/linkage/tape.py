@@ -1,0 +1,144 @@
+"""Arithmetic written down once and replayed: on floats, on arrays, without the zeros.
+
+A calculation that is carried out on `Term`s leaves its steps on a `Tape`. Zeros and ones that hold for all time drop
+out, equal steps are taken once, and what no result needs is left away; a planar linkage described in space thus costs
+planar arithmetic. The tape becomes a Python function of straight-line code.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Value = float | NDArray[np.float64]
+Program = Callable[..., Any]
+
+
+class Term:
+    """A number known when the tape is replayed."""
+
+    __slots__ = ("name", "tape")
+
+    def __init__(self, tape: Tape, name: str) -> None:
+        self.tape, self.name = tape, name
+
+    def __add__(self, other: Scalar) -> Scalar:
+        if isinstance(other, float) and other == 0.0:
+            return self
+        return self.tape.step("+", *sorted((self.name, _name(other))))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Scalar) -> Scalar:
+        if isinstance(other, float) and other == 0.0:
+            return self
+        return 0.0 if _name(other) == self.name else self.tape.step("-", self.name, _name(other))
+
+    def __rsub__(self, other: Scalar) -> Scalar:
+        return -self if other == 0.0 else self.tape.step("-", _name(other), self.name)
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        if isinstance(other, float) and abs(other) in (0.0, 1.0):
+            return 0.0 if other == 0.0 else self if other == 1.0 else -self
+        return self.tape.step("*", *sorted((self.name, _name(other))))
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Scalar:
+        return self.tape.step("-", "", self.name)
+
+
+Scalar = float | Term
+Vector = Sequence[Scalar]
+
+
+def _name(value: Scalar) -> str:
+    return value.name if isinstance(value, Term) else repr(value)
+
+
+class Tape:
+    """Steps of a calculation, in order."""
+
+    def __init__(self) -> None:
+        self._steps: dict[str, tuple[str, tuple[str, ...]]] = {}
+        self._known: dict[str, str] = {}
+
+    def step(self, operator: str, first: str, second: str) -> Term:
+        """Write down ``first operator second``."""
+        return self._write(f"{first} {operator} {second}", (first, second))
+
+    def call(self, function: str, argument: Scalar) -> Scalar:
+        """Write down ``sin`` or ``cos`` of a number."""
+        if isinstance(argument, float):
+            return float(getattr(math, function)(argument))
+        return self._write(f"{function}({argument.name})", (argument.name,))
+
+    def _write(self, text: str, uses: tuple[str, ...]) -> Term:
+        if text not in self._known:
+            name = f"t{len(self._steps)}"
+            self._known[text] = name
+            self._steps[name] = text, uses
+        return Term(self, self._known[text])
+
+    def program(self, inputs: Sequence[Sequence[str]], outputs: Iterable[Scalar]) -> tuple[Program, Program]:
+        """The function of the tuples `inputs` that returns the tuple `outputs`: for floats, and for arrays."""
+        results = [_name(output) for output in outputs]
+        needed, open_names = set(), list(results)
+        while open_names:
+            name = open_names.pop()
+            if name in self._steps and name not in needed:
+                needed.add(name)
+                open_names += self._steps[name][1]
+        lines = [f"def program({', '.join(f'a{k}' for k in range(len(inputs)))}):"]
+        lines += [f" {', '.join(names)}, = a{k}" for k, names in enumerate(inputs) if names]
+        lines += [f" {name} = {text}" for name, (text, _) in self._steps.items() if name in needed]
+        lines.append(f" return ({''.join(f'{name}, ' for name in results)})")
+        code = compile("\n".join(lines), "<linkage>", "exec")
+        scalar: dict[str, Any] = {"sin": math.sin, "cos": math.cos}
+        arrays: dict[str, Any] = {"sin": np.sin, "cos": np.cos}
+        exec(code, scalar)
+        exec(code, arrays)
+        return scalar["program"], arrays["program"]
+
+
+# -- three-vectors and their axes ------------------------------------------------------------------------------------
+
+
+def plus(a: Vector, b: Vector) -> list[Scalar]:
+    """a + b."""
+    return [x + y for x, y in zip(a, b, strict=True)]
+
+
+def minus(a: Vector, b: Vector) -> list[Scalar]:
+    """a - b."""
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def times(factor: Scalar, a: Vector) -> list[Scalar]:
+    """A vector times a number."""
+    return [factor * x for x in a]
+
+
+def dot(a: Vector, b: Vector) -> Scalar:
+    """Scalar product."""
+    total: Scalar = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def cross(a: Vector, b: Vector) -> list[Scalar]:
+    """Vector product."""
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def combine(axes: Sequence[Vector], a: Vector) -> list[Scalar]:
+    """Sum of the three `axes` times the components of `a`: the vector that has them along these axes."""
+    total: list[Scalar] = [0.0, 0.0, 0.0]
+    for axis, x in zip(axes, a, strict=True):
+        total = plus(total, times(x, axis))
+    return total
