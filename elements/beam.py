@@ -119,6 +119,11 @@ class Beam(LineElement):
         return True
 
     @property
+    def roundings(self) -> float:
+        """Roundings in `springs`; of 400 random members the worst had 6, of tapered ones 28."""
+        return 12.0 if self.end is None else 100.0
+
+    @property
     def quadrature(self) -> int:
         """Gauss points that integrate a linear load times the shape functions to rounding."""
         return 3 if self.end is None else 40

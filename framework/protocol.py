@@ -24,12 +24,8 @@ class LineElement(ABC):
         Number of equal parts into which the framework cuts the member.
     releases
         Released end components as ``(end, component)``, end 0 or 1, component 0 to 5.
-    roundings
-        How many roundings (half a unit in the last place) the stiffnesses of `springs` may be off, the derivation of
-        a section's properties from its sizes included.
     """
 
-    roundings: float = 64.0
     segments: int
     releases: tuple[tuple[int, int], ...]
 
@@ -47,6 +43,14 @@ class LineElement(ABC):
     @abstractmethod
     def exact(self) -> bool:
         """Whether in statics one piece is exact, so that segments change nothing."""
+
+    @property
+    def roundings(self) -> float:
+        """Roundings, half a unit in the last place each, that the stiffnesses of `springs` may be off.
+
+        What derives a section's properties from its sizes counts as well.
+        """
+        return 100.0
 
     @property
     @abstractmethod

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,9 @@ from .plan import Plan
 from .recovery import Recovery
 from .reuse import same_structure
 from .sparse import SparseSolver
+
+if TYPE_CHECKING:
+    from .bounds import Bounds
 
 
 class Solution:
@@ -255,6 +258,57 @@ class Solution:
         """Entries that the loads move without resistance."""
         return self.solver.singular(excited=True)
 
+    def error_bound(self, name: str, of: str = "displacement") -> Array:
+        """Bound on the error of results against the exact solution of the frame as it is described.
+
+        All rounding is included: lengths and axes of members, their stiffnesses, assembly, elimination, recovery. The
+        numbers of the description are taken as exact.
+
+        Parameters
+        ----------
+        name
+            The node; or the joint or member where `of` says so.
+        of
+            ``displacement``, ``reaction``, ``joint_displacement``, ``joint_force`` or ``end_forces``.
+
+        Returns
+        -------
+        ndarray
+            By component, of the shape of the result: (..., 6), or (..., 12) for ``end_forces``. inf where the frame
+            is a mechanism, and where it is too close to one for any digit to be certain.
+
+        Raises
+        ------
+        FrameError
+            Where the name or the kind of result is unknown.
+        """
+        from .asked import checked
+
+        computed = getattr(self, checked(of))(name)
+        return self._read(("bound", of, name), lambda: self._bounds.bound(name, of, computed), mask=np.inf)
+
+    def refined(self, name: str, of: str = "displacement") -> tuple[Array, Array]:
+        """Results after one step of iterative refinement in extended precision, and the bound on their error.
+
+        Worth it where `error_bound` is large: what is left is what rounding of the members' stiffnesses leaves open.
+
+        Parameters
+        ----------
+        name
+            The node; or the joint or member where `of` says so.
+        of
+            As for `error_bound`.
+
+        Returns
+        -------
+        tuple of ndarray
+            Results and bounds, (..., 6), or (..., 12) for ``end_forces``.
+        """
+        from .asked import checked
+
+        getattr(self, checked(of))(name)
+        return self._bounds.refined(name, of)
+
     def mechanism(self, *entry: int) -> str:
         """Which nodes move in which direction where nothing resists, in words; empty where none does.
 
@@ -344,23 +398,29 @@ class Solution:
         return out
 
     @cached_property
+    def _bounds(self) -> Bounds:
+        from .bounds import Bounds
+
+        return Bounds(self)
+
+    @cached_property
     def _recovery(self) -> Recovery:
         return Recovery(self)
 
-    def _read(self, key: object, compute: Any) -> Array:
+    def _read(self, key: object, compute: Any, mask: float = np.nan) -> Array:
         if key not in self._known:
             array = compute()
-            self._known[key] = array if isinstance(key, str) else self._masked(array)
+            self._known[key] = array if isinstance(key, str) else self._masked(array, mask)
             self._known[key].flags.writeable = False
         return self._known[key]
 
-    def _masked(self, array: Array) -> Array:
+    def _masked(self, array: Array, mask: float = np.nan) -> Array:
         singular = self._singular
         if singular.any():
             if not self._warned:
                 self._warned = True
                 warnings.warn(self._warning(singular), MechanismWarning, stacklevel=4)
-            array[singular] = np.nan
+            array[singular] = mask
         return array
 
     def _warning(self, singular: NDArray[np.bool_]) -> str:

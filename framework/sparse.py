@@ -44,7 +44,7 @@ class SparseSolver:
         """The same matrix and factors under the loads of another plan."""
         twin = copy.copy(self)
         twin.plan = plan
-        for loaded in ("load", "unknowns", "_numbers", "_excited"):
+        for loaded in ("load", "unknowns", "_numbers", "excited"):
             vars(twin).pop(loaded, None)
         return twin
 
@@ -68,7 +68,7 @@ class SparseSolver:
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
-        where = self._excited if excited else ~self._excited
+        where = self.excited if excited else ~self.excited
         found = bool(where.any()) and self._factor(where).singular
         return np.full(self.plan.frame.shape, found)
 
@@ -78,7 +78,7 @@ class SparseSolver:
         from skfem import solve
 
         out = np.zeros_like(self.load)
-        where = self._excited
+        where = self.excited
         if where.any():
             factor = self._factor(where)
             with timed(self.plan.times, "solution"):
@@ -199,8 +199,14 @@ class SparseSolver:
     def _cases(self) -> int:
         return int(np.prod(self.plan.frame.shape, dtype=np.int64))
 
+    @property
+    def factor(self) -> Factor:
+        """Factor of the stiffness of what the loads reach."""
+        return self._factor(self.excited)
+
     @cached_property
-    def _excited(self) -> NDArray[np.bool_]:
+    def excited(self) -> NDArray[np.bool_]:
+        """Unknowns that the loads reach, (n,)."""
         _, label = connected_components(self.stiffness, directed=False)
         pushed = np.unique(label[np.any(self.load != 0.0, axis=1)])
         found: NDArray[np.bool_] = np.isin(label, pushed)

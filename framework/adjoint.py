@@ -1,0 +1,169 @@
+"""The adjoint of an asked result: the displacements under the force, or the opening, that does work equal to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .asked import Asked
+from .batch import Array
+from .compliance import Compliance
+from .deformations import Springs
+from .equilibrium import Equilibrium
+from .kinematics import Kinematics, Real, extended
+from .parts import Extended
+
+# Roundings of a scaled load on an unknown, a safe count.
+_CAREFUL = 64.0
+_LEAST = float(np.finfo(Extended).eps)
+
+
+class Adjoint:
+    """Influence of everything on an asked result.
+
+    Parameters
+    ----------
+    state
+        The computed solution.
+    compliance
+        Inverse of its stiffness.
+    result
+        What is asked for, m results.
+
+    Attributes
+    ----------
+    coordinates
+        Displacements for unit forces, (m, ..., nodes, 6), as coordinates.
+    """
+
+    def __init__(self, state: Equilibrium, compliance: Compliance, result: Asked) -> None:
+        self.state, self.compliance, self.result = state, compliance, result
+        kinematics, links = state.kinematics, range(len(state.kinematics.links))
+        imposed = [extended(result.imposed[k]) if k in result.imposed else None for k in links]
+        none = extended(np.zeros((1,) * (state.ndim + 1) + (len(state.unknowns),)))
+        self._fixed = kinematics.coordinates(state.unknowns, none, imposed).astype(np.float64)
+        self.right = self._unbalanced(self._fixed, state.double, state.double_springs)
+        self.answer: Real = compliance.solve(self.right)
+        self.coordinates = kinematics.coordinates(state.unknowns, extended(self.answer), imposed)
+        self._fine = compliance.near
+        if self._fine:
+            left = self._unbalanced(self.coordinates, kinematics, state.springs)
+            self.answer = extended(self.answer) + compliance.solve(left.astype(np.float64))
+            self.coordinates = kinematics.coordinates(state.unknowns, self.answer, imposed)
+
+    @cached_property
+    def rough(self) -> Array:
+        """Coordinates in double precision."""
+        found: Array = self.coordinates.astype(np.float64)
+        return found
+
+    @cached_property
+    def displacements(self) -> Array:
+        """Displacements of the nodes, global, (m, ..., nodes, 6)."""
+        return self.state.double.displacements(self.rough)
+
+    @cached_property
+    def deformations(self) -> list[Array]:
+        """Deformations by kind of member, (m, ..., n, 6)."""
+        return [each.of(self.displacements) for each in self.state.double_springs]
+
+    @cached_property
+    def openings(self) -> list[Array]:
+        """Openings by link, (m, ..., 6)."""
+        return self.state.double.openings(self.rough, self.displacements)
+
+    # -- error ------------------------------------------------------------------------------------------------------
+
+    def refined(self) -> Real:
+        """The results without the error that the residual shows, (..., m)."""
+        work = np.sum(self.coordinates * self.state.residual, axis=(-1, -2))
+        found: Real = self.result.value + np.moveaxis(work, 0, -1)
+        return found
+
+    def doubt(self) -> Real:
+        """What `refined` may be off, (..., m)."""
+        state = self.state
+        double = state.double
+        spread = double.sizes(self.rough)
+        total: Any = extended(0.0)
+        kinds = zip(state.double_springs, self.deformations, state.member_pulls, strict=True)
+        for index, (springs, found, pull) in enumerate(kinds):
+            mine, sizes = np.abs(state.deformations[index]), state.deformation_sizes[index]
+            k, b = springs.stiffness, springs.sizes(spread)
+            e = np.abs(found) + 8.0 * state.rounding * b
+            off = springs.roundings * state.rounding
+            total = total + np.sum(e * (off * np.abs(pull) + state.fine * k * sizes), axis=(-1, -2))
+            total = total + state.fine * np.sum(b * np.abs(pull), axis=(-1, -2))
+            # a rounded elastic centre mixes the moment into the shear
+            for shear, bend in ((1, 5), (2, 4)):
+                lean = e[..., shear] * mine[..., bend] + e[..., bend] * mine[..., shear]
+                total = total + off * np.sum(k[..., shear] * springs.length * lean, axis=-1)
+        opened = double.opening_sizes(self.rough, spread)
+        for k, found, b, pull, size in zip(
+            state.stiffness, self.openings, opened, state.pulls, state.opening_sizes, strict=True
+        ):
+            total = total + state.fine * np.sum(k * np.abs(found) * size + b * np.abs(pull), axis=-1)
+        total = total + np.sum(spread * (state.loads.doubt + state.fine * np.abs(state.loads.forces)), axis=(-1, -2))
+        total = total + state.fine * np.sum(np.abs(self.coordinates) * np.abs(state.residual), axis=(-1, -2))
+        out: Real = np.moveaxis(total + self._second_order(), 0, -1) + self.result.doubt
+        return out + 4.0 * _LEAST * np.abs(self.refined())
+
+    def _second_order(self) -> Real:
+        """Bound on the product of what the solution and what the adjoint leave of their equations, (m, ...)."""
+        state, compliance = self.state, self.compliance
+        root, size = extended(compliance.root), len(state.unknowns)
+        kinds = zip(state.springs, state.deformation_sizes, strict=True)
+        theirs = _norm(root * state.balance) + state.fine * np.sqrt(size * _energy(kinds))
+        own = self._left()
+        out: Real = np.where((own == 0.0) | (theirs == 0.0), 0.0, own * theirs / compliance.least)
+        return out
+
+    def _left(self) -> Real:
+        """Scaled norm of what the adjoint leaves of its equations, (m, ...)."""
+        state, compliance = self.state, self.compliance
+        root, size = compliance.root, len(state.unknowns)
+        load = _CAREFUL * state.rounding * size * _norm(root * self.right)
+        if self._fine:
+            left = self._unbalanced(self.coordinates, state.kinematics, state.springs)
+            spread = extended(state.double.sizes(self.rough))
+            kinds = ((each, each.sizes(spread)) for each in state.springs)
+            noise = state.fine * np.sqrt(size * _energy(kinds))
+            fine: Real = _norm(extended(root) * left) + noise + load * 2.0**-10
+            return fine
+        left = self.right - compliance.apply(self.answer)
+        noise = compliance.fuzz * _norm(self.answer / root)
+        if self.result.imposed:
+            spread = state.double.sizes(self._fixed)
+            kinds = ((each, each.sizes(spread)) for each in state.double_springs)
+            noise = noise + _CAREFUL * state.rounding * np.sqrt(size * _energy(kinds))
+        rough: Real = _norm(root * left) + noise + load
+        return rough
+
+    # -- load -------------------------------------------------------------------------------------------------------
+
+    def _unbalanced(self, coordinates: Real, kinematics: Kinematics, springs: list[Springs]) -> Real:
+        """What displacements leave of the unit load on the unknowns, (m, ..., n)."""
+        state, result = self.state, self.result
+        load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces
+        moved = kinematics.displacements(coordinates)
+        for each in springs:
+            load = load - each.forces(each.stiffness * each.of(moved), kinematics.count)
+        opened = kinematics.openings(coordinates, moved)
+        pulls = [
+            -k * opening + result.pulls.get(index, 0.0)
+            for index, (k, opening) in enumerate(zip(state.stiffness, opened, strict=True))
+        ]
+        return kinematics.reduced(state.unknowns, kinematics.generalised(load, pulls))
+
+
+def _energy(kinds: Iterable[tuple[Springs, Real]]) -> Any:
+    """Twice the energy of deformations, (...)."""
+    return sum((np.sum(each.stiffness * e * e, axis=(-1, -2)) for each, e in kinds), extended(0.0))
+
+
+def _norm(array: Real) -> Real:
+    norm: Real = np.sqrt(np.sum(array * array, axis=-1))
+    return norm
