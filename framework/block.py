@@ -11,7 +11,6 @@ threads.
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -19,22 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import Array
+from .chunks import cores, held, large_masks, steps
+from .combination import Combination
 from .order import Order
 from .parts import Grid, Row, Value, add, add_row, combine, unknowns
-from .stage import Forces, Matrix, Sources, Stage, backward, carried, closure, subtract
-from .tail import Tail
+from .stage import Forces, Matrix, Stage, backward, carried, closure, subtract
+from .tail import Remainder, Tail
 
-# Batch entries handled at a time: some dozens of arrays of this length fit the second-level cache.
-CHUNK = 32768
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
-
-# What varies over less than this share of the batch, and over no more than so many entries, is done all at once; so is
-# all of a small batch.
-_SHARE = 16
-_MOST = 2**16
-_SMALL = 2**10
 
 Wanted = Sequence[bool]
 Springs = list[tuple[Row, Value]]
@@ -117,10 +110,10 @@ class Factor:
     """
 
     def __init__(self, block: Block, chunk: int | None = None, workers: int | None = None) -> None:
-        self.block, self.workers = block, workers or min(4, os.cpu_count() or 1)
+        self.block, self.workers = block, workers or min(4, cores())
         self.large: Wanted = large_masks(block.grid)
         self.small: Wanted = [not large for large in self.large]
-        self.axis, self.step = steps(block.grid, chunk or CHUNK)
+        self.axis, self.step = steps(block.grid, block.orders, chunk)
         self._masks = _Masks(block)
         with np.errstate(all="ignore"):
             self.shared = self._run(self._start(), self.small)
@@ -235,14 +228,30 @@ class Factor:
     # -- chunks -----------------------------------------------------------------------------------------------------
 
     def _gathered(self, rows: Sequence[Row]) -> list[Value]:
+        return self._from_tails(rows) if self._only_tail else self._from_stages(rows)
+
+    def _from_tails(self, rows: Sequence[Row]) -> list[Value]:
+        shape = self.block.grid.shape
+        asked = Combination.of([self.shared.carried(self.block, row) for row in rows], self._rest.columns, shape)
+        out = np.empty((*shape[:-1], len(rows), shape[-1]))
+
+        def gather(index: int, tail: _Progress | Tail) -> None:
+            indices, part = self._indices(index), self._part(index)
+            last = self.axis == len(shape) - 1
+            assert isinstance(tail, Tail)
+            tail.values(asked.cut(self.axis, indices), out[..., indices] if last else out[part])
+
+        self._each(gather)
+        return [out[..., k, :] for k in range(len(rows))]
+
+    def _from_stages(self, rows: Sequence[Row]) -> list[Value]:
         results: list[Value] = [0.0] * len(rows)
-        asked = [self.shared.carried(self.block, row) for row in rows] if self._only_tail else rows
 
         def gather(index: int, progress: _Progress | Tail) -> None:
             part = self._part(index)
-            cut = [_mapped(row, functools.partial(self._cut, part=part)) for row in asked]
-            values = progress.values(cut) if isinstance(progress, Tail) else progress.values(self.block, cut)
-            for k, value in enumerate(values):
+            assert isinstance(progress, _Progress)
+            cut = [_mapped(row, functools.partial(self._cut, part=part)) for row in rows]
+            for k, value in enumerate(progress.values(self.block, cut)):
                 if not isinstance(value, np.ndarray):
                     results[k] = value
                     continue
@@ -274,8 +283,7 @@ class Factor:
     def _chunk(self, index: int) -> _Progress | Tail:
         if index in self._kept:
             return self._kept[index]
-        cut = functools.partial(self._cut, part=self._part(index))
-        progress: _Progress | Tail = self._finished(cut) if self._only_tail else self._redone(cut)
+        progress: _Progress | Tail = self._finished(index) if self._only_tail else self._redone(index)
         self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
         if self._again or self.chunks == 1:
             self._kept[index] = progress
@@ -288,17 +296,22 @@ class Factor:
         done = self.shared.inner.complete and self.shared.outer.complete
         return done and not any(self.large[mask] for mask in inner.masks.values())
 
-    def _finished(self, cut: Callable[[Value], Value]) -> Tail:
+    @functools.cached_property
+    def _rest(self) -> Remainder:
+        """What the shared steps leave to the chunks."""
         stage = self.shared.outer
-        left = stage.mapped(cut, steps=False)
-        order = [k for k in self.block.orders[1].pivots if k not in stage.pivots]
-        knowns = [cut(value) for value in self.shared.knowns]
-        unit = {k: _mapped_sources(stage.forces.get(k, {}), cut) for k in order}
-        return Tail(left.matrix, left.scale, order, unit, knowns)
+        left = [k for k in self.block.orders[1].pivots if k not in stage.pivots]
+        return Remainder.of(stage, left, self.shared.knowns, self.block.grid)
 
-    def _redone(self, cut: Callable[[Value], Value]) -> _Progress:
+    def _finished(self, index: int) -> Tail:
+        cut = functools.partial(self._cut, part=self._part(index))
+        shape = list(self.block.grid.shape)
+        shape[self.axis] = len(range(shape[self.axis])[self._indices(index)])
+        return Tail(self._rest.cut(cut, self.axis, self._indices(index)), tuple(shape))
+
+    def _redone(self, index: int) -> _Progress:
         """The whole way once more for the terms that are large."""
-        shared = self.shared
+        shared, cut = self.shared, functools.partial(self._cut, part=self._part(index))
         progress = _Progress(
             shared.inner.mapped(cut),
             shared.outer.mapped(cut),
@@ -309,7 +322,10 @@ class Factor:
         return self._run(progress, self.large)
 
     def _part(self, index: int) -> tuple[slice, ...]:
-        return (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
+        return (slice(None),) * self.axis + (self._indices(index),)
+
+    def _indices(self, index: int) -> slice:
+        return slice(index * self.step, (index + 1) * self.step)
 
     def _cut(self, value: Value, part: tuple[slice, ...]) -> Value:
         """The part of a number that belongs to a chunk, in double precision."""
@@ -319,27 +335,10 @@ class Factor:
         return mine.astype(np.float64, copy=False)
 
     def _bytes(self) -> int:
-        sizes = self.block.grid.sizes
-        return sum(
-            8 * sizes[order.masks[k]] * (len(order.below[k]) + 2)
-            for order in self.block.orders
-            for k in order.pivots
-            if self.large[order.masks[k]]
-        )
-
-
-def steps(grid: Grid, chunk: int) -> tuple[int, int]:
-    """The axis along which a batch is cut, and how many of its indices make a chunk."""
-    if not grid.shape:
-        return 0, 1
-    axis = int(np.argmax(grid.shape))
-    return axis, max(1, chunk * grid.shape[axis] // max(1, grid.sizes[-1]))
-
-
-def large_masks(grid: Grid) -> list[bool]:
-    """By mask, whether what varies so is left to the chunks: most of the batch, or too much for the cache."""
-    whole = grid.sizes[-1]
-    return [whole > _SMALL and size > 1 and (_SHARE * size > whole or size > _MOST) for size in grid.sizes]
+        """What all chunks would hold for later."""
+        if self._only_tail:
+            return 8 * self.block.grid.sizes[-1] * len(self._rest.columns)
+        return 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders)
 
 
 def _same(value: Value) -> Value:
@@ -352,10 +351,6 @@ def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
 
 def _sum(row: Row, known: dict[int, Value]) -> Value:
     return combine([(factor, known[k]) for k, factor in row.items()])
-
-
-def _mapped_sources(by_source: Sources, change: Callable[[Value], Value]) -> Sources:
-    return {s: {mask: change(value) for mask, value in parts.items()} for s, parts in by_source.items()}
 
 
 def _margins(progress: _Progress | Tail) -> list[Array]:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .block import CHUNK, large_masks, steps
 from .broadcast import BroadcastSolver
+from .chunks import large_masks, steps
 from .clearance import loose_joints
 from .dofs import DISPLACEMENTS
 from .order import Order
@@ -92,7 +92,7 @@ def _steps(title: str, order: Order, grid: Grid) -> list[str]:
 
 def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
     seconds = sum(order.operations(grid) for order in orders) / RATE
-    axis, step = steps(grid, CHUNK)
+    axis, step = steps(grid, orders)
     chunks = -(-grid.shape[axis] // step) if any(large_masks(grid)) else 1
     where = f"in {chunks} chunks along axis {axis}" if chunks > 1 else "in one go"
     return f"  About {1e3 * seconds:.2g} ms of arithmetic, {where}."

@@ -1,87 +1,177 @@
-"""The last unknowns of an elimination, those that vary over most of the batch, for one chunk of it.
+"""The last unknowns of an elimination, those that vary over most of the batch: a sparse LDL^T, chunk by chunk.
 
-They are few and all coupled: a dense LDL^T in place, each operation one pass over arrays that stay in the cache.
+Each operation is one pass over arrays that stay in the cache. Loads and results, which are sums over known numbers and
+unknowns with factors that mostly vary less than these, are matrix products.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .parts import Parts, Row, Value, combine, is_zero, total
-from .stage import Matrix, Sources, collapsed, reciprocal
+from .batch import Array, Shape
+from .combination import Combination
+from .parts import Grid, Parts, Value, total
+from .stage import Stage, reciprocal
+
+# A coupling smaller than this share of the two diagonal entries is less than the rounding of what it came from, in
+# extended precision. There are such: forces in a statically determinate linkage do not depend on its springs.
+_NOTHING = 2.0**-60
 
 
-class Tail:
-    """Dense factorisation and solution of what is left of a stage.
+@dataclass(frozen=True)
+class Remainder:
+    """What is left of a stage when all that many entries share is done, in double precision.
 
-    Parameters
+    Attributes
     ----------
-    matrix, scale
-        What is left, cut to the chunk.
-    order
+    pivots
         The unknowns in order.
-    forces
-        Their loads for a unit of each known number.
+    matrix
+        Parts of the entries by place: of each row the diagonal and what is above it, room for the fill included.
+    scale
+        Parts of the stiffness whose rounding the diagonal carries.
+    loads
+        Loads on the unknowns, over the known numbers.
     knowns
         The known numbers.
     """
 
-    def __init__(
-        self,
-        matrix: Matrix,
-        scale: dict[int, Parts],
-        order: list[int],
-        forces: dict[int, Sources],
-        knowns: Sequence[Value],
-    ) -> None:
+    pivots: list[int]
+    matrix: list[dict[int, Parts]]
+    scale: list[Parts]
+    loads: Combination
+    knowns: list[Value]
+
+    @classmethod
+    def of(cls, stage: Stage, pivots: list[int], knowns: list[Value], grid: Grid) -> Remainder:
+        """What `stage` leaves of `pivots`."""
+        matrix = _upper(stage, pivots)
+        _fill(matrix)
+        forces = [stage.forces.get(k, {}) for k in pivots]
+        loads = [{-1 - s: _double(total(parts)[1]) for s, parts in by_source.items()} for by_source in forces]
+        scale = [{mask: _double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
+        columns = {-1 - s: s for s in range(len(knowns))}
+        return cls(pivots, matrix, scale, Combination.of(loads, columns, grid.shape), [_double(v) for v in knowns])
+
+    @property
+    def columns(self) -> Mapping[int, int]:
+        """Where the unknowns, and after them the known numbers, stand in the solution."""
+        unknown = {k: place for place, k in enumerate(self.pivots)}
+        return unknown | {-1 - s: len(self.pivots) + s for s in range(len(self.knowns))}
+
+    def cut(self, change: Callable[[Value], Value], axis: int, indices: slice) -> Remainder:
+        """A chunk of it; `change` cuts a number."""
+        return replace(
+            self,
+            matrix=[{j: {m: change(v) for m, v in parts.items()} for j, parts in row.items()} for row in self.matrix],
+            scale=[{m: change(v) for m, v in parts.items()} for parts in self.scale],
+            loads=self.loads.cut(axis, indices),
+            knowns=[change(value) for value in self.knowns],
+        )
+
+
+def _double(value: Value) -> Value:
+    return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
+
+
+def _upper(stage: Stage, pivots: list[int]) -> list[dict[int, Parts]]:
+    """Rows of the matrix from the diagonal on, without the couplings that are nothing."""
+    place = {k: a for a, k in enumerate(pivots)}
+    least = {k: sum(float(np.min(v)) for v in stage.matrix.get(k, {}).get(k, {}).values()) for k in pivots}
+    out: list[dict[int, Parts]] = []
+    for k in pivots:
+        row: dict[int, Parts] = {place[k]: {}}
+        for j, parts in stage.matrix.get(k, {}).items():
+            if place[j] < place[k] or (j != k and _negligible(parts, least[k], least[j])):
+                continue
+            row[place[j]] = {mask: _double(value) for mask, value in parts.items()}
+        out.append(row)
+    return out
+
+
+def _negligible(parts: Parts, first: float, second: float) -> bool:
+    most = sum(float(np.max(np.abs(value))) for value in parts.values())
+    return min(first, second) > 0.0 and most <= _NOTHING * np.sqrt(first) * np.sqrt(second)
+
+
+def _fill(matrix: list[dict[int, Parts]]) -> None:
+    """Make room for what the elimination adds."""
+    for k, row in enumerate(matrix):
+        after = sorted(row.keys() - {k})
+        for a, i in enumerate(after):
+            for j in after[a:]:
+                matrix[i].setdefault(j, {})
+
+
+class Tail:
+    """Factorisation and solution of a chunk.
+
+    Parameters
+    ----------
+    rest
+        What is left, cut to the chunk.
+    shape
+        Batch shape of the chunk.
+    """
+
+    def __init__(self, rest: Remainder, shape: Shape) -> None:
         self.margin: Value = np.inf
-        self.known = {-1 - s: value for s, value in enumerate(knowns)}
-        self._entries = {
-            (i, j): _own(total(matrix[i][j])[1])
-            for a, i in enumerate(order)
-            for j in order[a:]
-            if matrix.get(i, {}).get(j)
-        }
-        self._scale = {k: _own(total(parts)[1]) for k, parts in scale.items()}
-        self._loads = {k: _own(collapsed(by_source, knowns)) for k, by_source in forces.items()}
-        lower = {k: self._step(k, order[a + 1 :]) for a, k in enumerate(order)}
-        for k in reversed(order):
-            value = self._loads.pop(k)
-            for j, low in lower[k].items():
-                value = _minus(value, low * self.known[j])
-            self.known[k] = value
-        del self._entries, self._scale, self._loads
+        size = len(rest.pivots)
+        self._all = np.empty((*shape[:-1], size + len(rest.knowns), shape[-1]))
+        for s, value in enumerate(rest.knowns):
+            self._all[..., size + s, :] = value
+        rest.loads.times(self._all[..., size:, :], self._all[..., :size, :])
+        self._x = [self._all[..., k, :] for k in range(size)]
+        self._loaded = {k for k, row in enumerate(rest.loads.rows) if row}
+        self._rows = [{j: _own(total(parts)[1]) for j, parts in row.items()} for row in rest.matrix]
+        self._scale = [_own(total(parts)[1]) for parts in rest.scale]
+        for k in range(size):
+            self._step(k)
+        for k in reversed(range(size)):
+            for j, low in self._rows[k].items():
+                _reduce(self._x[k], low, self._x[j])
+        del self._x, self._rows, self._scale
 
-    def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns and the known numbers."""
-        return [combine([(factor, self.known[k]) for k, factor in row.items()]) for row in rows]
+    def values(self, rows: Combination, out: Array) -> None:
+        """Put each of `rows` over the unknowns and the known numbers into `out` (..., rows, length)."""
+        rows.times(self._all, out)
 
-    def _step(self, k: int, rest: list[int]) -> dict[int, Value]:
-        """Eliminate k and return the column below it; its load becomes that of ``D^-1 L^-1 f``."""
-        pivot = self._entries.get((k, k), 0.0)
+    def _step(self, k: int) -> None:
+        """Eliminate k: its row becomes the column of L below it, its load that of ``D^-1 L^-1 f``."""
+        row, weight = self._rows[k], self._scale[k]
+        pivot = row.pop(k)
         inverse = reciprocal(pivot)
-        below = [j for j in rest if (k, j) in self._entries]
-        lower = {j: self._entries[k, j] * inverse for j in below}
-        weight, load = self._scale.get(k, 0.0), self._loads[k]
         self.margin = np.minimum(self.margin, pivot * reciprocal(weight))
-        for a, i in enumerate(below):
-            low = lower[i]
-            for j in below[a:]:
-                self._entries[i, j] = _minus(self._entries.get((i, j), 0.0), low * self._entries[k, j])
-            if not is_zero(load):
-                self._loads[i] = _minus(self._loads[i], low * load)
-            self._scale[i] = self._scale.get(i, 0.0) + low * low * weight
-        self._loads[k] = load * inverse
-        return lower
+        share = weight * inverse
+        lower = {j: value * inverse for j, value in row.items()}
+        for i, low in lower.items():
+            target = self._rows[i]
+            for j in target.keys() & row.keys():
+                term = low * row[j]
+                target[j] = _into(np.subtract, target[j], term)
+                if i == j:
+                    self._scale[i] = _into(np.add, self._scale[i], term * share)
+            if k in self._loaded:
+                _reduce(self._x[i], low, self._x[k])
+                self._loaded.add(i)
+        np.multiply(self._x[k], inverse, out=self._x[k])
+        self._rows[k] = lower
 
 
-def _minus(target: Value, term: Value) -> Value:
-    """`target` - `term`, in the memory of `target` where it is of the same shape."""
-    if isinstance(target, np.ndarray) and isinstance(term, np.ndarray) and target.shape == term.shape:
-        return np.subtract(target, term, out=target)
-    return target - term
+def _into(operation: np.ufunc, target: Value, term: Value) -> Value:
+    """Sum or difference of `target` and `term`, in the memory of `target` where it is of that shape."""
+    if isinstance(target, np.ndarray) and target.shape == np.shape(term):
+        found: Value = operation(target, term, out=target)
+        return found
+    return operation(target, term)  # type: ignore[no-any-return]
+
+
+def _reduce(target: Array, low: Value, value: Array) -> None:
+    """Subtract `low` `value` from `target`."""
+    np.subtract(target, low * value, out=target)
 
 
 def _own(value: Value) -> Value:

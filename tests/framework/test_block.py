@@ -44,7 +44,30 @@ def loads_vary() -> Frame:
     return frame
 
 
-CASES = {"joints": joints_vary, "links": links_vary, "loads": loads_vary}
+def one_axis() -> Frame:
+    """One pose: the only axis is both the one that is cut and the one along which products are made."""
+    k = 1e8 * (1.0 + 0.05 * np.random.default_rng(6).standard_normal(1500))
+    frame = FourBar(stiffness=np.stack([k] * 5 + [0.0 * k], axis=-1)).move(0.7).frame()
+    frame.load("P", fy=k / 1e6, fz=1.0)
+    frame.offset("B", ux=1e-12 * k)
+    return frame
+
+
+def samples_first() -> Frame:
+    """Samples by poses: factors vary along the last axis."""
+    frame = FourBar(stiffness=np.stack([SPRINGS] * 5 + [0.0 * SPRINGS], axis=-1)[:, None]).move(THETA[:, 0]).frame()
+    frame.load("P", fy=FORCE[:, None], fz=1.0)
+    frame.offset("B", ux=1e-6 * FORCE[:, None])
+    return frame
+
+
+CASES = {
+    "joints": joints_vary,
+    "links": links_vary,
+    "loads": loads_vary,
+    "one axis": one_axis,
+    "samples first": samples_first,
+}
 
 
 def factors(solution: Solution, chunk: int, workers: int) -> list[Factor]:

@@ -1,0 +1,94 @@
+"""What is left to the chunks: couplings that are nothing, products over blocks, chunks that fit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linkframe.elements import Joint
+from linkframe.framework import Frame
+from linkframe.framework.block import Factor
+from linkframe.framework.chunks import CHUNK, FEWEST, steps
+from linkframe.framework.combination import BLOCK, Combination
+from linkframe.framework.order import Order
+from linkframe.framework.parts import Grid
+from linkframe.models import FourBar
+
+THETA = np.radians(np.linspace(15.0, 165.0, 11))[:, None]
+SPRINGS = np.linspace(1e8, 3e8, 200)
+RNG = np.random.default_rng(4)
+
+
+def linkage(*, overconstrained: bool) -> Frame:
+    """The four-bar loaded in its plane; a second, elastic ground joint makes its forces depend on the stiffness."""
+    frame = FourBar(stiffness=np.stack([SPRINGS] * 5 + [0.0 * SPRINGS], axis=-1)).move(THETA).frame()
+    if overconstrained:
+        frame.node("held", frame.position("P"))
+        frame.add("stay", Joint(stiffness=(1e6, 1e6, 0.0, 0.0, 0.0, 0.0)), "held", "P")
+        frame.fix("held")
+    frame.load("P", fy=100.0)
+    return frame
+
+
+def couplings(frame: Frame) -> int:
+    """Entries off the diagonal that are left to the chunks."""
+    plan = frame.solve().plan
+    return sum(len(row) - 1 for name in plan.excited for row in Factor(plan.block(name))._rest.matrix)
+
+
+def test_springs_of_a_determinate_linkage_do_not_meet() -> None:
+    """Forces follow from equilibrium alone, so each spring stands for itself; not so where the linkage is held twice."""
+    assert couplings(linkage(overconstrained=False)) == 0
+    assert couplings(linkage(overconstrained=True)) > 0
+
+
+@pytest.mark.parametrize("overconstrained", [False, True])
+def test_as_one_by_one(overconstrained: bool) -> None:
+    """Entries of the batch are the same frames solved alone, where nothing is left out."""
+    whole = linkage(overconstrained=overconstrained).solve().displacement("P")
+    for pose, sample in ((0, 0), (4, 77), (10, 199)):
+        k = np.array([SPRINGS[sample]] * 5 + [0.0])
+        frame = FourBar(stiffness=k).move(THETA[pose, 0]).frame()
+        if overconstrained:
+            frame.node("held", frame.position("P"))
+            frame.add("stay", Joint(stiffness=(1e6, 1e6, 0.0, 0.0, 0.0, 0.0)), "held", "P")
+            frame.fix("held")
+        frame.load("P", fy=100.0)
+        alone = frame.solve().displacement("P")
+        np.testing.assert_allclose(whole[pose, sample], alone, rtol=0.0, atol=1e-13 * np.abs(alone).max())
+
+
+@pytest.mark.parametrize("shape", [(3, 700), (700,), (2, 3, 20), (5, 4)])
+@pytest.mark.parametrize("share", [0.1, 0.9])
+def test_combination(shape: tuple[int, ...], share: float) -> None:
+    """Sums of products as NumPy's einsum has them, with and without the matrix; in parts the same bits."""
+    leading = (*shape[:-1], 1)
+    rows = [{k: RNG.normal(size=leading) for k in range(7) if RNG.random() < share} for _ in range(4)]
+    numbers = RNG.normal(size=(*shape[:-1], 7, shape[-1]))
+    combination = Combination.of(rows, {k: k for k in range(7)}, shape)
+    full = np.zeros((*shape[:-1], 4, 7))
+    for i, row in enumerate(rows):
+        for k, factor in row.items():
+            full[..., i, k] = factor[..., 0]
+    out = np.empty((*shape[:-1], 4, shape[-1]))
+    combination.times(numbers, out)
+    np.testing.assert_allclose(out, np.einsum("...ik,...kn->...in", full, numbers), rtol=1e-13, atol=1e-14)
+    for axis, n in enumerate(shape):
+        step = BLOCK if axis == len(shape) - 1 else 1
+        for start in range(0, n, step):
+            indices = slice(start, start + step)
+            at = (..., indices) if axis == len(shape) - 1 else (slice(None),) * axis + (indices,)
+            part = np.empty_like(out[at])
+            combination.cut(axis, indices).times(numbers[at], part)
+            np.testing.assert_array_equal(part, out[at])
+
+
+def test_long_eliminations_take_short_chunks() -> None:
+    """What is held for a chunk stays below a bound, whatever the size of the mechanism."""
+
+    def chunk(unknowns: int) -> int:
+        order = Order(list(range(unknowns)), {k: [0] * 12 for k in range(unknowns)}, dict.fromkeys(range(unknowns), 3))
+        axis, step = steps(Grid((300, 1000)), (order,))
+        return step * (1000 if axis == 0 else 300)
+
+    assert CHUNK // 2 < chunk(10) <= CHUNK
+    assert FEWEST // 2 <= chunk(1000) < 2 * FEWEST
