@@ -36,7 +36,7 @@ def couplings(frame: Frame) -> int:
 
 
 def test_springs_of_a_determinate_linkage_do_not_meet() -> None:
-    """Forces follow from equilibrium alone, so each spring stands for itself; not so where the linkage is held twice."""
+    """Forces follow from equilibrium alone, so springs stand for themselves; not so where P is held too."""
     assert couplings(linkage(overconstrained=False)) == 0
     assert couplings(linkage(overconstrained=True)) > 0
 
