@@ -17,6 +17,7 @@ from .protocol import JointElement, LineElement, PointElement
 
 if TYPE_CHECKING:
     from .buckling import Buckling
+    from .large.path import Path
     from .large.solution import LargeSolution
     from .modes import Modes
     from .plan import Plan
@@ -489,6 +490,35 @@ class Frame:
 
             return LargeSolution.of(self, method, clearance, steps)
         return Solution.of(self, method, clearance=clearance)
+
+    def path(self, node: str, component: str, to: float, *, steps: int = 200, first: float = 0.05) -> Path:
+        """Equilibrium path at large displacement from rest on, past limit points where the load falls, by arc length.
+
+        Parameters
+        ----------
+        node, component
+            Displacement that tells where to end.
+        to
+            Its value there, length or radians.
+        steps
+            Largest number of points.
+        first
+            Load factor of the first step; later ones follow the number of iterations.
+
+        Returns
+        -------
+        Path
+            Points with their load ``factor`` (points, ...), ``displacement(node)`` (points, ..., 6), ``stable``
+            (points, ...) and the ``limits`` of the load factor.
+
+        Raises
+        ------
+        FrameError
+            Where node or component are unknown, or `to` is zero.
+        """
+        from .large.path import follow
+
+        return follow(self, node, component, to, steps, first)
 
     def modes(self, count: int) -> Modes:
         """The lowest natural frequencies and mode shapes.

@@ -116,7 +116,7 @@ class Newton:
         for iteration in range(_FAST):
             at = equations.linearised(state, stresses)
             lag = equations.lag(state)
-            factors = self._factor(at)
+            factors = self.factor(at)
             positive = (factors.pivots > _ZERO).all(axis=0)
             step = self._newton_step(at, lag, factors.solve)
             usable = np.isfinite(step).all(axis=0) & (positive | (iteration > 0))
@@ -138,7 +138,8 @@ class Newton:
                 equations = Equations(self.model, tuple(k[active] for k in where), len(active), factor)
         return found
 
-    def _factor(self, at: Linear) -> Factor:
+    def factor(self, at: Linear) -> Factor:
+        """The tangent factorised."""
         return self.elimination.factor(at.values, symmetric=self.model.symmetric)
 
     def _newton_step(self, at: Linear, lag: Array, solve: object) -> Array:
@@ -195,7 +196,7 @@ class Newton:
         if not lag.any():
             return state
         at = equations.linearised(state)
-        step = self._newton_step(at, lag, self._factor(at).solve)
+        step = self._newton_step(at, lag, self.factor(at).solve)
         fallen = ~np.isfinite(step).all(axis=0)
         step[: self.model.free, fallen] = 0.0
         return equations.advanced(state, step)

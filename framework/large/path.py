@@ -1,0 +1,235 @@
+"""Equilibrium paths past limit points, by arc length.
+
+Unknowns and load factor go together along the path: a step along the tangent, then Newton's method in the plane across
+it (Riks, J. Appl. Mech. 39 (1972) 1060-1065; Ramm 1981), its length following the number of iterations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, Shape
+from ..dofs import component
+from ..errors import FrameError
+from ..plan import Plan
+from . import rotation
+from .equations import Equations, Linear, State
+from .march import March
+from .model import Model
+from .newton import Newton
+
+if TYPE_CHECKING:
+    from ..frame import Frame
+
+# Iterations that a step is to take, at most takes, and how much its length may grow.
+_AIM, _MOST, _GROWTH = 5, 12, 1.5
+_CLOSE = 1e-16
+# How far from its tangent the path may bend in a step, as a share of the step.
+_ASIDE = 0.5
+# Step below which a path is given up, as a share of the first.
+_LEAST = 1e-4
+
+
+@dataclass(frozen=True)
+class Path:
+    """Points of equilibrium along a path.
+
+    Attributes
+    ----------
+    factor
+        Load factor, (points, ...); NaN after the end of an entry's path.
+    stable
+        Whether the energy has a minimum there, (points, ...).
+    """
+
+    frame: Frame
+    factor: Array
+    stable: NDArray[np.bool_]
+    _model: Model
+    _states: list[State]
+
+    def displacement(self, node: str) -> Array:
+        """Displacement and rotation vector of a node, (points, ..., 6), global.
+
+        Parameters
+        ----------
+        node
+            The node.
+        """
+        if node not in self._model.topology.number:
+            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
+        number = self._model.topology.number[node]
+        parts = [np.concatenate([s.moved[:, number], rotation.logarithm(s.turned[:, number])]) for s in self._states]
+        shaped = np.moveaxis(np.stack(parts), 1, -1).reshape(len(parts), *self.shape, 6)
+        return np.where(np.isnan(self.factor)[..., None], np.nan, shaped)
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        return self.frame.shape
+
+    @cached_property
+    def limits(self) -> list[Array]:
+        """By batch entry, flattened: load factors of the limit points, from the parabola through three points each."""
+        return [_limits(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
+
+
+def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: float) -> Path:
+    """Follow the path from rest until a displacement component passes `to`; see `Frame.path`."""
+    if node not in frame.nodes:
+        raise FrameError(f"node {node!r} is unknown: known are {', '.join(frame.nodes)}")
+    if to == 0.0 or not np.isfinite(to):
+        raise FrameError(f"path to {name} = {to!r} of {node!r}: give a displacement that is not zero")
+    tracer = _Tracer(Model(Plan(frame.copy(), cut=True)), (node, component(name), to), first)
+    for _ in range(steps):
+        if not tracer.step():
+            break
+    factor = np.stack(tracer.factors).reshape(-1, *frame.shape)
+    stable = np.stack(tracer.stables).reshape(-1, *frame.shape)
+    return Path(tracer.model.frame, factor, stable, tracer.model, tracer.states)
+
+
+class _Tracer:
+    """Paths of all entries, a step at a time."""
+
+    def __init__(self, model: Model, goal: tuple[str, int, float], first: float) -> None:
+        self.model, self.newton = model, Newton(model)
+        node, self.component, self.to = goal
+        self.node = model.topology.number[node]
+        count = int(np.prod(model.frame.shape, dtype=np.int64))
+        where = March(model, 1).where(np.arange(count))
+        self.whole, self.none = (Equations(model, where, count, factor) for factor in (1.0, 0.0))
+        self.state = State.start(model, count)
+        self.weight = np.where(self.newton.turning, 1.0, 1.0 / self.newton.size)[:, None] ** 2
+        self.factor, self.going = np.zeros(count), np.ones(count, dtype=bool)
+        self.first, self.length = first, np.full(count, np.nan)
+        self.shortest = np.zeros(count)
+        self.along: Array | None = None
+        self.factors, self.states = [self.factor.copy()], [self.state.taken(np.arange(count))]
+        self.stables = [np.ones(count, dtype=bool)]
+
+    def step(self) -> bool:
+        """One more point of each path that has not ended; whether there is any."""
+        ahead, slope = self._tangent()
+        sign = self._direction(ahead)
+        if self.along is None:
+            self.length = self.first / slope
+            self.shortest = _LEAST * self.length
+        while True:
+            state, factor, iterations, stable = self._corrected(sign * ahead, sign * slope)
+            failed = self.going & (iterations > _MOST)
+            if not failed.any():
+                break
+            self.length = np.where(failed, 0.5 * self.length, self.length)
+            self.going &= self.length > self.shortest
+            if not self.going.any():
+                return False
+        moved = np.flatnonzero(self.going)
+        self.state.put(moved, state.taken(moved))
+        self.factor = np.where(self.going, factor, self.factor)
+        self.along = sign * ahead
+        self.factors.append(np.where(self.going, factor, np.nan))
+        self.states.append(self.state.taken(np.arange(len(factor))))
+        self.stables.append(stable & self.going)
+        grown = np.clip(np.sqrt(_AIM / np.maximum(iterations, 1)), 0.5, _GROWTH)
+        self.length = np.where(self.going, self.length * grown, self.length)
+        here = self._value(self.state)
+        self.going &= here < self.to if self.to > 0.0 else here > self.to
+        return bool(self.going.any())
+
+    def _value(self, state: State) -> Array:
+        if self.component < 3:
+            return state.moved[self.component, self.node]
+        return rotation.logarithm(state.turned[:, self.node])[self.component - 3]
+
+    def _tangent(self) -> tuple[Array, Array]:
+        """Unit direction of the path: coordinates (size, m) and load factor (m,)."""
+        at, load = self._linear(self.state, None, self.factor)
+        ahead = self._solved(at, load, self._driven())
+        slope = 1.0 / np.sqrt(self._norm(ahead, ahead))
+        return ahead * slope, slope
+
+    def _direction(self, ahead: Array) -> Array:
+        if self.along is None:
+            return np.ones(ahead.shape[1])
+        return np.where(self._norm(ahead, self.along) < 0.0, -1.0, 1.0)
+
+    def _norm(self, a: Array, b: Array) -> Array:
+        out: Array = np.einsum("im,im->m", self.weight * a, b)
+        return out
+
+    def _driven(self) -> Array:
+        return self.whole.targets
+
+    def _linear(self, state: State, stresses: list[Array] | None, factor: Array) -> tuple[Linear, Array]:
+        """Forces and tangent at a load factor (m,), and the loads (size, m)."""
+        whole, none = (part.linearised(state, stresses) for part in (self.whole, self.none))
+        mixed = Linear(
+            none.forces + factor * (whole.forces - none.forces),
+            none.values + factor * (whole.values - none.values),
+            none.changes,
+            none.stresses,
+            none.jacobians,
+            none.energy,
+            none.nodal,
+            none.own,
+        )
+        return mixed, none.forces - whole.forces
+
+    def _solved(self, at: Linear, load: Array, lag: Array) -> Array:
+        free = self.model.free
+        factors = self.newton.factor(at)
+        self.stable = (factors.pivots > 0.0).all(axis=0)
+        right = load[:free]
+        if len(lag):
+            right = right - self.newton.elimination.driven_forces(at.values, lag)
+        return np.concatenate([factors.solve(right), lag])
+
+    def _corrected(self, ahead: Array, slope: Array) -> tuple[State, Array, NDArray[np.int64], NDArray[np.bool_]]:
+        """The point of equilibrium in the plane at the end of the step; more iterations than allowed where none."""
+        step, share = self.length * ahead, self.length * slope
+        step, share = np.where(self.going, step, 0.0), np.where(self.going, share, 0.0)
+        at, _ = self._linear(self.state, None, self.factor)
+        state, factor = self.whole.advanced(self.state, step), self.factor + share
+        stresses = self.whole.step_stresses(at, step)
+        done, stable = ~self.going, np.zeros(len(factor), dtype=bool)
+        iterations = np.zeros(len(factor), dtype=np.int64)
+        aside = np.zeros_like(step)
+        while not done.all() and iterations.max() <= _MOST:
+            at, load = self._linear(state, stresses, factor)
+            by_load = self._solved(at, load, self._driven())
+            free = self._solved(at, -at.forces, factor * self._driven() - self._present(state))
+            change = -self._norm(ahead, free) / self._norm(ahead, by_load)
+            step = np.where(done, 0.0, free + change * by_load)
+            step = np.where(np.isfinite(step).all(axis=0), step, 0.0)
+            aside += step
+            state = self.whole.advanced(state, step)
+            factor = np.where(done, factor, factor + change)
+            stresses = self.whole.step_stresses(at, step)
+            iterations += ~done
+            work = np.abs(np.einsum("im,im->m", at.forces, step)) + np.abs(change * np.einsum("im,im->m", load, step))
+            close = ~done & (work <= _CLOSE * at.energy) & (np.abs(step).max(axis=0) > 0.0)
+            stable = np.where(close, self.stable, stable)
+            done |= close
+        iterations[~done | (self._norm(aside, aside) > (_ASIDE * self.length) ** 2)] = _MOST + 1
+        return state, factor, iterations, stable
+
+    def _present(self, state: State) -> Array:
+        return self.whole.targets - self.whole.lag(state)
+
+
+def _limits(factors: Array) -> Array:
+    """Extreme values of factors along a path, by the parabola through the three points about each."""
+    change = np.diff(factors)
+    turns = np.flatnonzero(change[1:] * change[:-1] < 0.0) + 1
+    found = []
+    for k in turns:
+        # in the number of the point; exact enough where steps are even
+        a, b, c = factors[k - 1 : k + 2]
+        found.append(b - (c - a) ** 2 / (8.0 * (a - 2.0 * b + c)))
+    return np.array(found)
