@@ -36,15 +36,16 @@ def against_offsets(frame: Frame, play: Play) -> tuple[Array, Array]:
     -------
     stiffness, members
         Fall of the force in each component for a unit offset in each, (n, n, ...), zero where it is no more than the
-        rounding of the members' stiffness; and that, (n, ...).
+        rounding of the members' stiffness; and that, (n, ...). All batch axes of the frame are there, of size one
+        where nothing varies.
     """
     joints = {name: joint.element for name, joint in frame.joints.items()}
     if all(_alike(element) for element in joints.values()):
         typical = {name: element.typical() for name, element in joints.items()}
-        stiffness, members = _answer(_bare(frame, typical), play)
+        stiffness, members = _answer(_bare(frame, typical), play, len(frame.shape))
         if not stiffness.any() or all(element.shape == typical[name].shape for name, element in joints.items()):
             return stiffness, members
-    return _answer(_bare(frame, joints), play)
+    return _answer(_bare(frame, joints), play, len(frame.shape))
 
 
 def _alike(element: JointElement) -> bool:
@@ -53,7 +54,7 @@ def _alike(element: JointElement) -> bool:
     return bool(np.all(free.all(axis=0) == free.any(axis=0)))
 
 
-def _answer(bare: Frame, play: Play) -> tuple[Array, Array]:
+def _answer(bare: Frame, play: Play, ndim: int) -> tuple[Array, Array]:
     from .solution import Solution
 
     count = len(play.pairs)
@@ -68,7 +69,12 @@ def _answer(bare: Frame, play: Play) -> tuple[Array, Array]:
     found = np.nan_to_num(0.5 * (found + np.swapaxes(found, 0, 1)))
     members = _members(solution.plan, play)
     root = np.sqrt(members)
-    return np.where(np.abs(found) > _LOOSE * root[:, None] * root, found, 0.0), members
+    stiffness = np.where(np.abs(found) > _LOOSE * root[:, None] * root, found, 0.0)
+    new = (1,) * (ndim + 2 - stiffness.ndim)
+    return (
+        stiffness.reshape(count, count, *new, *stiffness.shape[2:]),
+        members.reshape(count, *new, *members.shape[1:]),
+    )
 
 
 def _bare(frame: Frame, joints: dict[str, JointElement]) -> Frame:
