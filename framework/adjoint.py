@@ -75,6 +75,23 @@ class Adjoint:
         """Openings by link, (m, ..., 6)."""
         return self.state.double.openings(self.rough, self.displacements)
 
+    def held(self, index: int) -> list[Array]:
+        """By link: force in its ideal components under unit force `index`, (..., 6); 0 in the others.
+
+        It is the work done where a unit displacement is imposed on the component and nothing else moves but what must.
+        """
+        state, double = self.state, self.state.double
+        acting = self._forces(self.rough, double, state.double_springs)[index]
+        out = []
+        for k, link in enumerate(double.links):
+            forces = np.zeros((*acting.shape[:-2], 6))
+            for each in link.edge.ideal:
+                imposed = [np.eye(6)[each] if number == k else None for number in range(len(double.links))]
+                fixed = double.coordinates(state.unknowns, np.zeros(len(state.unknowns)), imposed)
+                forces[..., each] = np.sum(fixed * acting, axis=(-1, -2))
+            out.append(forces)
+        return out
+
     # -- error ------------------------------------------------------------------------------------------------------
 
     def refined(self) -> Real:
@@ -146,6 +163,10 @@ class Adjoint:
 
     def _unbalanced(self, coordinates: Real, kinematics: Kinematics, springs: list[Springs]) -> Real:
         """What displacements leave of the unit load on the unknowns, (m, ..., n)."""
+        return kinematics.reduced(self.state.unknowns, self._forces(coordinates, kinematics, springs))
+
+    def _forces(self, coordinates: Real, kinematics: Kinematics, springs: list[Springs]) -> Real:
+        """The same on all coordinates, (m, ..., nodes, 6)."""
         state, result = self.state, self.result
         load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces
         moved = kinematics.displacements(coordinates)
@@ -156,7 +177,7 @@ class Adjoint:
             -k * opening + result.pulls.get(index, 0.0)
             for index, (k, opening) in enumerate(zip(state.stiffness, opened, strict=True))
         ]
-        return kinematics.reduced(state.unknowns, kinematics.generalised(load, pulls))
+        return kinematics.generalised(load, pulls)
 
 
 def _energy(kinds: Iterable[tuple[Springs, Real]]) -> Any:

@@ -61,9 +61,9 @@ class DenseCompliance(Compliance):
     """Stack of small matrices, inverted.
 
     From B, the deformations by the unknowns, ``S = D B^T k B D`` is assembled; its least eigenvalue is the square of
-    the least singular value of ``sqrt(k) B D``. With G an approximate inverse and ``a = |I - G S| < 1``, S has none below
-    ``(1 - a) / |G|`` (Rump, *Verification methods*, Acta Numerica 19 (2010) 287-449, sec. 10); the rounding of B lowers
-    the singular value by no more than its norm.
+    the least singular value of ``sqrt(k) B D``. With G an approximate inverse and ``a = |I - G S| < 1``, S has none
+    below ``(1 - a) / |G|`` (Rump, *Verification methods*, Acta Numerica 19 (2010) 287-449, sec. 10); the rounding of B
+    lowers the singular value by no more than its norm.
 
     Parameters
     ----------
@@ -90,7 +90,8 @@ class DenseCompliance(Compliance):
         columns = np.moveaxis(rows, 0, -1)
         matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
         diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
-        self.root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        self.root = root
         self.matrix = matrix * self.root[..., :, None] * self.root[..., None, :]
         entries = ROUNDING * (k.shape[-1] + 4.0)
         lost = (
@@ -110,7 +111,8 @@ class DenseCompliance(Compliance):
         off = np.sqrt(np.sum((eye - self.inverse @ safe) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * ROUNDING * norm
         proved = np.where(off < 1.0, (1.0 - off) / norm, 0.0) - size * entries
         singular = np.sqrt(np.maximum(proved, 0.0)) * (1.0 - 64.0 * ROUNDING) - lost
-        self.least = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
+        least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
+        self.least = least
 
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""

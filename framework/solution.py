@@ -26,6 +26,7 @@ from .sparse import SparseSolver
 
 if TYPE_CHECKING:
     from .bounds import Bounds
+    from .sensitivity import Sensitivity
 
 
 class Solution:
@@ -285,7 +286,7 @@ class Solution:
         from .asked import checked
 
         computed = getattr(self, checked(of))(name)
-        return self._read(("bound", of, name), lambda: self._bounds.bound(name, of, computed), mask=np.inf)
+        return self._read(("bound", of, name), lambda: self.bounds.bound(name, of, computed), mask=np.inf)
 
     def refined(self, name: str, of: str = "displacement") -> tuple[Array, Array]:
         """Results after one step of iterative refinement in extended precision, and the bound on their error.
@@ -307,7 +308,34 @@ class Solution:
         from .asked import checked
 
         getattr(self, checked(of))(name)
-        return self._bounds.refined(name, of)
+        return self.bounds.refined(name, of)
+
+    def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
+        """Derivatives of one component of a result by every load, joint stiffness, offset, support and member.
+
+        Parameters
+        ----------
+        name
+            The node or joint.
+        component
+            Such as ``uy``; such as ``fy`` where the result is a force.
+        of
+            ``displacement``, ``reaction``, ``joint_displacement`` or ``joint_force``.
+
+        Returns
+        -------
+        Sensitivity
+            By name, each (..., 6); NaN where the frame is a mechanism.
+
+        Raises
+        ------
+        FrameError
+            Where the name, the component or the kind of result is unknown.
+        """
+        from .sensitivity import sensitivity
+
+        getattr(self, of, self.displacement)(name)
+        return sensitivity(self, name, component, of)
 
     def mechanism(self, *entry: int) -> str:
         """Which nodes move in which direction where nothing resists, in words; empty where none does.
@@ -398,7 +426,8 @@ class Solution:
         return out
 
     @cached_property
-    def _bounds(self) -> Bounds:
+    def bounds(self) -> Bounds:
+        """Estimates of the error of results."""
         from .bounds import Bounds
 
         return Bounds(self)
