@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -29,7 +30,8 @@ class Recovery:
     """
 
     def __init__(self, solution: Solution) -> None:
-        self.solution = solution
+        # Weakly, as the solution holds this: what nobody needs any more is then freed at once, not by the collector.
+        self.solution: Solution = weakref.proxy(solution)
         self.plan = solution.plan
         self.topology = solution.plan.topology
         self.tree = solution.plan.tree

@@ -402,9 +402,12 @@ class Solution:
     def solver(self) -> BroadcastSolver | SparseSolver:
         """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
         plan = self.plan
+        if plan.method.name == BROADCAST:
+            # Not kept with the plan: it holds numbers of the whole batch.
+            return BroadcastSolver(plan)
         if plan.solver is None:
-            plan.solver = BroadcastSolver(plan) if plan.method.name == BROADCAST else SparseSolver(plan)
-        solver: BroadcastSolver | SparseSolver = plan.solver
+            plan.solver = SparseSolver(plan)
+        solver: SparseSolver = plan.solver
         return solver
 
     def stacked(self, rows: Sequence[Row]) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework import plan as plan_module
+from linkframe.framework.broadcast import BroadcastSolver
 from linkframe.framework.lu import LUFactor
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3, density=7850.0))
@@ -102,3 +105,35 @@ def test_any_other_change(change: str) -> None:
     again = frame.solve()
     assert again.plan.tree is not first.plan.tree
     np.testing.assert_array_equal(again.displacement("n4"), fresh.solve().displacement("n4"))
+
+
+READ: dict[str, Callable[[Frame], object]] = {
+    "displacement": lambda frame: frame.solve().displacement("n3"),
+    "forces": lambda frame: frame.solve().forces("m2", np.array([0.5])),
+    "reaction": lambda frame: frame.solve().reaction("ground"),
+    "joint": lambda frame: frame.solve().joint_force("foot"),
+}
+
+
+@pytest.mark.parametrize("read", READ)
+def test_freed_at_once(read: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch's numbers go with its frame, not when the collector of cycles comes round."""
+    solvers: list[weakref.ref[BroadcastSolver]] = []
+    made = BroadcastSolver.__init__
+
+    def watched(self: BroadcastSolver, plan: plan_module.Plan) -> None:
+        solvers.append(weakref.ref(self))
+        made(self, plan)
+
+    monkeypatch.setattr(BroadcastSolver, "__init__", watched)
+    frame = SIZES["batch"]()
+    gc.collect()
+    gc.disable()
+    try:
+        READ[read](frame)
+        assert [solver() for solver in solvers] == [None]
+        kept = weakref.ref(frame.kept)
+        del frame
+        assert kept() is None
+    finally:
+        gc.enable()
