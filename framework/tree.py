@@ -23,8 +23,10 @@ from .topology import Topology
 GROUND = -1
 # Components that a screw couples: uz and rz in the joint's axes.
 ALONG, ABOUT = 2, 5
-Matrix3 = list[list[Value]]
-_IDENTITY: Matrix3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+# Columns are axes; None stands for the global ones.
+Matrix3 = list[list[Value]] | None
+_SIX = range(6)
+_NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Edge:
     @property
     def strength(self) -> tuple[int, float]:
         """Sorts what had better be in the tree: most ideal components, then the stiffest."""
-        return len(self.ideal), max(float(np.max(k)) for k in self.stiffness)
+        return len(self.ideal), max(k if isinstance(k, float) else float(np.max(k)) for k in self.stiffness)
 
     def elastic(self, moved: list[Row]) -> list[Row]:
         """What of the relative displacement `moved` is neither imposed nor the advance of a screw."""
@@ -153,15 +155,13 @@ class Tree:
         return _entries(self.grid, None if node == GROUND else self.topology.axes(node))
 
     def arm(self, edge: Edge) -> list[Value]:
-        """Vector from the first to the second node of a rigid link, global; zero for every other edge."""
-        if edge.kind != "rigid":
-            return [0.0, 0.0, 0.0]
+        """Vector from the first to the second node of a rigid link, global."""
         return self.grid.components(self.topology.position(edge.second) - self.topology.position(edge.first))
 
     def global_rows(self, node: int) -> list[Row]:
         """Displacement of a node in global axes."""
         if node == GROUND:
-            return [{} for _ in range(6)]
+            return [{} for _ in _SIX]
         return _rotated(self.turn(node), [self.row(node, k) for k in range(6)])
 
     # -- building ---------------------------------------------------------------------------------------------------
@@ -177,7 +177,7 @@ class Tree:
                 continue
             seen.add(root)
             if root != GROUND:
-                self.rows[root] = [{6 * root + k: 1.0} for k in range(6)]
+                self.rows[root] = [{6 * root + k: 1.0} for k in _SIX]
             queue = deque([root])
             while queue:
                 parent = queue.popleft()
@@ -189,26 +189,35 @@ class Tree:
                         queue.append(child)
 
     def _derive(self, branch: Branch) -> None:
-        edge, child = branch.edge, branch.child
+        edge, child, sign = branch.edge, branch.child, branch.sign
         self.branches.append(branch)
-        self._stiffen(edge, [{6 * child + k: 1.0} for k in range(6)])
-        arm = [combine([(branch.sign, a)]) for a in self.arm(edge)]
-        rows = _carried(self.global_rows(branch.parent), arm)
+        self._stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
+        rows = self._carried(edge, branch.parent, sign)
         axes = _entries(self.grid, edge.axes)
-        for k in range(6):
-            block, axis = divmod(k, 3)
-            for i in range(3):
-                factor = combine([(branch.sign, axes[i][axis])])
-                add_row(rows[3 * block + i], edge.offset[k], factor)
-                if k not in edge.ideal:
-                    add_row(rows[3 * block + i], {6 * child + k: 1.0}, factor)
-                if k == ABOUT and k not in edge.ideal:
-                    add_row(rows[i], {6 * child + k: 1.0}, combine([(edge.pitch, factor)]))
+        for k in _SIX:
+            free, offset = k not in edge.ideal, edge.offset[k]
+            if not free and not offset:
+                continue
+            for i, factor in [(k, sign)] if axes is None else _column(axes, k, sign):
+                add_row(rows[i], offset, factor)
+                if free:
+                    rows[i][6 * child + k] = factor
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
+    def _carried(self, edge: Edge, node: int, sign: float = 1.0) -> list[Row]:
+        """Global displacement of `node`, carried along the arm of a rigid link: plus rotation x arm."""
+        moved = self.global_rows(node)
+        rows = [dict(row) for row in moved]
+        if edge.kind == "rigid":
+            arm = [combine([(sign, a)]) for a in self.arm(edge)]
+            for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+                add_row(rows[i], moved[3 + j], arm[k])
+                add_row(rows[i], moved[3 + k], combine([(-1.0, arm[j])]))
+        return rows
+
     def _close(self, edge: Edge) -> None:
-        moved = self.global_rows(edge.second)
-        for row, first in zip(moved, _carried(self.global_rows(edge.first), self.arm(edge)), strict=True):
+        moved = [dict(row) for row in self.global_rows(edge.second)]
+        for row, first in zip(moved, self._carried(edge, edge.first), strict=True):
             add_row(row, first, -1.0)
         between = _rotated(_transposed(_entries(self.grid, edge.axes)), moved)
         self.closing.append((edge, between))
@@ -217,7 +226,7 @@ class Tree:
     def _stiffen(self, edge: Edge, elastic: list[Row]) -> None:
         self.springs += [
             Spring(elastic[k], edge.stiffness[k])
-            for k in range(6)
+            for k in _SIX
             if k not in edge.ideal and not is_zero(edge.stiffness[k])
         ]
 
@@ -238,26 +247,34 @@ class Tree:
 def edges_of(topology: Topology, knowns: Knowns) -> list[Edge]:
     """Joints, rigid links, ties and supports of a frame."""
     frame, number = topology.frame, topology.number
-    joints = [_joint(frame, knowns, name, number) for name in frame.joints]
+    joints = _joints(frame, knowns, number)
     ties = [_tie(tie, number) for tie in frame.ties]
     return joints + ties + [_support(frame, knowns, node, number) for node in frame.supports]
 
 
-def _joint(frame: Frame, knowns: Knowns, name: str, number: dict[str, int]) -> Edge:
-    link = frame.joints[name]
-    stiffness = link.element.stiffness
-    ideal = tuple(int(k) for k in np.flatnonzero(np.isinf(stiffness.reshape(-1, 6)[0])))
-    springs = tuple(knowns.grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
-    axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
-    offset = _offset(knowns, frame.offsets.get(name, {}))
-    pitch = knowns.grid.value(link.element.pitch / (2.0 * np.pi))
-    return Edge(name, "joint", number[link.first], number[link.second], ideal, springs, axes, offset, pitch)
+def _joints(frame: Frame, knowns: Knowns, number: dict[str, int]) -> list[Edge]:
+    links = frame.joints.values()
+    ideal = np.array([np.isinf(link.element.stiffness.reshape(-1)[:6]) for link in links])
+    held = [tuple(k for k in _SIX if row[k]) for row in ideal.tolist()]
+    edges = []
+    for (name, link), components in zip(frame.joints.items(), held, strict=True):
+        axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
+        springs = _springs(knowns.grid, link.element.stiffness)
+        offset = _offset(knowns, frame.offsets.get(name, {}))
+        edges.append(Edge(name, "joint", number[link.first], number[link.second], components, springs, axes, offset))
+    return edges
+
+
+def _springs(grid: Grid, stiffness: Array) -> tuple[Value, ...]:
+    """Stiffnesses by component, 0.0 where they are infinite."""
+    if stiffness.size == 6:
+        return tuple(0.0 if k == np.inf else k for k in stiffness.reshape(-1).tolist())
+    return tuple(grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
 
 
 def _tie(tie: Tie, number: dict[str, int]) -> Edge:
     kind = "rigid" if tie.rigid else "tie"
-    none: tuple[Row, ...] = tuple({} for _ in range(6))
-    return Edge(None, kind, number[tie.master], number[tie.slave], tie.components, (0.0,) * 6, None, none)
+    return Edge(None, kind, number[tie.master], number[tie.slave], tie.components, (0.0,) * 6, None, _NONE)
 
 
 def _support(frame: Frame, knowns: Knowns, node: str, number: dict[str, int]) -> Edge:
@@ -267,7 +284,9 @@ def _support(frame: Frame, knowns: Knowns, node: str, number: dict[str, int]) ->
 
 
 def _offset(knowns: Knowns, given: dict[int, Array]) -> tuple[Row, ...]:
-    return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in range(6))
+    if not given:
+        return _NONE
+    return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in _SIX)
 
 
 def _spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
@@ -293,30 +312,30 @@ def _spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
 
 def _entries(grid: Grid, axes: Array | None) -> Matrix3:
     if axes is None:
-        return _IDENTITY
-    flat = grid.components(axes, trailing=2)
+        return None
+    flat = axes.reshape(-1).tolist() if axes.size == 9 else grid.components(axes, trailing=2)
     return [flat[0:3], flat[3:6], flat[6:9]]
 
 
+def _column(axes: list[list[Value]], k: int, sign: float) -> list[tuple[int, Value]]:
+    """Where, and by how much, a unit of component `k` along its axis shows."""
+    block, axis = divmod(k, 3)
+    parts = [(3 * block + i, combine([(sign, axes[i][axis])])) for i in range(3)]
+    return [part for part in parts if not is_zero(part[1])]
+
+
 def _transposed(matrix: Matrix3) -> Matrix3:
-    return [list(column) for column in zip(*matrix, strict=True)]
+    return None if matrix is None else [list(column) for column in zip(*matrix, strict=True)]
 
 
 def _rotated(matrix: Matrix3, rows: list[Row]) -> list[Row]:
     """Both three-component blocks multiplied by `matrix`."""
-    new: list[Row] = [{} for _ in range(6)]
+    if matrix is None:
+        return rows
+    new: list[Row] = [{} for _ in _SIX]
     for block in (0, 3):
         for i in range(3):
             for j in range(3):
                 if not is_zero(matrix[i][j]):
                     add_row(new[block + i], rows[block + j], matrix[i][j])
     return new
-
-
-def _carried(moved: list[Row], arm: list[Value]) -> list[Row]:
-    """Rigid motion at the end of `arm`: displacement plus rotation x arm."""
-    rows = [dict(row) for row in moved]
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        add_row(rows[i], moved[3 + j], arm[k])
-        add_row(rows[i], moved[3 + k], combine([(-1.0, arm[j])]))
-    return rows
