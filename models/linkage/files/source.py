@@ -1,0 +1,166 @@
+"""A file being read: what it holds, and errors that point at its lines."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path as File
+from typing import Any, NoReturn
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from .toml import Path, line_of
+
+Data = Mapping[str, Any]
+
+
+class Source:
+    """A TOML file.
+
+    Parameters
+    ----------
+    file
+        Where it is.
+
+    Raises
+    ------
+    FrameError
+        If it cannot be read, or is not TOML.
+    """
+
+    def __init__(self, file: str | File) -> None:
+        self.file = File(file)
+        try:
+            self.text = self.file.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            why = getattr(error, "strerror", None) or "it is not UTF-8 text"
+            raise FrameError(f"{self.file} cannot be read: {why}; give a TOML file that describes a linkage") from error
+        try:
+            self.data: dict[str, Any] = tomllib.loads(self.text)
+        except tomllib.TOMLDecodeError as error:
+            raise FrameError(f"{self.file}: this is not TOML: {error}") from error
+
+    def fail(self, path: Path, message: str) -> NoReturn:
+        """Refuse the file because of what stands at `path`."""
+        key = ".".join(map(str, path))
+        raise FrameError(f"{self.file}, line {line_of(self.text, path)}, {key}: {message}")
+
+    @contextmanager
+    def at(self, *path: str | int) -> Iterator[None]:
+        """Let what is refused in the body point at the key of the table `path` that the message names."""
+        try:
+            yield
+        except FrameError as error:
+            if str(error).startswith(f"{self.file}"):
+                raise
+            self.fail((*path, *self._named(path, str(error))), str(error))
+
+    def _named(self, path: Path, message: str) -> Path:
+        """Key of the table at `path` that a message names first, also in the singular."""
+        table, words = self.get(path), re.findall(r"\w+", message)
+        places = [
+            (words.index(word), key)
+            for key in (table if isinstance(table, Mapping) else {})
+            for word in (key, key.removesuffix("s"))
+            if word in words
+        ]
+        return (min(places)[1],) if places else ()
+
+    def get(self, path: Path) -> Any:
+        """What stands at a path; None where nothing does."""
+        here: Any = self.data
+        for key in path:
+            try:
+                here = here[key]
+            except (KeyError, IndexError, TypeError):
+                return None
+        return here
+
+    def table(self, path: Path, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Any]:
+        """A table with its keys checked: none unknown, none missing."""
+        found = self.get(path)
+        if not isinstance(found, dict):
+            self.fail(path, f"is {found!r}: give a table")
+        known = (*required, *optional)
+        for key in found:
+            if key not in known:
+                self.fail((*path, key), f"there is no such key here: use one of {', '.join(known)}")
+        for key in required:
+            if key not in found:
+                self.fail(path, f"has no {key}: give {', '.join(required)}")
+        return found
+
+    def numbers(self, path: Path) -> Array:
+        """A number, or numbers in lists of equal lengths, as an array."""
+        value = self.get(path)
+        try:
+            array = as_array(value)
+        except (TypeError, ValueError):
+            array = None
+        if array is None:
+            self.fail(path, f"is {value!r}: give a number, or a list of numbers")
+        return array
+
+    def text_at(self, path: Path, among: Mapping[str, object] | tuple[str, ...] | None = None) -> str:
+        """A string, one of `among`."""
+        value = self.get(path)
+        if not isinstance(value, str):
+            self.fail(path, f"is {value!r}: give a name in quotes")
+        if among is not None and value not in among:
+            self.fail(path, f"is {value!r}: choose one of {', '.join(among) or 'none, as none is described'}")
+        return value
+
+    def texts(self, path: Path) -> list[str]:
+        """A list of strings."""
+        value = self.get(path)
+        if not isinstance(value, list) or not value or not all(isinstance(entry, str) for entry in value):
+            self.fail(path, f"is {value!r}: give a list of names in quotes")
+        return value
+
+    def names(self, path: Path) -> list[str]:
+        """Keys of a table, which need not be there."""
+        found = self.get(path)
+        if found is None:
+            return []
+        if not isinstance(found, dict):
+            self.fail(path, f"is {found!r}: give a table of tables, such as [{path[0]}.name]")
+        return list(found)
+
+    def count(self, path: Path) -> int:
+        """Length of a list of tables, which need not be there."""
+        found = self.get(path)
+        if found is None:
+            return 0
+        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+            self.fail(path, f"is {found!r}: give a list of tables, [[{path[0]}]]")
+        return len(found)
+
+
+def as_array(value: object) -> Array:
+    """Numbers in nested lists as an array; entries that are arrays already are a batch, whose axes lead."""
+    if isinstance(value, np.ndarray):
+        return value
+    if isinstance(value, list):
+        parts = [as_array(entry) for entry in value]
+        if any(isinstance(entry, np.ndarray) for entry in _leaves(value)):
+            return np.stack(np.broadcast_arrays(*parts), axis=-1 - _depth(value[0]))
+        return np.array([part.tolist() for part in parts], dtype=np.float64)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(value)
+    return np.array(value, dtype=np.float64)
+
+
+def _depth(value: object) -> int:
+    return 1 + _depth(value[0]) if isinstance(value, list) else 0
+
+
+def _leaves(value: object) -> Iterator[object]:
+    if isinstance(value, list):
+        for entry in value:
+            yield from _leaves(entry)
+    else:
+        yield value

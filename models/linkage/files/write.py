@@ -1,0 +1,159 @@
+"""A linkage to a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....elements import Beam, CrossSection, Material
+from ....framework.batch import Array
+from ....framework.dofs import FORCES
+from ....framework.files import whole_or_nothing
+from ..linkage import Linkage
+from ..parts import Link, Load, Pair, Spring, joint_axes
+from .read import SECTIONS
+from .toml import written
+
+Table = dict[str, Any]
+
+
+def write_linkage(linkage: Linkage, path: str | Path) -> None:
+    """Write a linkage to a TOML file, from which `read_linkage` makes the same again, to the last bit.
+
+    Parameters
+    ----------
+    linkage
+        The linkage.
+    path
+        The file, in a folder that exists; it is replaced.
+
+    Raises
+    ------
+    FrameError
+        If the folder cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from linkframe.models.linkage import Linkage, read_linkage
+    >>> linkage = Linkage(A=(0, 0), B=(1, 2))
+    >>> linkage.link("bar", "A", "B", mass=2.0)
+    >>> linkage.revolute("A", "ground", "bar", drive=True)
+    >>> with TemporaryDirectory() as folder:
+    ...     write_linkage(linkage, Path(folder) / "bar.toml")
+    ...     again = read_linkage(Path(folder) / "bar.toml")
+    >>> again.points["B"]
+    array([1., 2., 0.])
+    """
+    path = Path(path)
+    with whole_or_nothing(path.parent) as stage:
+        (stage / path.name).write_text(written(tables(linkage)), encoding="utf-8")
+
+
+def tables(linkage: Linkage) -> Table:
+    """The linkage as the tables of its file."""
+    catalogue = Catalogue()
+    out: Table = {"gravity": linkage.weight} if np.any(linkage.weight) else {}
+    out["points"] = {name: _point(place) for name, place in linkage.points.items()}
+    out["links"] = {name: _link(link, catalogue) for name, link in linkage.links.items()}
+    out["joints"] = {name: _joint(pair, linkage.drives.get(name)) for name, pair in linkage.joints.items()}
+    out["springs"] = [_spring(spring) for spring in linkage.springs]
+    out["loads"] = [_load(load) for load in linkage.loads]
+    out |= {"beams": catalogue.beams, "sections": catalogue.sections, "materials": catalogue.materials}
+    return {key: value for key, value in out.items() if len(value)}
+
+
+class Catalogue:
+    """Beams, sections and materials by name; equal ones have one name."""
+
+    def __init__(self) -> None:
+        self.beams: Table = {}
+        self.sections: Table = {}
+        self.materials: Table = {}
+
+    def beam(self, beam: Beam) -> str:
+        """Name of a beam."""
+        table: Table = {"section": self._section(beam.section), "material": self._material(beam.material)}
+        if beam.end is not None:
+            table["end"] = self._section(beam.end)
+        if beam.up is not None:
+            table["up"] = beam.up
+        if beam.shear:
+            table["shear"] = True
+        if beam.segments != 1:
+            table["segments"] = int(beam.segments)
+        if beam.release:
+            table["release"] = list(beam.release)
+        return _named("beam", self.beams, table)
+
+    def _section(self, section: CrossSection) -> str:
+        shape = next(name for name, kind in SECTIONS.items() if type(section) is kind)
+        return _named("section", self.sections, {"shape": shape, **section.sizes()})
+
+    def _material(self, material: Material) -> str:
+        # nu and G follow from one another, but to rounding only: nu where it gives G back to the last bit.
+        ratio = np.asarray(material.nu)
+        exact = _same(material.E / (2.0 * (1.0 + material.nu)), material.G) and np.all((ratio > -1.0) & (ratio < 0.5))
+        key = "nu" if exact else "G"
+        table = {"E": material.E, key: getattr(material, key), "density": material.density}
+        return _named("material", self.materials, table)
+
+
+def _named(kind: str, known: Table, table: Table) -> str:
+    text = written({"": table})
+    for name, other in known.items():
+        if written({"": other}) == text:
+            return name
+    name = f"{kind}{len(known) + 1}"
+    known[name] = table
+    return name
+
+
+def _same(one: object, other: object) -> bool:
+    return np.array_equal(np.asarray(one), np.asarray(other))
+
+
+def _point(place: Array) -> Array:
+    return place if np.any(place[..., 2]) else place[..., :2]
+
+
+def _link(link: Link, catalogue: Catalogue) -> Table:
+    table: Table = {"points": list(link.points)}
+    if link.beams:
+        table["beams"] = [[*pair, catalogue.beam(beam)] for pair, beam in link.beams.items()]
+    given: Mapping[str, Array | None] = {k: getattr(link, k) for k in ("mass", "centre", "inertia", "length")}
+    return table | {key: value for key, value in given.items() if value is not None}
+
+
+def _joint(pair: Pair, driven: tuple[str, ...] | None) -> Table:
+    table: Table = {"kind": pair.kind.name, "point": pair.point, "links": [pair.first, pair.second]}
+    table |= _axes(pair)
+    if driven:
+        table["drive"] = list(driven)
+    if np.any(pair.at):
+        table["at"] = pair.at[..., 0] if pair.kind.freedom == 1 else pair.at
+    given = {"pitch": pair.pitch, "stiffness": pair.stiffness, "clearance": pair.clearance}
+    return table | {key: value for key, value in given.items() if value is not None}
+
+
+def _axes(pair: Pair) -> Table:
+    """Axis and second axis where they give the joint's axes back to the last bit, else all three."""
+    axis, second = pair.axes[..., 2], pair.axes[..., 0]
+    universal = pair.kind.name == "universal"
+    again = joint_axes(pair.name, axis, second if universal else None)
+    if _same(again, pair.axes):
+        return {"axis": axis, "second": second} if universal else {"axis": axis}
+    return {"axes": pair.axes}
+
+
+def _spring(spring: Spring) -> Table:
+    ends = [list(spring.first), list(spring.second)]
+    return {"between": ends, "stiffness": spring.stiffness, "length": spring.length, "damping": spring.damping}
+
+
+def _load(load: Load) -> Table:
+    where = {"link": load.link} if load.point is None else {"link": load.link, "point": load.point}
+    return where | {name: load.value[..., k] for k, name in enumerate(FORCES) if np.any(load.value[..., k])}
