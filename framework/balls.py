@@ -67,7 +67,8 @@ def resting_points(stiffness: Array, force: Array, own: NDArray[np.int64]) -> tu
     Returns
     -------
     x, multiplier
-        (n, N) and λ (balls, N), which is 0 where a sphere is not touched.
+        (n, N) and λ (balls, N), which is 0 where a sphere is not touched. Where S is so large against f, beyond some
+        10⁹, that rounding hides the minimum, f − S x − λ x shows it.
     """
     groups = Groups(own)
     x, multiplier = np.zeros_like(force), np.zeros((int(own[-1]) + 1, force.shape[1]))
@@ -76,8 +77,10 @@ def resting_points(stiffness: Array, force: Array, own: NDArray[np.int64]) -> tu
     for start in range(0, len(loaded), CHUNK):
         part = loaded[start : start + CHUNK]
         scaled = stiffness[:, :, part] / size[part], force[:, part] / size[part]
-        x[:, part], found = _newton(*scaled, groups, *_interior(*scaled, groups))
-        multiplier[:, part] = found * size[part]
+        with np.errstate(all="ignore"):
+            found = _newton(*scaled, groups, *_interior(*scaled, groups))
+        sound = np.isfinite(found[0]).all(axis=0) & np.isfinite(found[1]).all(axis=0)
+        x[:, part], multiplier[:, part] = np.where(sound, found[0], 0.0), np.where(sound, found[1] * size[part], 0.0)
     return x, multiplier
 
 
@@ -100,7 +103,10 @@ def _interior(stiffness: Array, force: Array, groups: Groups) -> tuple[Array, Ar
             x, multiplier, inside, residual, force, product = (
                 a[:, going] for a in (x, multiplier, inside, residual, force, product)
             )
-        x, multiplier = _inward(stiffness, groups, x, multiplier, inside, residual, product.mean(axis=0))
+            rest = rest[going]
+        # the distance from the spheres is not to vanish before the imbalance does
+        mean = np.maximum(product.mean(axis=0), 0.1 * rest)
+        x, multiplier = _inward(stiffness, groups, x, multiplier, inside, residual, mean)
     return out_x, out_multiplier
 
 
@@ -114,7 +120,7 @@ def _inward(
     free = np.minimum(1.0, _longest(groups, x, multiplier, inside, ahead, rate[0]))
     target = np.clip((1.0 - free) ** 3, 1e-4, 0.5) * mean
     step, change = ahead + target * inward, rate[0] + target * rate[1]
-    share = np.clip(1.0 - mean, 0.9, 0.99) * _longest(groups, x, multiplier, inside, step, change)
+    share = np.clip(1.0 - mean, 0.8, 0.9) * _longest(groups, x, multiplier, inside, step, change)
     length = np.minimum(1.0, share)
     return x + length * step, multiplier + length * change
 

@@ -1,0 +1,89 @@
+"""Least energy over a product of balls: the conditions of the minimum, for every kind of stiffness."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from linkframe.framework.balls import resting_points
+from numpy.testing import assert_allclose
+from scipy.optimize import minimize
+
+THREE_PAIRS = np.array([0, 0, 1, 1, 2, 2])
+
+
+def problems(size: float, rank: int, count: int, seed: int = 0, n: int = 6) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    roots = rng.normal(size=(count, n, rank))
+    return np.moveaxis(size * roots @ np.swapaxes(roots, 1, 2), 0, -1), rng.normal(size=(n, count))
+
+
+def conditions(stiffness: np.ndarray, force: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Imbalance by entry; length and multiplier by ball."""
+    x, multiplier = resting_points(stiffness, force, own)
+    rest = force - np.einsum("ijn,jn->in", stiffness, x) - multiplier[own] * x
+    lengths = np.stack([np.linalg.norm(x[own == ball], axis=0) for ball in range(own[-1] + 1)])
+    return np.abs(rest).max(axis=0), lengths, multiplier
+
+
+@pytest.mark.parametrize("rank", [1, 2, 4, 6])
+@pytest.mark.parametrize("size", [0.0, 1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e8])
+def test_conditions_of_the_minimum(size: float, rank: int) -> None:
+    """Convex, so that they are all: balance, inside the ball, multiplier only on the sphere."""
+    stiffness, force = problems(size, rank, 500)
+    rest, length, multiplier = conditions(stiffness, force, THREE_PAIRS)
+    assert rest.max() < 1e-14 * (1.0 + size) * 30.0
+    assert length.max() <= 1.0 + 1e-15
+    assert multiplier.min() >= 0.0
+    assert_allclose(length[multiplier > 0.0], 1.0, rtol=1e-15)
+
+
+@settings(max_examples=50)
+@given(st.integers(0, 2**31), st.lists(st.integers(1, 3), min_size=1, max_size=5), st.floats(-6.0, 6.0))
+def test_any_number_of_balls(seed: int, sizes: list[int], power: float) -> None:
+    own = np.repeat(np.arange(len(sizes)), sizes)
+    stiffness, force = problems(10.0**power, max(1, len(own) - 1), 20, seed, len(own))
+    rest, length, multiplier = conditions(stiffness, force, own)
+    assert rest.max() < 1e-12 * (1.0 + 10.0**power)
+    assert length.max() <= 1.0 + 1e-15
+    assert_allclose(length[multiplier > 0.0], 1.0, rtol=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_against_sequential_quadratic_programming(seed: int) -> None:
+    stiffness, force = problems(0.5, 4, 1, seed)
+    S, f = stiffness[..., 0], force[:, 0]
+    x, _ = resting_points(stiffness, force, THREE_PAIRS)
+    spheres = [
+        {"type": "ineq", "fun": lambda y, b=b: 1.0 - y[2 * b : 2 * b + 2] @ y[2 * b : 2 * b + 2]} for b in range(3)
+    ]
+    start = {"method": "SLSQP", "constraints": spheres, "options": {"ftol": 1e-14, "maxiter": 500}}
+    found = minimize(lambda y: 0.5 * y @ S @ y - f @ y, np.zeros(6), jac=lambda y: S @ y - f, **start)
+    assert 0.5 * x[:, 0] @ S @ x[:, 0] - f @ x[:, 0] == pytest.approx(found.fun, abs=1e-10)
+    assert_allclose(x[:, 0], found.x, atol=1e-5)
+
+
+def test_entries_do_not_know_of_each_other() -> None:
+    """The same bits alone and in a batch of any size."""
+    stiffness, force = problems(1.0, 4, 1500)
+    whole, multiplier = resting_points(stiffness, force, THREE_PAIRS)
+    for entry in (0, 700, 1023, 1024, 1499):
+        one, own = resting_points(stiffness[..., [entry]], force[:, [entry]], THREE_PAIRS)
+        assert_allclose(whole[:, entry], one[:, 0], atol=1e-13)
+        assert_allclose(multiplier[:, entry], own[:, 0], atol=1e-13)
+
+
+def test_without_force_nothing_moves() -> None:
+    stiffness, force = problems(1.0, 6, 3)
+    x, multiplier = resting_points(stiffness, 0.0 * force, THREE_PAIRS)
+    assert not x.any()
+    assert not multiplier.any()
+
+
+@pytest.mark.parametrize("push", [1.0 - 1e-9, 1.0, 1.0 + 1e-9])
+def test_force_that_just_reaches_the_sphere(push: float) -> None:
+    """Where the sphere is touched without force, and just before and after that."""
+    x, multiplier = resting_points(np.eye(2)[..., None], np.array([[0.6 * push], [0.8 * push]]), np.array([0, 0]))
+    assert_allclose(x[:, 0], min(push, 1.0) * np.array([0.6, 0.8]), atol=1e-12)
+    assert_allclose(multiplier[0, 0], max(push - 1.0, 0.0), atol=1e-12)
