@@ -14,7 +14,9 @@ from ...framework.errors import FrameError
 from .parts import GROUND, Link, Load, Pair, Spring, beams_of, inertia_of, joint_axes, kind_of
 
 if TYPE_CHECKING:
+    from .dead_points import DeadPoint, DriveRange
     from .mechanism import Mechanism
+    from .mobility import Mobility
     from .motion import Motion
 
 Z = (0.0, 0.0, 1.0)
@@ -583,6 +585,55 @@ class Linkage:
         from .motion import move
 
         return move(self, {**(drives or {}), **named}, rates or {}, accelerations or {}, branch)
+
+    def mobility(self) -> Mobility:
+        """How many freedoms the linkage has, by counting and in truth; see `mobility.mobility`.
+
+        Returns
+        -------
+        Mobility
+            Freedoms, idle links, redundant constraints.
+        """
+        from .mobility import mobility
+
+        return mobility(self)
+
+    def dead_points(self, joint: str, coordinate: str | None = None) -> tuple[DeadPoint, ...]:
+        """Dead points and change points on the way through the drawing; see `dead_points.dead_points`.
+
+        Parameters
+        ----------
+        joint
+            The joint that drives: one of the drives, the others standing still, or any joint in place of a single
+            drive.
+        coordinate
+            Which of its coordinates, where there are several.
+
+        Returns
+        -------
+        tuple of DeadPoint
+            In the order of the drive's coordinate.
+        """
+        from .dead_points import dead_points
+
+        return dead_points(self, joint, coordinate)
+
+    def drive_range(self, joint: str, coordinate: str | None = None) -> DriveRange:
+        """How far a drive can go from the drawing; see `dead_points.drive_range`.
+
+        Parameters
+        ----------
+        joint, coordinate
+            As for `dead_points`.
+
+        Returns
+        -------
+        DriveRange
+            Least and greatest coordinate, and the joints that stop the drive there.
+        """
+        from .dead_points import drive_range
+
+        return drive_range(self, joint, coordinate)
 
     # -- look-up ----------------------------------------------------------------------------------------------------
 

@@ -86,6 +86,68 @@ class Motion:
         return np.broadcast_to(self.assembly.gap, self.shape)
 
     @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """What is special about each pose, (...).
+
+        * ``"regular"``
+        * ``"near dead point"``: see `conditioning`
+        * ``"singular: output, joint ... moves with the drives held"``: in a dead point or a change point. Of the joints
+          that move, one is named that has no hold on either side.
+        * ``"singular: input, joint ... stands still"``: its point has lost a direction in which the drives move it at
+          other poses, as the pin of a rocker at the end of its swing. Positions and velocities are good as ever.
+        * ``"branch changed"``: assembled, but not on the branch of the drawing.
+        * ``"not assembled: gap ... at joint ..."``: results are NaN.
+        """
+        from .singular import pose_status
+
+        return pose_status(self)
+
+    @property
+    def conditioning(self) -> Array:
+        """How firmly the drives hold each pose, (...): from 0, where something moves with the drives held, towards 1.
+
+        Least over greatest singular value of the loop closure by the coordinates that are not driven, with lengths in
+        units of the linkage's extent; what moves by itself at every pose does not count.
+        """
+        return np.broadcast_to(self.held[0], self.shape)
+
+    @cached_property
+    def held(self) -> tuple[Array, Array]:
+        """The conditioning, and at singular poses the motion of the unknown velocity coordinates that is not held."""
+        from .singular import conditioning
+
+        return conditioning(self)
+
+    def transmission_angle(self, joint: str) -> Array:
+        """Angle of transmission at a joint, radians in [0, π/2], (...): best at π/2, none at 0.
+
+        The angle between the force that the joint passes on to its second link and the direction square to the motion
+        of that link's half of the joint; 90° less the pressure angle. For a four-bar at the joint between coupler and
+        rocker it is the angle between the two, acute (Norton, Design of Machinery, section 4.10); between a connecting
+        rod and its piston it is the angle between the rod and the line square to the slide. In general, with drives
+        held, the joint can pass on those forces that the links before it take without moving, and its second link can
+        move as it can without the joint: the angle of transmission has the sine of the best of them.
+
+        Parameters
+        ----------
+        joint
+            The joint; its second link is the one that is driven.
+
+        Returns
+        -------
+        ndarray
+            Radians, (...).
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint, or its second link is the ground.
+        """
+        from .transmission import transmission_angle
+
+        return transmission_angle(self, joint)
+
+    @cached_property
     def closure_status(self) -> NDArray[np.str_]:
         """``"regular"``, ``"branch changed"`` or ``"not assembled: gap ... at joint ..."``, (...)."""
         found = self.assembly
