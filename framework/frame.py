@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
 COINCIDENT = 1e-9
 
+# What is held by name and may grow under that name.
+_GROWING = ("supports", "offsets", "loads", "member_loads")
+
 
 @dataclass(frozen=True)
 class Body:
@@ -435,8 +438,9 @@ class Frame:
         twin.kept = None
         for name, value in vars(self).items():
             if isinstance(value, dict):
-                changing = (dict, list)
-                held = {key: copy.copy(v) if isinstance(v, changing) else v for key, v in value.items()}
+                held = dict(value)
+                if name in _GROWING:
+                    held = {key: copy.copy(v) for key, v in value.items()}
                 setattr(twin, name, held)
             elif isinstance(value, list):
                 setattr(twin, name, list(value))
