@@ -129,7 +129,7 @@ class Tree:
     def of(cls, topology: Topology, knowns: Knowns) -> Tree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
-        chosen, closing = _spanning(tree.edges)
+        chosen, closing = spanning(tree.edges)
         tree._grow(chosen)
         for edge in closing:
             tree._close(edge)
@@ -289,7 +289,7 @@ def _offset(knowns: Knowns, given: dict[int, Array]) -> tuple[Row, ...]:
     return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in _SIX)
 
 
-def _spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
+def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
     """Spanning forest by Kruskal's rule, strongest edges first, and the edges that are left over."""
     leader: dict[int, int] = {}
 
