@@ -1,16 +1,22 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
+from .linkage import DeadPoint, DriveRange, Linkage, Mobility, Motion
 from .propagation import Propagation, propagate
 from .sensitivity import SobolIndices, sobol_indices
 from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "DeadPoint",
+    "DriveRange",
     "FourBar",
     "FourBarMotion",
     "Kinetostatics",
     "Link",
+    "Linkage",
+    "Mobility",
+    "Motion",
     "Propagation",
     "SobolIndices",
     "Spread",
