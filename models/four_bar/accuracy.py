@@ -44,12 +44,15 @@ class Accuracy:
         Radial clearance of the joints B, D, E, (...) each.
     contacts
         Contact angles of the joints B, D, E, (...) each, or None where the joint forces tell.
+    equilibrium
+        Whether those are the forces that the clearances leave, instead of the ones without clearances.
     """
 
     motion: FourBarMotion
     load: tuple[Array, Array, Array]
     clearances: Mapping[str, Array]
     contacts: Mapping[str, Array] | None
+    equilibrium: bool = False
 
     @property
     def rigid(self) -> Array:
@@ -129,6 +132,8 @@ class Accuracy:
         """Offset δ_x + i δ_y in each joint, of the later link relative to the earlier one, (...)."""
         if self.contacts is not None:
             return {joint: offset(self.clearances[joint], self.contacts[joint]) for joint in JOINTS}
+        if self.equilibrium:
+            return {joint: self._resting(joint) for joint in JOINTS}
         with warnings.catch_warnings():
             # Singular poses have no forces; the displacements tell of them when they are read.
             warnings.simplefilter("ignore", MechanismWarning)
@@ -137,12 +142,22 @@ class Accuracy:
         largest = np.max(np.abs(list(force.values())), axis=0)
         return {joint: pressed(self.clearances[joint], force[joint], largest) for joint in JOINTS}
 
+    def _resting(self, joint: str) -> Complex:
+        if not self.clearances[joint].any():
+            return np.zeros(self.shape, dtype=np.complex128)
+        place = self._in_equilibrium.contact(joint).offset
+        return np.asarray(place[..., 0] + 1j * place[..., 1])
+
+    @cached_property
+    def _in_equilibrium(self) -> Solution:
+        return self._loaded({joint: gap for joint, gap in self.clearances.items() if gap.any()}).solve()
+
     @cached_property
     def _under_load(self) -> Solution:
         return self._loaded().solve()
 
-    def _loaded(self) -> Frame:
-        frame = self.motion.frame()
+    def _loaded(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
+        frame = self.motion.frame(clearance)
         frame.load("P", **dict(zip(LOAD, self.load, strict=True)))
         return frame
 
@@ -169,8 +184,10 @@ def accuracy(
     """Displacement of the coupler point P of a four-bar held at its drive: by compliance, by clearance, and in total.
 
     The contact in a joint is given by an angle, or comes from the joint's own force in static equilibrium under the
-    load: the journal then lies against the bearing along that force. For a linkage that moves, give the angles
-    `Kinetostatics.contact_angle` of its dynamic reactions.
+    load: the journal then lies against the bearing along that force. The force is that without clearances
+    (``"reaction"``), or, where springs about the pins make the linkage statically indeterminate, the one that the
+    clearances leave (``"equilibrium"``, see `Frame.solve`); without such springs the two agree. For a linkage that
+    moves, give the angles `Kinetostatics.contact_angle` of its dynamic reactions.
 
     Parameters
     ----------
@@ -183,7 +200,8 @@ def accuracy(
     clearance
         Radial clearance (11) of every joint, (...), or a mapping from some of ``"B"``, ``"D"``, ``"E"``.
     contact
-        Contact angle γ (11) of every joint, radians, (...), or a mapping as above; or ``"reaction"``.
+        Contact angle γ (11) of every joint, radians, (...), or a mapping as above; or ``"reaction"``
+        or ``"equilibrium"``.
         It is the direction, from global x, in which the later link's pin centre (along crank, coupler, rocker,
         ground) lies from the earlier one's.
 
@@ -196,7 +214,7 @@ def accuracy(
     ------
     FrameError
         If the linkage cannot be assembled at a pose, a clearance is negative, a joint is unknown, shapes do not
-        broadcast, or ``contact="reaction"`` has no load to go by.
+        broadcast, or ``contact`` is ``"reaction"`` or ``"equilibrium"`` and there is no load to go by.
 
     Examples
     --------
@@ -230,8 +248,10 @@ def accuracy(
             raise FrameError(f"clearance of joint {joint!r} is {gap[gap < 0.0].flat[0]:g}: give zero or more")
     if not isinstance(contact, str):
         return Accuracy(motion, (fx, fy, mz), gaps, per_joint(contact, "contact angle"))
-    if contact != "reaction":
-        raise FrameError(f"contact is {contact!r}: give angles in radians, or 'reaction'")
+    if contact not in ("reaction", "equilibrium"):
+        raise FrameError(f"contact is {contact!r}: give angles in radians, 'reaction' or 'equilibrium'")
     if not (np.any(fx) or np.any(fy) or np.any(mz)):
-        raise FrameError("contact is 'reaction', but the load is zero, so that no joint force tells where: give a load")
-    return Accuracy(motion, (fx, fy, mz), gaps, None)
+        raise FrameError(
+            f"contact is {contact!r}, but the load is zero, so that no joint force tells where: give a load"
+        )
+    return Accuracy(motion, (fx, fy, mz), gaps, None, contact == "equilibrium")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -16,7 +17,7 @@ from .motion import LINKS, FourBarMotion
 JOINT_NODES = {"B": ("B.crank", "B.coupler"), "D": ("D.coupler", "D.rocker"), "E": ("E.rocker", "E")}
 
 
-def frame(motion: FourBarMotion) -> Frame:
+def frame(motion: FourBarMotion, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
     """Describe the linkage at every pose as a frame of beams and joints.
 
     Links are bodies, in whose own axes their nodes do not move, so that a link's stiffness is the same at all poses.
@@ -31,12 +32,16 @@ def frame(motion: FourBarMotion) -> Frame:
     ----------
     motion
         Motion of the four-bar, batch shape (...).
+    clearance
+        Radial clearance in the plane, (...), of some of the joints; the stiffness of these must be the same along x
+        and y.
 
     Returns
     -------
     Frame
-        The frame, without loads; batch shape (...) and that of beams and stiffnesses.
+        The frame, without loads; batch shape (...) and that of beams, stiffnesses and clearances.
     """
+    gaps = clearance or {}
     built, four_bar = Frame(), motion.four_bar
     crank, coupler, rocker, ground = four_bar.lengths
     for link in LINKS:
@@ -53,7 +58,8 @@ def frame(motion: FourBarMotion) -> Frame:
     _coupler(built, motion)
     built.add("rocker", four_bar.link_beam("rocker"), "D.rocker", "E.rocker")
     for joint, nodes in JOINT_NODES.items():
-        built.add(joint, Joint(four_bar.joint_stiffness(joint)), *nodes)
+        stiffness, play = four_bar.joint_stiffness(joint), ("ux", "uy") if joint in gaps else None
+        built.add(joint, Joint(stiffness, clearance=gaps.get(joint, 0.0), play=play), *nodes)
     built.fix("A")
     built.fix("E")
     return built

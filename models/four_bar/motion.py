@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -261,11 +262,17 @@ class FourBarMotion:
 
     # -- what is made of it -----------------------------------------------------------------------------------------
 
-    def frame(self) -> Frame:
-        """The linkage, clamped at A, as a frame of beams and joints at every pose; see `four_bar.frame.frame`."""
+    def frame(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
+        """The linkage, clamped at A, as a frame of beams and joints at every pose; see `four_bar.frame.frame`.
+
+        Parameters
+        ----------
+        clearance
+            Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
+        """
         from .frame import frame
 
-        return frame(self)
+        return frame(self, clearance)
 
     def reactions(
         self,
