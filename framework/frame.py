@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .batch import Array, Shape, finite, joined, rotation, turned, vector
 from .dofs import DISPLACEMENTS, FORCES, component, components, values
@@ -107,6 +107,8 @@ class Frame:
         By member: line and point loads.
     weight
         Acceleration of gravity (..., 3).
+    absent
+        Batch entries that are left out, (...); None for none.
     size
         Largest coordinate, the measure of what coincides.
     kept
@@ -138,6 +140,7 @@ class Frame:
     loads: dict[str, list[tuple[int, Array]]] = field(default_factory=dict)
     member_loads: dict[str, list[MemberLoad]] = field(default_factory=dict)
     weight: Array | None = None
+    absent: NDArray[np.bool_] | None = None
     _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
     _shape: Shape = ()
     size: float = 0.0
@@ -431,6 +434,22 @@ class Frame:
         """
         self.weight = vector(acceleration, "gravity")
         self._join("gravity", self.weight.shape[:-1])
+
+    def exclude(self, where: ArrayLike) -> None:
+        """Leave batch entries out, such as poses that a linkage cannot take.
+
+        They must be described all the same, by any numbers; their status is ``absent`` and their results are NaN.
+
+        Parameters
+        ----------
+        where
+            True for the entries to leave out, (...).
+        """
+        left = np.asarray(where)
+        if left.dtype != np.bool_:
+            raise FrameError(f"exclude was given {where!r}: give True for the entries to leave out")
+        self._join("entries left out", left.shape)
+        self.absent = left if self.absent is None else self.absent | left
 
     def copy(self) -> Frame:
         """The description as it is now; what is said of the one later does not change the other."""

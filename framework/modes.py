@@ -57,7 +57,10 @@ def modes(frame: Frame, count: int) -> Modes:
     squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)
     frequencies = np.sqrt(np.maximum(squared, 0.0)) / (2.0 * np.pi)
     shape = np.broadcast_shapes(frame.shape, frequencies.shape[:-1])
-    return Modes(np.array(np.broadcast_to(frequencies, (*shape, count))), plan, vectors)
+    out = np.array(np.broadcast_to(frequencies, (*shape, count)))
+    if frame.absent is not None:
+        out[np.broadcast_to(frame.absent, shape)] = np.nan
+    return Modes(out, plan, vectors)
 
 
 def _dense(plan: Plan, count: int) -> tuple[Array, Array]:

@@ -136,7 +136,7 @@ def taken(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
 
 def solved(solution: Solution, index: Index) -> Array:
     """Which of the entries have a solution, (T,)."""
-    return np.broadcast_to(np.asarray(solution.status) != "mechanism", solution.shape)[index]
+    return np.broadcast_to(~np.isin(solution.status, ("mechanism", "absent")), solution.shape)[index]
 
 
 def results(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:

@@ -246,18 +246,21 @@ class Solution:
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance; ``idle`` where it can
         move but no load does so, and the results hold; ``free`` where joints can move within their clearances without
-        any force, and the results are one choice of many; ``unresolved`` where rounding hides a contact."""
+        any force, and the results are one choice of many; ``unresolved`` where rounding hides a contact; ``absent``
+        where it was left out."""
         idle = self.solver.singular(excited=False)
         status = np.where(idle, "idle", "regular")
         if self.clearances is not None:
             for state in (FREE, UNRESOLVED):
                 status = np.where((self.clearances.state == state).any(axis=0), state, status)
-        return np.where(self._singular, "mechanism", status)
+        status = np.where(self._singular, "mechanism", status)
+        return status if self.frame.absent is None else np.where(self.frame.absent, "absent", status)
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
         """Entries that the loads move without resistance."""
-        return self.solver.singular(excited=True)
+        found = self.solver.singular(excited=True)
+        return found if self.frame.absent is None else found & ~self.frame.absent
 
     def error_bound(self, name: str, of: str = "displacement") -> Array:
         """Bound on the error of results against the exact solution of the frame as it is described.
@@ -447,6 +450,8 @@ class Solution:
         return self._known[key]
 
     def _masked(self, array: Array, mask: float = np.nan) -> Array:
+        if self.frame.absent is not None:
+            array[np.broadcast_to(self.frame.absent, self.shape)] = mask
         singular = self._singular
         if singular.any():
             if not self._warned:
