@@ -62,8 +62,10 @@ class Assembly:
 
 def assembled(mechanism: Mechanism, drives: Drives, switch: bool) -> Assembly:
     """Close the loops at all values of the drives."""
-    nominal = nominal_parameters(mechanism)
-    loops, start = started(mechanism, nominal)
+    if mechanism.begun is None:
+        nominal = nominal_parameters(mechanism)
+        mechanism.begun = nominal, *started(mechanism, nominal)
+    nominal, loops, start = mechanism.begun
     guess = guesses(loops, nominal, start, drives, switch)
     shape = np.broadcast_shapes(drives.shape, mechanism.linkage.shape)
     found = _closed(loops, guess, mechanism.parameters, nominal, shape)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -35,7 +36,12 @@ class Linear:
         self.rows, self.columns = self.pattern.shape if len(pattern) else (0, 0)
         self.rank = min(self.rows, self.columns) if rank is None else rank
 
-    @property
+    @cached_property
+    def compact(self) -> bool:
+        """True where the equations are solved by Cramer's rule alone, which a tape can take down."""
+        return self.square and max(len(rows) for rows, _ in self.blocks) <= 2
+
+    @cached_property
     def square(self) -> bool:
         """As many independent equations as unknowns, one for one."""
         return self.rows == self.columns == self.rank and sum(len(rows) for rows, _ in self.blocks) == self.rows
@@ -67,107 +73,137 @@ class Linear:
         """Blocks that have a determinant: none where the equations are not square."""
         return self.blocks if self.square else []
 
-    def determinants(self, entries: Sequence[Value]) -> list[Value]:
+    def determinants(self, entries: Sequence[Any]) -> list[Any]:
         """Determinant of each block; none where the equations are not square."""
         n = self.columns
         return [self._determinant([[entries[i * n + j] for j in cs] for i in rs]) for rs, cs in self.determinants_of]
 
     @staticmethod
-    def _determinant(block: list[list[Value]]) -> Value:
+    def _determinant(block: list[list[Any]]) -> Any:
         if len(block) == 1:
             return block[0][0]
         if len(block) == 2:
             return block[0][0] * block[1][1] - block[0][1] * block[1][0]
         found = np.linalg.det(matrices(block))
-        return float(found) if np.ndim(found) == 0 else found
+        return float(found) if found.ndim == 0 else found
 
-    def solve(self, entries: Sequence[Value], right: Sequence[Value]) -> list[Value]:
-        """x of J x = r, for the entries of J row by row.
+    def solve(self, entries: Sequence[Any], right: Sequence[Any]) -> list[Any]:
+        """x of J x = r, for the entries of J row by row: floats, arrays or terms.
 
         Raises
         ------
         ZeroDivisionError, LinAlgError
             If a single system is singular; arrays get inf or NaN.
         """
+        return self.solve_all(entries, [right])[0]
+
+    def solve_all(self, entries: Sequence[Any], rights: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        """As `solve`, for several right sides."""
         if not self.square:
-            return self._least(entries, right)
-        out: list[Value] = [0.0] * self.columns
+            return self._least(entries, rights)
+        n = self.columns
+        outs: list[list[Any]] = [[0.0] * n for _ in rights]
         solved: list[int] = []
         for rows, columns in self.blocks:
-            block = [[entries[i * self.columns + j] for j in columns] for i in rows]
-            known = []
-            for i in rows:
-                value = right[i]
-                for k in solved:
-                    if self.pattern[i, k]:
-                        value = value - entries[i * self.columns + k] * out[k]
-                known.append(value)
-            for j, x in zip(columns, _block(block, known), strict=True):
-                out[j] = x
+            block = [[entries[i * n + j] for j in columns] for i in rows]
+            known = [
+                [self._known(entries, right, out, solved, i) for i in rows]
+                for right, out in zip(rights, outs, strict=True)
+            ]
+            for out, found in zip(outs, _block(block, known), strict=True):
+                for j, x in zip(columns, found, strict=True):
+                    out[j] = x
             solved += columns
-        return out
+        return outs
 
-    def _least(self, entries: Sequence[Value], right: Sequence[Value]) -> list[Value]:
-        if not self.columns:
-            return []
-        if not self.rows:
-            return [0.0] * self.columns
-        n = self.columns
-        a = matrices([[entries[i * n + j] for j in range(n)] for i in range(self.rows)])
-        b = np.stack(np.broadcast_arrays(*right, a[..., 0, 0])[:-1], axis=-1)
-        shape = np.broadcast_shapes(a.shape[:-2], b.shape[:-1])
-        x = np.broadcast_to(least_squares(a, b, self.rank), (*shape, n))
-        return [float(part) for part in x] if x.ndim == 1 else list(np.moveaxis(x, -1, 0))
+    def solve_floats(self, jacobian: Array, right: Array) -> Array:
+        """X (n, k) of J X = R for one matrix J (m, n)."""
+        if self.square:
+            return np.asarray(np.linalg.solve(jacobian, right))
+        if not self.rows or not self.columns:
+            return np.zeros((self.columns, right.shape[1]))
+        return least_squares(jacobian, right, self.rank)
+
+    def determinants_of_floats(self, jacobian: Array) -> list[float]:
+        """As `determinants`, of one matrix (m, n)."""
+        return [float(np.linalg.det(jacobian[np.ix_(rows, columns)])) for rows, columns in self.determinants_of]
+
+    def _known(
+        self, entries: Sequence[Any], right: Sequence[Any], out: Sequence[Any], solved: list[int], i: int
+    ) -> Any:
+        value = right[i]
+        for k in solved:
+            if self.pattern[i, k]:
+                value = value - entries[i * self.columns + k] * out[k]
+        return value
+
+    def _least(self, entries: Sequence[Any], rights: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        m, n = self.rows, self.columns
+        if not m or not n:
+            return [[0.0] * n for _ in rights]
+        a = matrices([list(entries[i * n : i * n + n]) for i in range(m)])
+        return _columns(least_squares(a, _sides(a, rights), self.rank))
 
 
-def _block(block: list[list[Value]], right: list[Value]) -> Sequence[Value]:
+def _sides(a: Array, rights: Sequence[Sequence[Value]]) -> Array:
+    """Right sides as the columns of matrices (..., m, k) that go with the matrices a."""
+    flat = np.broadcast_arrays(a[..., 0, 0], *(x for right in rights for x in right))[1:]
+    return np.swapaxes(np.stack(flat, axis=-1).reshape(*flat[0].shape, len(rights), -1), -1, -2)
+
+
+def _columns(x: Array) -> list[list[Any]]:
+    """Columns of matrices (..., n, k), each as a list of its entries."""
+    return [[x[..., i, k] for i in range(x.shape[-2])] for k in range(x.shape[-1])]
+
+
+def _block(block: list[list[Any]], rights: list[list[Any]]) -> list[list[Any]]:
     if len(block) == 1:
-        return [right[0] / block[0][0]]
+        return [[right[0] / block[0][0]] for right in rights]
     if len(block) == 2:
         (a, b), (c, d) = block
         det = a * d - b * c
-        return [(right[0] * d - right[1] * b) / det, (right[1] * a - right[0] * c) / det]
+        return [[(r * d - s * b) / det, (s * a - r * c) / det] for r, s in rights]
     a = matrices(block)
-    b = np.stack(np.broadcast_arrays(*right, a[..., 0, 0])[:-1], axis=-1)
-    x = stacked_solve(a, b)
-    return [float(part) for part in x] if x.ndim == 1 else list(np.moveaxis(x, -1, 0))
+    return _columns(stacked_solve(a, _sides(a, rights)))
 
 
 def matrices(entries: list[list[Value]]) -> Array:
     """Matrices (..., m, n) of entries that broadcast."""
-    flat = np.broadcast_arrays(*(entry for row in entries for entry in row))
-    return np.stack(flat, axis=-1).reshape(*flat[0].shape, len(entries), len(entries[0]))
+    shape = np.broadcast_shapes(*(entry.shape for row in entries for entry in row if isinstance(entry, np.ndarray)))
+    if not shape:
+        return np.array(entries, dtype=np.float64)
+    out = np.empty((*shape, len(entries), len(entries[0])))
+    for i, row in enumerate(entries):
+        for j, entry in enumerate(row):
+            out[..., i, j] = entry
+    return out
 
 
 def stacked_solve(a: Array, b: Array) -> Array:
-    """x (..., n) of A x = b; where single systems of a stack are singular they get NaN."""
+    """X (..., n, k) of A X = B; where single systems of a stack are singular they get NaN."""
     try:
-        return np.asarray(np.linalg.solve(a, b[..., None])[..., 0])
+        return np.asarray(np.linalg.solve(a, b))
     except np.linalg.LinAlgError:
         if a.ndim == 2:
             raise
-        bad = np.linalg.det(a) == 0.0
-        safe = np.where(bad[..., None, None], np.eye(a.shape[-1]), a)
-        return np.where(bad[..., None], np.nan, np.linalg.solve(safe, b[..., None])[..., 0])
+        bad = (np.linalg.det(a) == 0.0)[..., None, None]
+        return np.where(bad, np.nan, np.linalg.solve(np.where(bad, np.eye(a.shape[-1]), a), b))
 
 
 def least_squares(a: Array, b: Array, rank: int) -> Array:
-    """x (..., n) that minimises first |A x - b| and then |x|, for matrices (..., m, n) of the given rank.
+    """X (..., n, k) that minimises first |A x - b| and then |x|, for matrices (..., m, n) of the given rank.
 
     Where the rank is full, by the normal equations of either kind: their error is mended by Newton's method.
     """
     m, n = a.shape[-2:]
     turned = np.swapaxes(a, -1, -2)
     if rank == n:
-        return stacked_solve(turned @ a, (turned @ b[..., None])[..., 0])
+        return stacked_solve(turned @ a, turned @ b)
     if rank == m:
-        return np.asarray((turned @ stacked_solve(a @ turned, b)[..., None])[..., 0])
-    ok = np.isfinite(a).all(axis=(-1, -2)) & np.isfinite(b).all(axis=-1)
-    u, s, vt = np.linalg.svd(np.where(ok[..., None, None], a, 0.0), full_matrices=False)
+        return np.asarray(turned @ stacked_solve(a @ turned, b))
+    ok = np.isfinite(a).all(axis=(-1, -2), keepdims=True)
+    u, s, vt = np.linalg.svd(np.where(ok, a, 0.0), full_matrices=False)
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = np.einsum("...ij,...i->...j", u, b)[..., :rank] / s[..., :rank]
-        x = np.einsum("...ij,...i->...j", vt[..., :rank, :], along)
-    return np.where(ok[..., None], x, np.nan)
-
-
-Step = Callable[[Sequence[Value], Sequence[Value]], list[Value]]
+        along = np.einsum("...ij,...ik->...jk", u, b)[..., :rank, :] / s[..., :rank, None]
+        x = np.einsum("...ij,...ik->...jk", vt[..., :rank, :], along)
+    return np.where(ok, x, np.nan)

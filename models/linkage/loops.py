@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.batch import Array
+from .equations import Equations
 from .linear import Linear
 from .mechanism import Mechanism
 from .tape import Value
@@ -31,7 +32,7 @@ class Pose:
     state
         State of all joints.
     follow
-        Velocity of each unknown per unit of each drive, (unknowns, drives).
+        Velocity of each unknown per unit of each drive, drive by drive.
     determinants
         Of the blocks of equations.
     first_step
@@ -39,7 +40,7 @@ class Pose:
     """
 
     state: list[float]
-    follow: Array
+    follow: list[float]
     determinants: list[float]
     first_step: float
 
@@ -139,6 +140,11 @@ class Loops:
                 out[k] = rate[place]
         return out
 
+    @cached_property
+    def equations(self) -> Equations:
+        """Programs of the Newton step."""
+        return Equations(self.mechanism, self.linear)
+
     def turns(self, drive: int) -> bool:
         """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
         joint, component = self.mechanism.columns[self.mechanism.driven[drive]]
@@ -148,32 +154,30 @@ class Loops:
 
     def close(self, state: list[float], parameters: Sequence[float], *, far: float = FIRST_STEP) -> Pose | None:
         """The closed pose near `state`; None where Newton's method does not contract from there."""
-        program, n, m = self.mechanism.full[0], self.columns, self.rows
+        step_at, pose_at, n = self.equations.step[0], self.equations.pose[0], self.columns
         first = last = 0.0
         try:
             for iteration in range(ITERATIONS):
-                entries = program(state, parameters)
-                step = self.linear.solve(entries[m : m + m * n], entries[:m])
+                step = step_at(state, parameters)[:n]
                 size = max(map(abs, step), default=0.0)
                 first = first or size
                 if not size <= far or (iteration > 0 and last > 1e-6 and size > CONTRACTION * last):
                     return None
                 state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
                 last = size
-                if size < 1e-6:
+                if size < 1e-3:
                     break
             else:
                 return None
-            return self._pose(state, entries, first)
+            found = pose_at(state, parameters)
         except (ZeroDivisionError, np.linalg.LinAlgError, OverflowError):
             return None
-
-    def _pose(self, state: list[float], entries: Sequence[float], first: float) -> Pose:
-        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
-        jacobian, drives = entries[m : m + m * n], entries[m + m * n :]
-        follow = [self.linear.solve(jacobian, [drives[i * f + k] for i in range(m)]) for k in range(f)]
-        determinants = self.linear.determinants(jacobian)
-        return Pose(state, -np.array(follow).reshape(f, n).T, determinants, first)  # type: ignore[arg-type]
+        step, last = found[:n], max(map(abs, found[:n]), default=0.0)
+        if not last <= max(CONTRACTION * size, 1e-12):
+            return None
+        state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+        behind = n + n * len(self.mechanism.driven)
+        return Pose(state, list(found[n:behind]), list(found[behind:]), first)
 
     # -- rates ------------------------------------------------------------------------------------------------------
 
@@ -213,32 +217,28 @@ class Loops:
 
         Each member stops at its own last step, so that its bits do not depend on its neighbours.
         """
-        program, m = self.mechanism.newton[1], self.rows
+        program, n = self.equations.step[1], self.columns
         shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
         trusted = np.ones(shape, dtype=bool)
-        moving: NDArray[np.bool_] | bool = True
-        first: Array | None = None
+        moving: NDArray[np.bool_] = trusted
         before: Array | float = np.inf
-        entries: Sequence[Value] = ()
-        for _ in range(ITERATIONS):
-            with np.errstate(all="ignore"):
-                entries = program(state, parameters)
-                step = self.linear.solve(entries[m:], entries[:m])
+        found: Sequence[Value] = ()
+        with np.errstate(all="ignore"):
+            for _ in range(ITERATIONS):
+                found = program(state, parameters)
+                step = found[:n]
                 size = _largest(step, shape)
-                first = size if first is None else first
                 bad = ~(size <= FIRST_STEP) | ((before > 1e-5) & (size > CONTRACTION * before))
-                trusted &= ~(bad & moving)
-                if moving is not True:
+                trusted = trusted & ~(bad & moving)
+                if not moving.all():
                     step = [np.where(moving, x, 0.0) for x in step]
                 state = self.advance(state, step, sign=-1.0)
-            before = size
-            moving = moving & (size > LAST_STEP) & (size < 1e3)
-            if not moving.any():
-                break
-        with np.errstate(all="ignore"):
-            converged = np.asarray(~moving & (before <= LAST_STEP)) if self.columns else np.ones(shape, dtype=bool)
-            determinants = self.linear.determinants(entries[m:])
-        return Closed(state, trusted & converged, converged, determinants)
+                before = np.where(moving, size, before)
+                moving = moving & (size > LAST_STEP) & (size < 1e3)
+                if not moving.any():
+                    break
+        converged = np.asarray(before <= LAST_STEP)
+        return Closed(state, trusted & converged, converged, list(found[n:]))
 
 
 def _largest(step: Sequence[Value], shape: tuple[int, ...]) -> Array:

@@ -79,7 +79,9 @@ class March:
     def node(self, s: float, pose: Pose) -> Node:
         """A node of the pose at s."""
         slopes, drives = self.path.rates(pose.state, s)
-        rate = self.loops.state_rate(pose.state, (pose.follow @ drives).tolist())
+        n = self.loops.columns
+        unknown = [sum(d * x for d, x in zip(drives, pose.follow[k::n], strict=True)) for k in range(n)]
+        rate = self.loops.state_rate(pose.state, unknown)
         for place, slope in zip(self.loops.driven_states, slopes, strict=False):
             rate[place] = slope
         return Node(s, pose, rate)
@@ -92,7 +94,7 @@ class March:
         while track.end < self.path.length:
             here = track.nodes[-1]
             left = self.path.length - here.s
-            target = here.s + (left if left < 1.01 * step else step)
+            target = self.path.stop(here.s, here.s + (left if left < 1.01 * step else step))
             found = self._go(track, self._across(track, target))
             if found is None:
                 step *= 0.5
@@ -117,7 +119,8 @@ class March:
         if pose is None:
             return None
         old, new = here.pose.follow, pose.follow
-        if old.size and not np.all(np.abs(new - old) <= TURN * (0.5 + np.abs(old).max())):
+        bound = TURN * (0.5 + max(map(abs, old), default=0.0))
+        if any(abs(x - y) > bound for x, y in zip(old, new, strict=True)):
             return None
         if jump and not flips(here.pose, pose):
             return None

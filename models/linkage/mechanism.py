@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from .rates import Rates, rates_of
 from .tape import Program, Scalar, Tape, Term, Value, Vector, combine, minus, plus, times
 from .tree import Branch, Tree, spanning_tree
 from .turning import moved
+
+if TYPE_CHECKING:
+    from .loops import Loops, Pose
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -78,6 +83,8 @@ class Mechanism:
         Joint and component of each closing equation.
     parameters
         Dimensions that the programs take, in units of `size`.
+    begun
+        Nominal dimensions, loops and closed drawing, once they have been found.
     """
 
     def __init__(self, linkage: Linkage) -> None:
@@ -87,6 +94,7 @@ class Mechanism:
         self.tape = Tape()
         self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
         self.parameters: list[Value] = []
+        self.begun: tuple[list[float], Loops, Pose] | None = None
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
         self.bodies: dict[str, Body] = {}
@@ -233,6 +241,20 @@ class Mechanism:
     def _names(self) -> tuple[list[str], list[str]]:
         return self.state_names, [f"p{k}" for k in range(len(self.parameters))]
 
+    def program(self, outputs: Iterable[Scalar]) -> tuple[Program, Program]:
+        """(state, parameters) to `outputs`."""
+        return self.tape.program(self._names, outputs)
+
+    @cached_property
+    def closing(self) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
+        """Active residuals, and the entries of their Jacobian by the unknowns and by the drives, row by row."""
+        rows = self.active
+        return (
+            [self._residual[i] for i in rows],
+            [self._jacobian[i][k] for i in rows for k in self.unknown],
+            [self._jacobian[i][k] for i in rows for k in self.driven],
+        )
+
     @cached_property
     def active(self) -> list[int]:
         """Rows that some unknown acts on; the others hold by construction, or not at all."""
@@ -246,24 +268,14 @@ class Mechanism:
     @cached_property
     def newton(self) -> tuple[Program, Program]:
         """(state, parameters) to active residuals, then the Jacobian of the active rows by the unknowns."""
-        rows = self.active
-        return self.tape.program(
-            self._names,
-            [*(self._residual[i] for i in rows), *(self._jacobian[i][k] for i in rows for k in self.unknown)],
-        )
+        residual, jacobian, _ = self.closing
+        return self.program([*residual, *jacobian])
 
     @cached_property
     def full(self) -> tuple[Program, Program]:
         """As `newton`, with the Jacobian of the active rows by the drives behind."""
-        rows = self.active
-        return self.tape.program(
-            self._names,
-            [
-                *(self._residual[i] for i in rows),
-                *(self._jacobian[i][k] for i in rows for k in self.unknown),
-                *(self._jacobian[i][k] for i in rows for k in self.driven),
-            ],
-        )
+        residual, jacobian, drives = self.closing
+        return self.program([*residual, *jacobian, *drives])
 
     @cached_property
     def residual(self) -> tuple[Program, Program]:
@@ -281,6 +293,15 @@ class Mechanism:
             body = self.bodies[link]
             self._poses[link] = self.tape.program(self._names, [x for v in (body.origin, *body.axes) for x in v])
         return self._poses[link]
+
+    def joint_point(self, joint: str) -> tuple[Program, Program]:
+        """(state, parameters) to the point of a joint on its first link."""
+        return self.tape.program(self._names, self.frames[joint][1])
+
+    def joint_axes(self, pair: Pair) -> tuple[Program, Program]:
+        """(state, parameters) to the axes x y z, nine numbers, of a joint that closes a loop, on its first link."""
+        axes, _, _, _ = self._joined(pair)
+        return self.tape.program(self._names, [x for axis in axes for x in axis])
 
     def rates_of(self, link: str) -> tuple[Program, Program]:
         """(state, parameters, v, dv/dt) to ω, velocity of the reference point, α and its acceleration, of a link."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +20,12 @@ from .linkage import Linkage
 from .mechanism import Mechanism
 from .parts import GROUND
 from .tape import Program, Value
+
+if TYPE_CHECKING:
+    from ...framework.frame import Frame
+    from .accuracy import PointAccuracy, Stress
+    from .frame import Builder
+    from .reactions import Reactions
 
 BRANCHES = ("keep", "switch")
 
@@ -400,6 +407,205 @@ class Motion:
             return np.asarray(first)
         z, x = first[..., 2], (self.axes(pair.second) @ pair.axes)[..., 0]
         return np.stack([x, np.cross(z, x), z], axis=-1)
+
+    # -- forces, compliance and clearance -----------------------------------------------------------------------------
+
+    def reactions(self) -> Reactions:
+        """Joint reactions and drive forces of the rigid linkage, by the Newton-Euler equations of all links.
+
+        Inertia forces (Eq. 1 and 2 of the accuracy paper), gravity, loads, springs and dampers are in equilibrium with
+        what the joints hold and the drives push. Where equilibrium alone does not tell all reactions, those follow
+        from the compliance of links and joints; if these are rigid, the reactions with the least sum of squares are
+        given (moments divided by half of what the drawing spans). ``.method`` says which.
+
+        Returns
+        -------
+        Reactions
+            Reactions and drive forces; NaN where no finite forces hold the linkage.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> arm = Linkage(A=(0, 0), B=(2, 0))
+        >>> arm.link("arm", "A", "B", mass=3.0)
+        >>> arm.revolute("A", "ground", "arm", drive=True)
+        >>> arm.gravity((0, -10))
+        >>> float(arm.move(A=0.0).reactions().drive("A"))
+        30.0
+        """
+        from .reactions import reactions
+
+        return reactions(self)
+
+    def kinetic_energy(self) -> Array:
+        """Kinetic energy of all links, (...)."""
+        from .actions import kinetic_energy
+
+        return kinetic_energy(self)
+
+    def free_accelerations(self, forces: Mapping[str, ArrayLike] | None = None) -> dict[str, Array]:
+        """Accelerations of the drives under given drive forces, at the motion's poses and rates.
+
+        With the rates as they are, the drive forces of `reactions` are linear in the accelerations,
+        ``M a + h``; this solves ``M a = f - h`` (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6).
+
+        Parameters
+        ----------
+        forces
+            Force or moment by driven joint, (...), or (..., f) where f coordinates are driven; zero where not given.
+
+        Returns
+        -------
+        dict of ndarray
+            By driven joint, (..., f).
+
+        Raises
+        ------
+        FrameError
+            If a joint is not driven, or the linkage has no inertia against one of its drives.
+        """
+        from .free import free_accelerations
+
+        return free_accelerations(self, forces or {})
+
+    @cached_property
+    def bare(self) -> Builder:
+        """The frame of the motion without loads, whose plan serves all load cases."""
+        from .frame import Builder
+
+        return Builder(self, clearance=True)
+
+    def frame(self, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
+        """The linkage at every pose as a frame of beams, joints and springs, held at its drives.
+
+        Each link is a body, in whose own axes its nodes do not move, so that its stiffness is computed once for all
+        poses. A point that only one link has gives the node of its name; where joints part it each link has its own,
+        ``point.link``, and the bare name means that of the first link. Members are called as their link, or
+        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ... A slider stands on the beam of
+        the link that carries it where it stays on that beam at all poses, else on a rigid arm from the joint's point.
+        A mass that was given sits, rigid, on the link's point nearest to its centre, and its beams weigh nothing.
+
+        Parameters
+        ----------
+        clearance
+            Give the joints their clearance.
+        loads
+            Apply what the linkage was loaded with: loads, torques, gravity, and the forces of springs and dampers.
+        inertia
+            Apply the inertia forces of the rigid motion.
+
+        Returns
+        -------
+        Frame
+            The frame, batch shape (...) and that of beams, stiffnesses and loads. Poses that are not assembled are
+            left out: their status is ``absent``.
+        """
+        from .frame import frame
+
+        return frame(self, clearance=clearance, loads=loads, inertia=inertia)
+
+    def accuracy(self, point: str, link: str | None = None, **load: ArrayLike) -> PointAccuracy:
+        """Where a point of the loaded linkage really goes: by compliance, by clearance, and in total.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+        **load
+            Forces and moments on the point beside the linkage's own loads, ``fx fy fz mx my mz``, global, (...).
+
+        Returns
+        -------
+        PointAccuracy
+            Displacements (..., 6), computed when read.
+        """
+        from .accuracy import accuracy
+
+        return accuracy(self, point, link, load)
+
+    def flexibility(self, point: str, link: str | None = None) -> Array:
+        """Displacement and rotation of a point by unit forces and moments on it, drives held, clearances closed.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz`` by ``fx fy fz mx my mz``, global, (..., 6, 6); symmetric.
+        """
+        from .accuracy import flexibility
+
+        return flexibility(self, point, link)
+
+    def stiffness(self, point: str, link: str | None = None) -> Array:
+        """Force and moment at a point by unit displacements and rotations of it: the inverse of `flexibility`.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+
+        Returns
+        -------
+        ndarray
+            End-point stiffness, global, (..., 6, 6); NaN where nothing holds the point in some direction.
+
+        Raises
+        ------
+        FrameError
+            If links and joints are rigid on the way to the point, so that it cannot give way in some direction.
+        """
+        from .accuracy import stiffness
+
+        return stiffness(self, point, link)
+
+    def frequencies(self, count: int) -> Array:
+        """The lowest natural frequencies at every pose, drives held, clearances closed.
+
+        Parameters
+        ----------
+        count
+            Number of frequencies.
+
+        Returns
+        -------
+        ndarray
+            Hz, (..., count).
+        """
+        from .accuracy import frequencies
+
+        return frequencies(self, count)
+
+    def stress(self, link: str) -> Stress:
+        """Stress along the members of a link under the linkage's loads and its inertia, clearances closed.
+
+        Parameters
+        ----------
+        link
+            The link.
+
+        Returns
+        -------
+        Stress
+            By pose, and the envelope over all poses.
+
+        Raises
+        ------
+        FrameError
+            If the link is rigid.
+        """
+        from .accuracy import stress
+
+        return stress(self, link)
 
     # -- states and rates -------------------------------------------------------------------------------------------
 

@@ -48,6 +48,9 @@ class Term:
 
     __rmul__ = __mul__
 
+    def __truediv__(self, other: Scalar) -> Scalar:
+        return self * (1.0 / other) if isinstance(other, float) else self.tape.step("/", self.name, other.name)
+
     def __neg__(self) -> Scalar:
         return self.tape.step("-", "", self.name)
 

@@ -179,7 +179,7 @@ def _several(
     for line in range(flat.shape[1]):
         way = Path(loops, np.concatenate([drawn[None], _same_sign(loops, flat[:, line])]))
         guide = Guide.of(March(loops, nominal, way, longest).run(start, switch))
-        s = way.corners[1:]
+        s = np.array(way.corners[1:])
         states[:, line], signs[:, line], reached[:, line] = guide.at(s), guide.signs_at(s, NEAR), guide.reached(s)
     arrays = (x.reshape(*lines.shape[:-1], -1) for x in (states, signs, reached[..., None]))
     back = [x[0] if axis is None else np.moveaxis(x, 0, axis) for x in arrays]
