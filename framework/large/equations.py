@@ -7,15 +7,15 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from ..batch import Array
 from ..tree import GROUND
 from . import corotation, rotation
 from .corotation import Motion, Pieces, Response
 from .links import Link, LinkChange
-from .model import HELD, Joint, Model
-from .numbers import Where
+from .joints import Joint
+from .model import Model
+from .numbers import Numbers, Where
 from .rotation import cross, dot, spin, times
 
 
@@ -110,7 +110,7 @@ class Equations:
     @cached_property
     def loads(self) -> Array:
         """Forces and moments on nodes (6, nodes, m or 1)."""
-        return self.factor * self.model.loads.at(self.where)
+        return self.factor * self.model.loads.nodal.at(self.where)
 
     @cached_property
     def targets(self) -> Array:
@@ -229,14 +229,11 @@ class Equations:
 
     @cached_property
     def _hung(self) -> list[tuple[int, Array, Array]]:
-        from .numbers import Numbers
-
-        ndim = self.model.ndim
-        return [
-            (node, self.factor * Numbers.of(force, ndim, 1).at(self.where), Numbers.of(arm, ndim, 1).at(self.where))
-            for node, force, arm in self.model.hung
-            if np.any(arm)
-        ]
+        """Weights on arms: node, force and arm at rest (3, m or 1)."""
+        ndim, given = self.model.ndim, self.model.loads.hung
+        forces = [self.factor * Numbers.of(hung.force, ndim, 1).at(self.where) for hung in given]
+        arms = [Numbers.of(hung.arm, ndim, 1).at(self.where) for hung in given]
+        return [(hung.node, force, arm) for hung, force, arm in zip(given, forces, arms, strict=True)]
 
     def _resistance(self, joint: Joint, own: Array) -> tuple[Array, Array, Array]:
         """Energy (m,), force (6, m) and tangent (6, 6, m) of a link's springs."""
@@ -250,8 +247,6 @@ class Equations:
         return 0.5 * dot(stiffness * beyond, beyond), stiffness * beyond, tangent
 
     def _pick(self, array: Array, trailing: int) -> Array:
-        from .numbers import Numbers
-
         return np.moveaxis(Numbers.of(array, self.model.ndim, trailing).at(self.where), -1, 0)
 
     # -- derivatives ------------------------------------------------------------------------------------------------
@@ -282,7 +277,7 @@ class Equations:
         data += self._hung_tangent(state, nodal, assumed, jacobians)
         data += self._link_tangent(state, assumed, jacobians)
         forces, own = self._reduced(state, nodal)
-        values = self.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
+        values = self.model.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
         for number, joint in enumerate(model.joints):
             energy = energy + 2.0 * self._resistance(joint, state.own[:, number])[0]
         return Linear(forces, values, changes, true, jacobians, energy, nodal, own)
@@ -388,51 +383,8 @@ class Equations:
         out[model.columns[:, plain]] = nodal[:, plain]
         return out[:-1], carried
 
-    # -- pattern ----------------------------------------------------------------------------------------------------
-
-    @property
-    def pattern(self) -> tuple[csr_matrix, NDArray[np.int64], NDArray[np.int64]]:
-        """Sum of all tangents' entries over the entries of the matrix; rows and columns of the latter."""
-        return pattern(self.model)
-
 
 def _motion(ends: NDArray[np.int64], pieces: Pieces, state: State) -> Motion:
     first, second = ends.T
     moved = state.moved[:, first], state.moved[:, second]
     return corotation.motion(pieces, moved, (state.turned[:, first], state.turned[:, second]))
-
-
-def pattern(model: Model) -> tuple[csr_matrix, NDArray[np.int64], NDArray[np.int64]]:
-    """See `Equations.pattern`; the order of the blocks is that in which `Equations.linearised` makes them."""
-    if "_pattern" not in vars(model):
-        rows, columns = [], []
-        for block in _blocks(model):
-            shape = np.broadcast_shapes(block[:, None].shape, block[None, :].shape)
-            rows.append(np.broadcast_to(block[:, None], shape).reshape(-1))
-            columns.append(np.broadcast_to(block[None, :], shape).reshape(-1))
-        row, column = np.concatenate(rows), np.concatenate(columns)
-        used = np.flatnonzero((row != HELD) & (column != HELD))
-        keys, place = np.unique(row[used] * model.size + column[used], return_inverse=True)
-        total = csr_matrix((np.ones(len(used)), (place, used)), shape=(len(keys), len(row)))
-        vars(model)["_pattern"] = total, keys // model.size, keys % model.size
-    found: tuple[csr_matrix, NDArray[np.int64], NDArray[np.int64]] = vars(model)["_pattern"]
-    return found
-
-
-def _blocks(model: Model) -> list[NDArray[np.int64]]:
-    chains = [np.array(chain, dtype=np.int64) for chain in model.chains]
-    out = []
-    for stack, linked in zip(model.stacks, model.linked, strict=True):
-        if not linked.all():
-            ends = stack.ends[~linked]
-            out.append(np.concatenate([model.columns[:, ends[:, 0]], model.columns[:, ends[:, 1]]]))
-        for number in np.flatnonzero(linked):
-            first, second = stack.ends[number].tolist()
-            out.append(np.concatenate([chains[first], chains[second]]))
-    for node, _, arm in model.hung:
-        if np.any(arm):
-            out.append(chains[node])
-    for joint in model.joints:
-        own = model.columns[:, joint.child]
-        out.append(own if joint.parent == GROUND else chains[joint.child])
-    return out

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from .elimination import Elimination, Factor
-from .equations import Equations, Linear, State, pattern
+from .equations import Equations, Linear, State
 from .model import Model
 
 Mask = NDArray[np.bool_]
@@ -66,7 +66,7 @@ class Newton:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        _, rows, columns = pattern(model)
+        _, rows, columns = model.pattern
         self.elimination = Elimination(rows, columns, model.free)
         turning = np.zeros(model.size + 1, dtype=bool)
         turning[model.columns[3:]] = True

@@ -2,64 +2,53 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..batch import Array
-
-if TYPE_CHECKING:
-    from .model import Model
+from ..topology import Topology
+from ..tree import Edge
+from .joints import offsets
+from .loading import Loads
 
 # Displacement components in the planes across z, y and x: two translations and the rotation about the normal.
 _PLANES = ((0, 1, 5), (0, 2, 4), (1, 2, 3))
 WHOLE = (0, 1, 2, 3, 4, 5)
 
 
-def plane(model: Model) -> tuple[int, ...]:
+def plane(topology: Topology, edges: list[Edge], loads: Loads) -> tuple[int, ...]:
     """Components in which nodes move: three where frame, loads and given motions keep to a plane, else all six."""
+    axes, vectors = _axes(topology, edges), _vectors(topology, edges, loads)
     for kept in _PLANES:
         normal = kept[2] - 3
         left = [k for k in WHOLE if k not in kept]
-        if all(_keeps(rows, normal) for rows in _axes(model)) and not any(v[left].any() for v in _vectors(model)):
+        if all(_keeps(rows, normal) for rows in axes) and not any(v[..., left].any() for v in vectors):
             return kept
     return WHOLE
 
 
 def _keeps(rows: Array, normal: int) -> bool:
-    """Whether each of the axes (3, 3, ...), the rows, lies either along the normal or across it."""
-    across = np.delete(rows, normal, axis=1)
-    return not np.any((rows[:, normal] != 0.0) & (across != 0.0).any(axis=1))
+    """Whether each of the axes (..., 3, 3), the rows, lies either along the normal or across it."""
+    across = np.delete(rows, normal, axis=-1)
+    return not np.any((rows[..., normal] != 0.0) & (across != 0.0).any(axis=-1))
 
 
-def _axes(model: Model) -> list[Array]:
+def _axes(topology: Topology, edges: list[Edge]) -> list[Array]:
     """Axes of members and joints as rows."""
-    out = [stack.level.array for stack in model.stacks]
-    return out + [np.swapaxes(joint.axes.array, 0, 1) for joint in model.joints if joint.axes is not None]
+    out = [group.level for group in topology.groups]
+    return out + [np.swapaxes(edge.axes, -1, -2) for edge in edges if edge.axes is not None]
 
 
-def _vectors(model: Model) -> list[Array]:
-    """Loads, given displacements and arms, as components (6, ...) in global axes."""
-    out = [model.reach]
-    out += [_at(k, target.array) for (node, k), target in model.targets.items() if model.plain[node]]
-    for joint in model.joints:
-        axes = np.eye(3) if joint.axes is None else joint.axes.array
-        given = joint.offset.array
-        turned = [np.einsum("ij...,j...->i...", _like(axes, part), part) for part in (given[:3], given[3:])]
-        out.append(np.concatenate(turned))
-        if joint.arm is not None:
-            out.append(np.concatenate([joint.arm.array, np.zeros_like(joint.arm.array)]))
-    for _, _, arm in model.hung:
-        out.append(np.moveaxis(np.concatenate([arm, np.zeros_like(arm)], axis=-1), -1, 0))
-    return out
-
-
-def _at(k: int, value: Array) -> Array:
-    out = np.zeros((6, *value.shape))
-    out[k] = value
-    return out
-
-
-def _like(axes: Array, vector: Array) -> Array:
-    """Axes (3, 3) or (3, 3, ...) with batch axes for a vector (3, ...)."""
-    return axes.reshape(3, 3, *(1,) * (vector.ndim - 1)) if axes.ndim == 2 else axes
+def _vectors(topology: Topology, edges: list[Edge], loads: Loads) -> list[Array]:
+    """Loads, given displacements and arms, (..., 6) in global axes."""
+    out = [loads.reach]
+    for edge in edges:
+        given = offsets(topology.frame, edge)
+        six = np.stack(np.broadcast_arrays(*(given.get(k, np.zeros(())) for k in WHOLE)), axis=-1)
+        if edge.axes is not None:
+            parts = [(edge.axes @ part[..., None])[..., 0] for part in (six[..., :3], six[..., 3:])]
+            six = np.concatenate(parts, axis=-1)
+        out.append(six)
+        if edge.kind == "rigid":
+            arm = topology.position(edge.second) - topology.position(edge.first)
+            out.append(np.concatenate([arm, np.zeros_like(arm)], axis=-1))
+    return out + [np.concatenate([hung.arm, np.zeros_like(hung.arm)], axis=-1) for hung in loads.hung]

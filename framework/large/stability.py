@@ -8,7 +8,7 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE, Elimination
-from .equations import Equations, State, pattern
+from .equations import Equations, State
 from .model import Model
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def least_pivot(march: March, state: State, flat: Model) -> Array:
     """Least eigenvalue (of a large frame: pivot) of the tangent in space, scaled to a unit diagonal, (entries,)."""
     model = Model(flat.plan, flat=False)
-    _, rows, columns = pattern(model)
+    _, rows, columns = model.pattern
     elimination = Elimination(rows, columns, model.free)
     out = np.empty(march.count)
     for begin in range(0, march.count, march.chunk):

@@ -1,0 +1,113 @@
+"""Joints, rigid links, ties and supports between nodes, as numbers by entry, in the order in which nodes hang."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..tree import GROUND, Branch, Edge, spanning
+from .law import Law, law_of
+from .links import Link
+from .numbers import Numbers, Where
+
+if TYPE_CHECKING:
+    from ..frame import Frame
+    from ..topology import Topology
+
+
+@dataclass(frozen=True)
+class Joint:
+    """An edge of the tree between a child and its parent, its own six coordinates in part unknown."""
+
+    edge: Edge
+    parent: int
+    child: int
+    forward: bool
+    axes: Numbers | None
+    arm: Numbers | None
+    offset: Numbers
+    stiffness: Numbers
+    law: Law | None
+
+    @classmethod
+    def of(cls, topology: Topology, branch: Branch, clearance: bool) -> Joint:
+        """The numbers of a branch of the tree."""
+        frame, edge = topology.frame, branch.edge
+        ndim = len(frame.shape)
+        given = offsets(frame, edge)
+        whole = np.broadcast_arrays(*(np.asarray(given.get(k, 0.0)) for k in range(6)))
+        springs = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in edge.stiffness))
+        arm = None
+        if edge.kind == "rigid":
+            arm = Numbers.of(topology.position(edge.second) - topology.position(edge.first), ndim, 1)
+        law = None
+        if edge.kind == "joint" and edge.name is not None and clearance:
+            law = law_of(frame.joints[edge.name].element)
+        return cls(
+            edge,
+            branch.parent,
+            branch.child,
+            branch.sign > 0.0,
+            None if edge.axes is None else Numbers.of(edge.axes, ndim, 2),
+            arm,
+            Numbers.of(np.stack(whole, axis=-1), ndim, 1),
+            Numbers.of(np.stack(springs, axis=-1), ndim, 1),
+            law,
+        )
+
+    def at(self, where: Where) -> Link:
+        """Geometry at some entries."""
+        axes = None if self.axes is None else self.axes.at(where)
+        arm = None if self.arm is None else self.arm.at(where)
+        return Link(axes, arm, self.loose, self.forward, self.edge.kind != "tie")
+
+    @cached_property
+    def loose(self) -> NDArray[np.bool_]:
+        """Components of rotation that turn first: the softest."""
+        springs = self.stiffness.array.reshape(6, -1).max(axis=1)
+        most = [np.inf if k in self.edge.ideal else springs[k] for k in (3, 4, 5)]
+        return np.array([value == min(most) for value in most])
+
+    def within(self, kept: tuple[int, ...]) -> list[int]:
+        """Which of its own coordinates move within `kept` global components, where its axes lie along them or across."""
+        if self.axes is None or len(kept) == 6:
+            return list(kept)
+        normal = kept[2] - 3
+        across = (self.axes.array[normal] == 0.0).reshape(3, -1).all(axis=1)
+        return [k for k in range(6) if across[k % 3] == (k < 3)]
+
+
+def offsets(frame: Frame, edge: Edge) -> dict[int, Array]:
+    """Given displacements of an edge that are not zero."""
+    known = {"joint": frame.offsets, "support": frame.supports}.get(edge.kind, {})
+    given = known.get(edge.name, {}) if edge.name else {}
+    return {k: value for k, value in given.items() if np.any(value)}
+
+
+def forest(edges: list[Edge]) -> tuple[list[Branch], list[Edge]]:
+    """Branches of a spanning forest from the ground and other roots on, parents first; and edges that close loops."""
+    chosen, closing = spanning(edges)
+    at: dict[int, list[Edge]] = {GROUND: []}
+    for edge in chosen:
+        at.setdefault(edge.first, []).append(edge)
+        at.setdefault(edge.second, []).append(edge)
+    branches: list[Branch] = []
+    seen: set[int] = set()
+    for root in at:
+        queue = deque([root] if root not in seen else [])
+        seen.add(root)
+        while queue:
+            parent = queue.popleft()
+            for edge in at[parent]:
+                child = edge.second if edge.first == parent else edge.first
+                if child not in seen:
+                    seen.add(child)
+                    branches.append(Branch(edge, parent, child, 1.0 if child == edge.second else -1.0))
+                    queue.append(child)
+    return branches, closing

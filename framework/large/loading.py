@@ -1,0 +1,151 @@
+"""Members and loads as numbers by entry: stiffness of stacks of pieces, dead loads on nodes and between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..assembly import component_loads
+from ..batch import Array, turned
+from ..errors import FrameError
+from ..member_loads import applied_forces, weight_forces
+from ..topology import Group, Index, Topology
+from .corotation import DEFORMATIONS, Pieces
+from .numbers import Numbers, Where
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Pieces of one group as `Numbers`; ``ends`` (n, 2) are their node numbers."""
+
+    ends: Index
+    level: Numbers
+    length: Numbers
+    stiffness: Numbers
+    work: Numbers | None
+
+    @classmethod
+    def of(cls, topology: Topology, group: Group) -> Stack:
+        """The numbers of a group."""
+        ndim = len(topology.frame.shape)
+        rows, columns = np.ix_(DEFORMATIONS, DEFORMATIONS)
+        stiffness = group.element.stiffness_matrix(group.length)[..., rows, columns]
+        work = _work(topology, group)
+        return cls(
+            topology.ends[group.pieces],
+            Numbers.of(group.level, ndim, 2, leading=1),
+            Numbers.of(group.length, ndim, 0, leading=1),
+            Numbers.of(stiffness, ndim, 2, leading=1),
+            None if work is None else Numbers.of(work, ndim, 3, leading=1),
+        )
+
+    def at(self, where: Where, factor: float) -> Pieces:
+        """The numbers of some entries, with the loads multiplied by `factor`."""
+        work = None if self.work is None else factor * self.work.at(where)
+        return Pieces(self.level.at(where), self.length.at(where), self.stiffness.at(where), work)
+
+
+@dataclass(frozen=True)
+class Hung:
+    """Weight `force` (..., 3) of a mass at the end of `arm` (..., 3), which turns with its node."""
+
+    node: int
+    force: Array
+    arm: Array
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Dead loads on nodes.
+
+    Attributes
+    ----------
+    nodal
+        Forces and moments (6, nodes, ...), loads on members shared between the ends of pieces.
+    reach
+        Largest magnitude of what was summed up, by component (6,).
+    hung
+        Weights that are not at their node.
+    """
+
+    nodal: Numbers
+    reach: Array
+    hung: list[Hung]
+
+    @classmethod
+    def of(cls, topology: Topology) -> Loads:
+        """The loads of a frame."""
+        at: dict[int, Array] = {}
+        reach = np.zeros(6)
+
+        def put(node: int, force: Array) -> None:
+            np.maximum(reach, np.abs(force).reshape(-1, 6).max(axis=0), out=reach)
+            at[node] = at[node] + force if node in at else force
+
+        for node, k, value in component_loads(topology):
+            put(node, value[..., None] * np.eye(6)[k])
+        hung = _hung(topology)
+        for weight in hung:
+            put(weight.node, np.concatenate([weight.force, np.zeros_like(weight.force)], axis=-1))
+        for group in topology.groups:
+            for position, x, force in _between(topology, group):
+                pushed = turned(np.swapaxes(group.level[position], -1, -2), force)
+                share = (x / group.length[position])[..., None]
+                for ends, near, far in zip(
+                    topology.ends[group.pieces[position]].tolist(), pushed * (1.0 - share), pushed * share, strict=True
+                ):
+                    put(ends[0], near)
+                    put(ends[1], far)
+        shape = np.broadcast_shapes(*(force.shape[:-1] for force in at.values())) if at else ()
+        out = np.zeros((len(topology.number), *shape, 6))
+        for node, force in at.items():
+            out[node] += force
+        return cls(Numbers.of(out, len(topology.frame.shape), 1, leading=1), reach, [w for w in hung if w.arm.any()])
+
+
+def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
+    """Point forces on pieces, in local axes: which pieces, where, how much."""
+    everywhere = np.arange(len(group.pieces))
+    for x, force in weight_forces(topology, group, everywhere):
+        yield everywhere, x, force
+    for position, piece in enumerate(group.pieces):
+        member = topology.pieces[piece].member
+        if member in topology.frame.member_loads:
+            for x, force in applied_forces(topology, group, position):
+                if np.any(force[..., 3:]):
+                    raise FrameError(f"point load on {member!r} has a moment: put a node there and load it")
+                yield np.array([position]), x, force
+
+
+def _work(topology: Topology, group: Group) -> Array | None:
+    """Work of the loads between the ends on the deformations (n, ..., 3, 3, 7), None without such loads."""
+    terms = []
+    for position, x, force in _between(topology, group):
+        length = group.length[position]
+        moved = group.element.shape_functions(length, x)[..., :3, list(DEFORMATIONS)]
+        moved[..., 0, 0] -= x / length
+        terms.append((position, force[..., :3, None, None] * moved[..., None, :, :]))
+    if not terms:
+        return None
+    shape = np.broadcast_shapes(*(term.shape[1:] for _, term in terms))
+    out = np.zeros((len(group.pieces), *shape))
+    for position, term in terms:
+        out[position] += term
+    return out
+
+
+def _hung(topology: Topology) -> list[Hung]:
+    """Weights of all masses."""
+    frame = topology.frame
+    if frame.weight is None:
+        return []
+    out = []
+    for point in frame.masses.values():
+        matrix = point.element.mass_matrix()
+        mass = matrix[..., 0, 0, None]
+        moment = np.stack([matrix[..., 5, 1], matrix[..., 3, 2], matrix[..., 4, 0]], axis=-1)
+        arm = np.divide(moment, mass, out=np.zeros(np.broadcast_shapes(moment.shape, mass.shape)), where=mass > 0.0)
+        out.append(Hung(topology.number[point.node], mass * frame.weight, arm))
+    return out
