@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...framework.batch import Array, turned
-from .inertia import Inertia, inertia
+from .inertia import inertia
 from .parts import GROUND, Spring
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def inertia_force(motion: Motion, link: str) -> Action:
     ``F = -m a``, ``T = -(I alpha + omega x I omega)``.
     """
     own = inertia(motion.linkage, link)
-    tensor = global_tensor(motion, link, own)
+    tensor = turned_tensor(motion.axes(link), own.tensor)
     spin, gain = motion.angular_velocity(link), motion.angular_acceleration(link)
     torque = turned(tensor, gain) + np.cross(spin, turned(tensor, spin))
     force = own.mass[..., None] * motion.acceleration_on(link, own.centre)
@@ -106,7 +106,7 @@ def kinetic_energy(motion: Motion) -> Array:
     for link in motion.linkage.links:
         own = inertia(motion.linkage, link)
         speed, spin = motion.velocity_on(link, own.centre), motion.angular_velocity(link)
-        turning = turned(global_tensor(motion, link, own), spin)
+        turning = turned(turned_tensor(motion.axes(link), own.tensor), spin)
         total = total + 0.5 * (own.mass * np.sum(speed**2, axis=-1) + np.sum(spin * turning, axis=-1))
     return total
 
@@ -120,8 +120,7 @@ def power(motion: Motion, action: Action) -> Array:
     return np.asarray(sum(np.sum(a * b, axis=-1) for a, b in zip(halves, motions, strict=True)))
 
 
-def global_tensor(motion: Motion, link: str, own: Inertia) -> Array:
-    """Inertia of a link about its centre of mass in global axes, (..., 3, 3)."""
-    axes = motion.axes(link)
-    out: Array = axes @ own.tensor @ np.swapaxes(axes, -1, -2)
+def turned_tensor(axes: Array, tensor: Array) -> Array:
+    """A tensor of inertia (..., 3, 3) given in axes (..., 3, 3) in global ones, symmetric to the last bit."""
+    out: Array = axes @ tensor @ np.swapaxes(axes, -1, -2)
     return 0.5 * (out + np.swapaxes(out, -1, -2))

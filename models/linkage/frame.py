@@ -13,7 +13,7 @@ from ...elements import Beam, Joint, PointMass
 from ...elements.spring import Spring as Line
 from ...framework.batch import Array, turned
 from ...framework.frame import Frame
-from .actions import global_tensor, tension
+from .actions import tension, turned_tensor
 from .inertia import inertia, is_given, place, with_density
 from .joints import COMPONENTS
 from .loading import Pieces, add_inertia_loads, add_loads
@@ -21,6 +21,7 @@ from .nodes import SLIDING, Nodes
 from .parts import GROUND, Link, Pair
 
 if TYPE_CHECKING:
+    from ...framework.solution import Solution
     from .motion import Motion
 
 # Components in which a joint's clearance leaves play, in its own axes.
@@ -34,65 +35,57 @@ OFF_LINE = 1e-9
 
 
 def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
-    """Describe the linkage at every pose as a frame, held at its drives.
-
-    Each link is a body, in whose own axes its nodes do not move, so that its stiffness is computed once for all poses.
-    A point that only one link has gives the node of its name; where joints part it, each link has its own,
-    ``point.link``, and the bare name means that of the first link. Members are called as their link, or ``link.1``,
-    ``link.2``, ...; joints by their names; springs ``spring.1``, ... A slider stands on the beam of the link that
-    carries it where it stays on that beam at all poses, else on a rigid arm from the joint's point.
-
-    Parameters
-    ----------
-    motion
-        The motion, (...).
-    clearance
-        Give the joints their clearance.
-    loads
-        Apply what the linkage was loaded with: loads, torques, gravity, and the force of springs and dampers.
-    inertia
-        Apply the inertia forces of the rigid motion.
-
-    Returns
-    -------
-    Frame
-        The frame, batch shape (...) and that of beams, stiffnesses and loads. Poses that are not assembled have no
-        results.
-    """
-    built = Builder(motion)
-    for name, link in motion.linkage.links.items():
-        built.link(name, link)
-    for pair in motion.linkage.joints.values():
-        built.joint(pair, clearance=clearance)
-    built.name_points()
-    built.springs()
+    """The linkage at every pose as a frame, held at its drives; see `Motion.frame`."""
+    bare = motion.bare if clearance else Builder(motion, clearance=False)
+    built = bare.frame.copy()
     if loads:
-        add_loads(built.frame, motion, built.nodes)
+        add_loads(built, motion, bare.nodes)
     if inertia:
-        add_inertia_loads(built.frame, motion, built.nodes, built.pieces)
-    return built.frame
+        add_inertia_loads(built, motion, bare.nodes, bare.pieces)
+    return built
 
 
 class Builder:
-    """Makes the frame of a motion.
+    """Makes the frame of a motion, without loads.
+
+    Poses that are not assembled are described as drawn, and left out.
 
     Parameters
     ----------
     motion
         The motion.
+    clearance
+        Give the joints their clearance.
     """
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Motion, *, clearance: bool) -> None:
         self.motion, self.linkage = motion, motion.linkage
         self.frame = Frame()
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
+        self.lost = ~motion.is_assembled
+        if self.lost.any():
+            self.frame.exclude(self.lost)
         for point in self.nodes.on_ground:
             self._ground(self.nodes.of(GROUND, point), self.linkage.points[point])
+        for name, link in self.linkage.links.items():
+            self.link(name, link)
+        for pair in self.linkage.joints.values():
+            self.joint(pair, clearance=clearance)
+        self.name_points()
+        self.springs()
+
+    def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
+        """Solve a copy of the frame under its loads; the plan is made once for all of them."""
+        loaded.kept = self.frame.kept
+        solution = loaded.solve(clearance=clearance)
+        self.frame.kept = loaded.kept
+        return solution
 
     def link(self, name: str, link: Link) -> None:
         """A link: its body, nodes, beams or rigid connections, and mass."""
-        self.frame.body(name, self.motion.origin(name), self.motion.axes(name))
+        axes = self._there(self.motion.axes(name), np.eye(3), 2)
+        self.frame.body(name, self._there(self.motion.origin(name), np.zeros(3)), axes)
         places = {point: place(self.linkage, name, point) for point in link.points}
         for point, local in places.items():
             self.frame.node(self.nodes.of(name, point), local, body=name)
@@ -119,14 +112,15 @@ class Builder:
         gap = pair.clearance if clearance and pair.clearance is not None else 0.0
         element = Joint(
             stiffness,
-            self.motion.joint_axes(pair.name),
+            self._there(self.motion.joint_axes(pair.name), pair.axes, 2),
             clearance=gap,
             play=PLAY[pair.kind.name] if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
         )
         first = self.nodes.guide(pair)
         if pair.kind.name in SLIDING and pair.first == GROUND:
-            self._ground(first, self.motion.position(pair.point, pair.second))
+            there = self.motion.position(pair.point, pair.second)
+            self._ground(first, self._there(there, self.linkage.points[pair.point]))
         self.frame.add(pair.name, element, first, self.nodes.of(pair.second, pair.point))
 
     def name_points(self) -> None:
@@ -141,8 +135,15 @@ class Builder:
         for index, spring in enumerate(self.linkage.springs, start=1):
             if np.any(spring.stiffness):
                 _, force = tension(self.motion, replace(spring, damping=np.zeros(())))
+                force = self._there(force, np.zeros(()), 0)
                 ends = [self.nodes.of(*end) for end in (spring.first, spring.second)]
                 self.frame.add(f"spring.{index}", Line(spring.stiffness, force), *ends)
+
+    def _there(self, values: Array, drawn: Array, trailing: int = 1) -> Array:
+        """Values, with as many `trailing` axes as they have components; as drawn where the pose is not assembled."""
+        if not self.lost.any():
+            return values
+        return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), drawn, values)
 
     def _ground(self, name: str, position: Array) -> None:
         self.frame.node(name, position)
@@ -154,7 +155,8 @@ class Builder:
             if pair.first == link and pair.kind.name in SLIDING:
                 arm = self.motion.position(pair.point, pair.second) - self.motion.origin(link)
                 axes = np.swapaxes(self.motion.axes(link), -1, -2)
-                yield self.nodes.guide(pair), pair.point, turned(axes, arm)
+                local = self._there(turned(axes, arm), self.linkage.points[pair.point])
+                yield self.nodes.guide(pair), pair.point, local
 
     def _beams(self, name: str, link: Link, chains: dict[tuple[str, str], list[str]], at: dict[str, Array]) -> None:
         pieces = [
@@ -184,8 +186,10 @@ class Builder:
         """A given mass, rigid with the link's nearest point."""
         own = inertia(self.linkage, name)
         point = self.nodes.heart(self.linkage, name, own.centre)
-        arm = turned(self.motion.axes(name), own.centre - place(self.linkage, name, point))
-        mass = PointMass(own.mass, global_tensor(self.motion, name, own), arm)
+        axes = self.frame.bodies[name].axes
+        mass = PointMass(
+            own.mass, turned_tensor(axes, own.tensor), turned(axes, own.centre - place(self.linkage, name, point))
+        )
         self.frame.add(f"{name}.mass", mass, self.nodes.of(name, point))
 
 

@@ -25,7 +25,7 @@ def add_loads(frame: Frame, motion: Motion, nodes: Nodes) -> None:
     """Loads, torques, forces of springs and dampers, and gravity."""
     for action in applied(motion):
         assert action.point is not None
-        _put(frame, nodes.of(action.link, action.point), action.wrench)
+        _put(frame, nodes.of(action.link, action.point), _there(motion, action.wrench))
     if np.any(motion.linkage.weight):
         frame.gravity(motion.linkage.weight)
 
@@ -50,7 +50,7 @@ def add_inertia_loads(frame: Frame, motion: Motion, nodes: Nodes, pieces: Pieces
                 rest = rest - _resultant(places, forces, whole.place)
         point = nodes.heart(motion.linkage, link, inertia(motion.linkage, link).centre)
         at = motion.position(point, link)
-        _put(frame, nodes.of(link, point), moved(rest, whole.place - at))
+        _put(frame, nodes.of(link, point), _there(motion, moved(rest, whole.place - at)))
 
 
 def _put(frame: Frame, node: str, wrench: Array) -> None:
@@ -62,7 +62,12 @@ def _put(frame: Frame, node: str, wrench: Array) -> None:
 
 def _force(motion: Motion, link: str, beam: Beam, place: Array, fraction: float) -> Array:
     """Inertia force per length at one end of a beam, (..., 3)."""
-    return -beam.mass_per_length(fraction)[..., None] * motion.acceleration_on(link, place)
+    return _there(motion, -beam.mass_per_length(fraction)[..., None] * motion.acceleration_on(link, place))
+
+
+def _there(motion: Motion, vectors: Array) -> Array:
+    """Vectors (..., n), zero where the pose is not assembled and has no results."""
+    return vectors if motion.is_assembled.all() else np.where(motion.is_assembled[..., None], vectors, 0.0)
 
 
 def _resultant(places: tuple[Array, Array], forces: tuple[Array, Array], about: Array) -> Array:
