@@ -23,6 +23,7 @@ from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .node_blocks import Stack, summed
 from .parts import Row, Value
 from .plan import Plan
+from .refinement import REFINED, refined
 from .topology import Index
 
 
@@ -83,6 +84,9 @@ class SparseSolver:
             factor = self._factor(where)
             with timed(self.plan.times, "solution"):
                 out[where] = solve(factor.scaled, self.load[where], solver=lambda _, load: factor.solve(load))
+            if self.plan.method.name != ITERATIVE and where.sum() <= REFINED and not factor.singular:
+                with timed(self.plan.times, "refinement"):
+                    out[where] = refined(self.plan, self.unknown[where], out[where], factor.solve)
         return out
 
     # -- matrices ---------------------------------------------------------------------------------------------------
