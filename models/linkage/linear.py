@@ -32,14 +32,14 @@ class Linear:
     """
 
     def __init__(self, pattern: Sequence[Sequence[bool]], rank: int | None = None) -> None:
-        self.pattern = np.array(pattern, dtype=bool).reshape(len(pattern), -1)
-        self.rows, self.columns = self.pattern.shape if len(pattern) else (0, 0)
+        self.pattern = np.array(pattern, dtype=bool).reshape(len(pattern), len(pattern[0]) if len(pattern) else 0)
+        self.rows, self.columns = self.pattern.shape
         self.rank = min(self.rows, self.columns) if rank is None else rank
 
     @cached_property
     def compact(self) -> bool:
         """True where the equations are solved by Cramer's rule alone, which a tape can take down."""
-        return self.square and max(len(rows) for rows, _ in self.blocks) <= 2
+        return self.square and max((len(rows) for rows, _ in self.blocks), default=0) <= 2
 
     @cached_property
     def square(self) -> bool:
