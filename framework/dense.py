@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +31,16 @@ class Entries:
         if self.index is None or stack.ndim == leading + trailing:
             return stack
         sizes = stack.shape[leading : stack.ndim - trailing]
+        if max(sizes) == 1:
+            return stack.reshape(*stack.shape[:leading], 1, *stack.shape[stack.ndim - trailing :])
         picked = tuple(k if n > 1 else np.zeros_like(k) for k, n in zip(self.index, sizes, strict=True))
         out: Array = stack[(slice(None),) * leading + picked]
         return out
 
 
 WHOLE = Entries()
+# Element matrices held at a time where only some of their batch are wanted.
+_MATRICES = 16384
 
 
 def summed(stacks: list[tuple[Index, Array]], size: int) -> Array:
@@ -49,16 +53,28 @@ def summed(stacks: list[tuple[Index, Array]], size: int) -> Array:
     return out
 
 
-def nodal(plan: Plan, stacks: list[tuple[Group, Array]], entries: Entries = WHOLE) -> Array:
+def nodal(plan: Plan, stacks: list[tuple[Group, Array]]) -> Array:
     """Sum of member matrices (n, ..., 12, 12), given in the nodes' axes, over all DOFs, (..., N, N)."""
-    picked = [(group.dofs, entries.of(stack, 2, leading=1)) for group, stack in stacks]
-    return summed(picked, 6 * len(plan.topology.number))
+    return summed([(group.dofs, stack) for group, stack in stacks], 6 * len(plan.topology.number))
+
+
+def members(group: Group, entries: Entries = WHOLE) -> Array:
+    """Stiffness of pieces in the nodes' axes, (n, ..., 12, 12), computed at the entries alone."""
+    if entries.index is None:
+        return group.stiffness()
+    start, end = (entries.of(turn, 2, leading=1) for turn in group.turns)
+    if set(group.element.shape) <= {1}:
+        local = group.element.stiffness_matrix(entries.of(group.length, 0, leading=1))
+    else:
+        step = max(1, _MATRICES // int(np.prod(group.stiffness_shape)))
+        parts = (group.length[k : k + step] for k in range(0, len(group.length), step))
+        local = np.concatenate([entries.of(group.element.stiffness_matrix(part), 2, leading=1) for part in parts])
+    return replace(group, turns=(start, end)).turned(local)
 
 
 def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
     """Stiffness in joint-relative coordinates, (..., n, n), in the order of `plan.unknowns`."""
-    stacks = [(group, group.stiffness()) for group in plan.topology.groups]
-    out = reduced(plan, nodal(plan, stacks, entries), entries)
+    out = reduced(plan, nodal(plan, [(group, members(group, entries)) for group in plan.topology.groups]), entries)
     for spring in plan.tree.springs:
         row = _spread(plan, [spring.row], entries)
         k = entries.of(np.asarray(spring.stiffness), 0)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_matrix, diags, eye
 
 from .batch import Array
 from .spectrum import zero_eigenvalue
@@ -15,7 +16,10 @@ from .spectrum import zero_eigenvalue
 _ITERATIONS = 4
 # A random vector that inverse iteration makes grow by this share of what it would for a zero eigenvalue is suspect:
 # it may have missed the eigenvector by as much.
-_SUSPECT = 1e-6
+SUSPECT = 1e-6
+# No more motions without resistance are sought, and eigenvalues near minus this.
+MOTIONS = 6
+_NEAR = 1e-9
 
 
 class Factor(ABC):
@@ -54,6 +58,25 @@ class Factor(ABC):
             if found is None or not np.isfinite(found).all():
                 return True
             vector, growth = found, float(np.linalg.norm(found))
-            if growth < _SUSPECT / zero:
+            if growth < SUSPECT / zero:
                 return False
         return bool(1.0 / growth <= zero)
+
+    def motions(self, direct: Callable[[csr_matrix], Factor]) -> Array:
+        """Vectors (n, motions) that the matrix sends to zero: Lanczos' method on the inverse of a shifted matrix.
+
+        Parameters
+        ----------
+        direct
+            Makes a factor of the shifted matrix.
+        """
+        from scipy.sparse.linalg import LinearOperator, eigsh
+
+        size = len(self.root)
+        count = min(MOTIONS, size - 1)
+        shifted = direct(csr_matrix(self.scaled + _NEAR * eye(size)))
+        inverse = LinearOperator((size, size), matvec=lambda x: shifted.solve(x.reshape(-1, 1))[:, 0], dtype=float)
+        start = np.random.default_rng(0).standard_normal(size)
+        values, vectors = eigsh(self.scaled, k=count, sigma=-_NEAR, OPinv=inverse, v0=start)
+        found: Array = self.root[:, None] * vectors[:, values <= zero_eigenvalue(size)]
+        return found

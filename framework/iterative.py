@@ -16,8 +16,9 @@ from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix, diags
 
 from .batch import Array
 from .dissection import bisected
-from .factor import Factor
+from .factor import MOTIONS, SUSPECT, Factor
 from .lu import LUFactor
+from .spectrum import zero_eigenvalue
 from .topology import Index
 
 # Nodes of a rigid piece.
@@ -26,6 +27,8 @@ PIECE = 100
 ITERATIONS = 4000
 # A random load whose residual comes down to this share has no part in a motion that nothing resists.
 _PROBE = 1e-5
+# Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
+_FLOOR = 1e-12
 _EPS = float(np.finfo(float).eps)
 
 Operator = Callable[[Array], Array]
@@ -77,20 +80,55 @@ class Iterative(Factor):
             found = [column for column in columns if column is not None]
             if len(found) == len(columns):
                 return np.stack(found, axis=1)
-            self._give_up()
+            if self.singular and self.instead is None:
+                return None
         assert self.instead is not None
         return self.instead.unscaled(load)
 
     @cached_property
     def singular(self) -> bool:
-        """Whether a random load meets a motion that nothing resists; then a factor has the last word."""
+        """Whether a random load meets a motion that nothing resists; where none is found, a factor has the word."""
         if self.instead is None:
             probe = np.random.default_rng(0).standard_normal(len(self.root))
-            if self._descend(probe, lambda _: _PROBE * _norm(probe)) is not None:
+            found = self._descend(probe, lambda _: _PROBE * _norm(probe))
+            if found is not None and _norm(found) < SUSPECT / zero_eigenvalue(len(probe)) * _norm(probe):
                 return False
+            if self._motions.size:
+                return True
             self._give_up()
         assert self.instead is not None
         return self.instead.singular
+
+    def motions(self, direct: Callable[[csr_matrix], Factor]) -> Array:
+        """Vectors (n, motions) that the matrix sends to zero."""
+        if self.instead is not None:
+            return self.instead.motions(direct)
+        found: Array = self.root[:, None] * self._motions
+        return found
+
+    @cached_property
+    def _motions(self) -> Array:
+        """Orthonormal vectors that the scaled matrix sends to zero: what of a random vector x does not come back when
+        ``A y = A x`` is solved, one after the other until it all does."""
+        rng, size = np.random.default_rng(1), len(self.root)
+        known = np.zeros((size, 0))
+        while known.shape[1] < MOTIONS:
+            vector = rng.standard_normal(size)
+            vector -= known @ (known.T @ vector)
+            found = self._descend(self.scaled @ vector, self._rounding(vector))
+            if found is None:
+                break
+            lost = vector - found
+            lost -= known @ (known.T @ lost)
+            lost /= _norm(lost)
+            if _dot(lost, self.scaled @ lost) > zero_eigenvalue(size):
+                break
+            known = np.column_stack([known, lost])
+        return known
+
+    def _rounding(self, vector: Array) -> Callable[[Array], float]:
+        least = 16.0 * _EPS * self.norm * _norm(vector)
+        return lambda _: least
 
     def _give_up(self) -> None:
         self.instead = self._direct(self.matrix)
@@ -141,6 +179,7 @@ def _preconditioner(scaled: csr_matrix, root: Array, places: Places) -> Operator
     rigid = csr_matrix(diags(1.0 / root) @ rigid)
     moved = csr_matrix(rigid.T @ scaled @ rigid)
     stiff = moved.diagonal()
+    moved = csr_matrix(moved + diags(_FLOOR * stiff))
     kept = np.flatnonzero(stiff > _EPS * stiff.max(initial=0.0))
     coarse = LUFactor(moved[kept][:, kept])
     rigid = csr_matrix(rigid[:, kept] @ diags(coarse.root))

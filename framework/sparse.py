@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .assembly import component_loads, mass_loads, member_loads, point_masses
+from .assembly import component_loads, mass_loads, member_loads
 from .banded import BandedFactor
 from .batch import Array, turned
 from .cholesky import CholeskyFactor
@@ -19,8 +19,8 @@ from .clock import timed
 from .factor import Factor
 from .iterative import Iterative, Places
 from .lu import LUFactor
+from .matrices import Matrices
 from .method import BANDED, CHOLESKY, ITERATIVE, available
-from .node_blocks import Stack, summed
 from .parts import Row, Value
 from .plan import Plan
 from .refinement import REFINED, refined
@@ -39,6 +39,7 @@ class SparseSolver:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self.unknown: Index = plan.graph.unknown
+        self.matrices = Matrices(plan)
         self._factors: dict[bytes, Factor] = {}
 
     def reloaded(self, plan: Plan) -> SparseSolver:
@@ -91,62 +92,23 @@ class SparseSolver:
 
     # -- matrices ---------------------------------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def stiffness(self) -> csr_matrix:
         """T^T K T and the springs, (n, n)."""
+        if "stiffness" in vars(self.matrices):
+            return self.matrices.stiffness
         with timed(self.plan.times, "assembly"):
-            members = self._reduced(self._stiffnesses)
-            if not self.plan.tree.springs:
-                return members
-            rows = self._spread([spring.row for spring in self.plan.tree.springs])
-            springs = diags([float(spring.stiffness) for spring in self.plan.tree.springs])
-            return csr_matrix(members + rows.T @ springs @ rows)
-
-    @cached_property
-    def mass(self) -> csr_matrix:
-        """T^T M T of members and point masses, (n, n)."""
-        points = point_masses(self.plan)
-        stacks: list[Stack] = [(np.array([[node]]), matrix[None].__getitem__) for node, matrix in points]
-        return self._reduced([(group.nodes, group.mass) for group in self.plan.topology.groups] + stacks)
-
-    @cached_property
-    def _members(self) -> csr_matrix:
-        """Stiffness of the members over all DOFs."""
-        return summed(self._stiffnesses, np.ones(self._size // 6, dtype=bool))
+            return self.matrices.stiffness
 
     @property
-    def _stiffnesses(self) -> list[Stack]:
-        return [(group.nodes, group.stiffness) for group in self.plan.topology.groups]
+    def mass(self) -> csr_matrix:
+        """T^T M T of members and point masses, (n, n)."""
+        return self.matrices.mass
 
-    def _reduced(self, stacks: list[Stack]) -> csr_matrix:
-        """T^T A T, (n, n), of a sum of element matrices."""
-        free = self.plan.graph.free
-        if 6 * free.sum() == len(self.unknown):  # the other nodes are held
-            return summed(stacks, free)
-        change = self.substitution
-        return csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
-
-    @cached_property
-    def substitution(self) -> csr_matrix:
-        """T of ``u = T q + g``, (DOFs, n)."""
-        free = np.flatnonzero(self.plan.graph.free)
-        own = (6 * free[:, None] + np.arange(6)).reshape(-1)
-        entries = [
-            (6 * node + k, key, float(factor))
-            for node, six in self.plan.tree.rows.items()
-            for k, row in enumerate(six)
-            for key, factor in row.items()
-            if key >= 0
-        ]
-        dofs, keys, factors = zip(*entries, strict=True) if entries else ((), (), ())
-        rows = np.concatenate([own, np.array(dofs, dtype=np.int64)])
-        columns = np.searchsorted(self.unknown, np.concatenate([own, np.array(keys, dtype=np.int64)]))
-        data = np.concatenate([np.ones(len(own)), np.array(factors)])
-        return coo_matrix((data, (rows, columns)), shape=(self._size, len(self.unknown))).tocsr()
-
-    def global_substitution(self, nodes: list[int]) -> csr_matrix:
-        """Displacements of `nodes` in global axes from the unknowns, (6 nodes, n)."""
-        return self._spread([row for node in nodes for row in self.plan.tree.global_rows(node)])
+    def motions(self) -> Array:
+        """Displacements of the unknowns that cost no energy, (n, motions): no more than a few are sought."""
+        everything = np.ones(len(self.unknown), dtype=bool)
+        return self._factor(everything).motions(lambda matrix: self._direct(matrix, everything))
 
     # -- loads ------------------------------------------------------------------------------------------------------
 
@@ -157,13 +119,13 @@ class SparseSolver:
             nodal = self._nodal_load()
             shifts = self._shifts()
             if shifts.any():
-                nodal -= self._members @ shifts
-            out: Array = self.substitution.T @ nodal
+                nodal -= self.matrices.members @ shifts
+            out: Array = self.matrices.substitution.T @ nodal
             springs = self.plan.tree.springs
             if springs:
                 rows = [spring.row for spring in springs]
-                stiffness = np.array([float(spring.stiffness) for spring in springs])
-                out -= self._spread(rows).T @ (stiffness[:, None] * self._known(rows))
+                stiffness = np.array(self.matrices.springs)
+                out -= self.matrices.spread(rows).T @ (stiffness[:, None] * self._known(rows))
             return out
 
     def _nodal_load(self) -> Array:
@@ -225,21 +187,20 @@ class SparseSolver:
         return self._factors[key]
 
     def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
-        name = self.plan.method.name
-
+        if self.plan.method.name != ITERATIVE:
+            return self._direct(matrix, where)
         graph = self.plan.graph
-        if name == BANDED:
-            return BandedFactor(matrix, graph.order(graph.band, where))
-
-        def direct(matrix: csr_matrix) -> Factor:
-            cholesky = name == CHOLESKY or (name == ITERATIVE and available())
-            return CholeskyFactor(matrix, graph.order(graph.dissection.order, where)) if cholesky else LUFactor(matrix)
-
-        if name != ITERATIVE:
-            return direct(matrix)
         free = graph.free & np.array([body is None for body in self.plan.topology.bodies])
         places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
-        return Iterative(matrix, places.of(where), direct)
+        return Iterative(matrix, places.of(where), lambda matrix: self._direct(matrix, where))
+
+    def _direct(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
+        name, graph = self.plan.method.name, self.plan.graph
+        if name == BANDED:
+            return BandedFactor(matrix, graph.order(graph.band, where))
+        if name == CHOLESKY or (name == ITERATIVE and available()):
+            return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))
+        return LUFactor(matrix)
 
     @cached_property
     def _numbers(self) -> Array:
@@ -257,11 +218,6 @@ class SparseSolver:
                 if k < 0:
                     out[r] += np.broadcast_to(factor * values[-1 - k], self.plan.frame.shape).reshape(-1)
         return out
-
-    def _spread(self, rows: Sequence[Row]) -> csr_matrix:
-        entries = [(r, k, float(v)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0]
-        r, k, v = (np.array(part) for part in zip(*entries, strict=True)) if entries else (np.zeros(0, dtype=int),) * 3
-        return coo_matrix((v, (r, np.searchsorted(self.unknown, k))), shape=(len(rows), len(self.unknown))).tocsr()
 
     def _flat(self, stack: Array) -> Array:
         """(n, ..., m) with its batch as one axis, (n, load cases, m)."""

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix, diags, eye
+from scipy.sparse import csr_matrix
 
 from . import dense
 from .batch import Array
 from .dense import Entries
 from .dofs import DISPLACEMENTS
+from .lu import LUFactor
+from .matrices import Matrices
 from .plan import Plan
 from .sparse import SparseSolver
-from .spectrum import DENSE, sparse_pencil, zero_eigenvalue
+from .spectrum import DENSE, zero_eigenvalue
 
-# Motions below this share of the largest are not named, and no more than so many nodes and motions are.
+# Motions below this share of the largest are not named, and no more than so many nodes are.
 _NAMED = 0.05
 _MOST = 6
-# Where zero eigenvalues of a large frame are looked for.
-_NEAR = 1e-9
 
 
 def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> NDArray[np.bool_]:
@@ -28,10 +30,28 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
     kept = [k for k, unknown in enumerate(plan.unknowns) if unknown in unknowns]
     if not suspects.any():
         return out
-    matrix = dense.stiffness(plan, Entries(index or None))[..., kept, :][..., :, kept]
+    entries = Entries(index or None)
+    if len(kept) > DENSE:
+        out[suspects] = [LUFactor(matrix[kept][:, kept]).singular for matrix in _matrices(plan, entries)]
+        return out
+    matrix = dense.stiffness(plan, entries)[..., kept, :][..., :, kept]
     values = np.linalg.eigvalsh(dense.scaled(matrix)[0])
     out[suspects] = values[..., 0] <= zero_eigenvalue(len(kept))
     return out
+
+
+def _matrices(plan: Plan, entries: Entries) -> Iterator[csr_matrix]:
+    """Sparse stiffness of the entries one by one."""
+    stacks = [(group.nodes, dense.members(group, entries)) for group in plan.topology.groups]
+    for k, entry in enumerate(zip(*entries.index, strict=True) if entries.index else [()]):
+        members = [(nodes, _at(stack, k).__getitem__) for nodes, stack in stacks]
+        yield Matrices(plan, tuple(int(i) for i in entry), members).stiffness
+
+
+def _at(stack: Array, k: int) -> Array:
+    """Matrices (n, ..., 12, 12) of the entry `k`, (n, 12, 12)."""
+    flat = stack.reshape(len(stack), -1, 12, 12)
+    return flat[:, k if flat.shape[1] > 1 else 0]
 
 
 def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
@@ -40,17 +60,14 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
     nodes = [plan.topology.number[name] for name in plan.frame.nodes]
     if plan.large and len(plan.unknowns) > DENSE:
         solver = SparseSolver(plan)
-        stiffness = solver.stiffness
-        root = 1.0 / np.sqrt(np.maximum(stiffness.diagonal(), np.finfo(float).tiny))
-        scaled = csr_matrix(diags(root) @ stiffness @ diags(root))
-        values, vectors = sparse_pencil(scaled, eye(len(root), format="csr"), _MOST, _NEAR)
-        change: Array | csr_matrix = solver.global_substitution(nodes)
+        shapes = solver.motions()
+        change: Array | csr_matrix = solver.matrices.global_substitution(nodes)
     else:
         matrix, root = dense.scaled(_only(dense.stiffness(plan, entries)))
         values, vectors = np.linalg.eigh(matrix)
+        shapes = root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]
         change = _only(dense.global_substitution(plan, nodes, entries))
-    shapes = (root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]).T
-    motions: Array = (shapes @ change.T).reshape(len(shapes), -1, 6)
+    motions: Array = np.asarray(change @ shapes).T.reshape(shapes.shape[1], -1, 6)
     return motions
 
 

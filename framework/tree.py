@@ -313,7 +313,7 @@ def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
 def _entries(grid: Grid, axes: Array | None) -> Matrix3:
     if axes is None:
         return None
-    flat = axes.reshape(-1).tolist() if axes.size == 9 else grid.components(axes, trailing=2)
+    flat: list[Value] = axes.reshape(-1).tolist() if axes.size == 9 else grid.components(axes, trailing=2)
     return [flat[0:3], flat[3:6], flat[6:9]]
 
 

@@ -14,6 +14,8 @@ from linkframe.framework.errors import FrameError, MechanismWarning
 from linkframe.framework.iterative import Iterative
 from linkframe.framework.plan import Plan
 from linkframe.framework.sparse import SparseSolver
+from linkframe.framework.spectrum import DENSE
+from linkframe.framework.status import free_motions, is_singular
 
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
 BEAM = Beam(Rectangle(y=0.1, z=0.2), STEEL)
@@ -277,3 +279,45 @@ def test_bisection_is_compact_and_even() -> None:
     assert sizes.min() >= 25
     shuffled = np.random.default_rng(5).permutation(1000)
     assert np.array_equal(bisected(points[shuffled], 50), part[shuffled])
+
+
+@pytest.mark.parametrize("method", WAYS)
+def test_motions_are_named_the_sparse_way(method: str) -> None:
+    """A mast on a free hinge, and a lattice that slides on its feet: the same motions as from dense eigenvectors."""
+    hinged, sliding = grid(3, 3, 9), grid(3, 3, 9)
+    top = hinged.nodes["(2, 2, 8)"].coordinates
+    hinged.node("foot", top)
+    hinged.node("mast", top + np.array([1.0, 0.0, 0.0]))
+    hinged.add("mast", BEAM, "foot", "mast")
+    hinged.add("hinge", Joint(stiffness=(1e9,) * 5 + (0.0,)), "(2, 2, 8)", "foot")
+    hinged.load("mast", fy=1.0)
+    for held in sliding.supports.values():
+        held.pop(0)
+    for frame in (hinged, sliding):
+        solution = frame.solve(method)
+        assert np.all(solution.status == "mechanism")
+        found = free_motions(solution.plan, (0,))
+        matrix, root = dense.scaled(dense.stiffness(solution.plan).reshape(len(solution.plan.unknowns), -1))
+        null = root * np.linalg.eigh(matrix)[1][:, 0]
+        nodes = [solution.plan.topology.number[name] for name in frame.nodes]
+        expected = (dense.global_substitution(solution.plan, nodes) @ null).reshape(-1, 6)
+        assert len(found) == 1
+        unit = found[0] / np.linalg.norm(found[0])
+        assert abs(np.vdot(unit, expected) / np.linalg.norm(expected)) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_suspects_of_long_members_are_judged_entry_by_entry() -> None:
+    """Springs in series with a fine arch: where the hinge's spring is absent at some entries, they alone can move."""
+    frame = Frame()
+    for k in range(81):
+        frame.node(f"{k}", (0.05 * k, 0.3 * np.sin(0.05 * k), 0.0))
+        if k:
+            frame.add(f"{k}", BEAM, f"{k - 1}", f"{k}")
+    frame.node("pin", frame.nodes["0"].coordinates)
+    spring = np.array([[1e9] * 5 + [0.0], [1e9] * 5 + [1e5], [1e9] * 5 + [0.0]])
+    frame.add("pin", Joint(stiffness=spring), "pin", "0")
+    frame.fix("pin")
+    plan = Plan(frame)
+    assert len(plan.unknowns) > DENSE
+    assert is_singular(plan, np.ones(3, dtype=bool), set(plan.unknowns)).tolist() == [True, False, True]
+    assert is_singular(plan, np.array([False, True, True]), set(plan.unknowns)).tolist() == [False, False, True]
