@@ -67,15 +67,17 @@ class Clearances:
             warnings.simplefilter("ignore", MechanismWarning)
             force = np.stack([tight.joint_force(name)[..., k] for name, k in play.pairs])
         self._singular = np.isnan(force).any(axis=0)
-        stiffness, members = against_offsets(frame, play)
+        loaded = np.any(force.reshape(len(force), -1) != 0.0, axis=1)
+        self._resistance = against_offsets(frame, play, loaded)
         radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
         force = np.nan_to_num(force) if self._singular.any() else force
-        self.rest = Rest(play, stiffness, members, force, radius, _load(tight.plan))
+        self.rest = Rest(play, self._resistance.stiffness, self._resistance.members, force, radius, _load(tight.plan))
 
     @cached_property
     def state(self) -> NDArray[np.str_]:
         """State of each joint, see `Contact`, (joints, ...)."""
-        return np.where(self._singular, MECHANISM, self.rest.state)
+        state = np.where(self._resistance.unknown, UNRESOLVED, self.rest.state)
+        return np.where(self._singular, MECHANISM, state)
 
     def offsets(self) -> Frame:
         """The frame with each journal where it rests, as offsets of its joints."""

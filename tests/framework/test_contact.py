@@ -354,3 +354,77 @@ def test_the_law_derives_from_its_energy(delta: list[float], eps: float, k: floa
 def test_the_law_of_a_rigid_contact_is_no_function() -> None:
     with pytest.raises(FrameError, match="finite"):
         law((1.0, 0.0), 0.5, INF)
+
+
+# -- mechanisms beside it -----------------------------------------------------------------------------------------
+
+
+def truss(*held: str, size: float) -> Frame:
+    """Three bars between ball joints with play, loaded in their plane; across it only what is `held` at C holds."""
+    frame = Frame()
+    frame.node("C", (0.4, 0.6, 0.0))
+    for name, place in {"A": (0.0, 0.0, 0.0), "B": (1.0, 0.0, 0.0), "D": (0.3, -0.8, 0.0)}.items():
+        frame.node(name, place)
+        frame.node(name + "1", place)
+        frame.node("C" + name, (0.4, 0.6, 0.0))
+        ball = Joint((1e9,) * 3 + (0.0,) * 3, clearance={"A": 1e-4, "B": 3e-4, "D": 1e-3}[name])
+        frame.add("foot" + name, ball, name, name + "1")
+        frame.add("bar" + name, BAR, name + "1", "C" + name)
+        frame.add("top" + name, ball, "C" + name, "C")
+        frame.fix(name)
+    frame.fix("C", "rx", "ry", "rz", *held)
+    frame.load("C", fx=100.0 * size, fy=-2000.0 * size)
+    return frame
+
+
+@pytest.mark.parametrize("size", [1.0, 100.0])
+def test_play_across_an_idle_mechanism(size: float) -> None:
+    """The truss can swing out of its plane, which no load does: that does not hide how it resists offsets within."""
+    loose, held = (truss(*names, size=size).solve() for names in ((), ("uz",)))
+    assert (loose.status, held.status) == (("free", "free") if size == 1.0 else ("idle", "idle"))
+    assert_allclose(loose.displacement("C")[:2], held.displacement("C")[:2], rtol=1e-9)
+    states = [str(loose.contact(name).state) for name in ("footA", "footB", "footD")]
+    assert states == ["closed", "closed", "free" if size == 1.0 else "closed"]
+
+
+def test_rigid_loops_of_ideal_joints_are_refused() -> None:
+    frame = Frame()
+    for name, x in (("A", 0.0), ("B", 0.0), ("C", 1.0), ("D", 1.0)):
+        frame.node(name, (x, 0.0, 0.0))
+    frame.rigid("B", "D")
+    for name, ends in (("left", ("A", "B")), ("right", ("C", "D"))):
+        frame.add(name, Joint((INF,) * 3 + (1.0,) * 3, clearance=1e-3), *ends)
+        frame.fix(ends[0])
+    frame.load("D", fy=1.0)
+    with pytest.raises(FrameError, match=r"joints left, right have clearance.*finite stiffness"):
+        frame.solve()
+
+
+@pytest.mark.parametrize("method", ["banded", "sparse", "iterative"])
+def test_large_frames(method: str) -> None:
+    """A long beam over loose props, by the sparse ways: the same contacts."""
+
+    def beam(method: str) -> Solution:
+        frame = Frame()
+        for k in range(41):
+            frame.node(f"N{k}", (0.25 * k, 0.0, 0.0))
+            if k:
+                frame.add(f"span{k}", BAR, f"N{k - 1}", f"N{k}")
+        for k in range(4, 41, 4):
+            frame.node(f"G{k}", (0.25 * k, 0.0, 0.0))
+            frame.add(f"prop{k}", Joint((0, 1e7, 0, 0, 0, 0), clearance=1e-3), f"G{k}", f"N{k}")
+            frame.fix(f"G{k}")
+        frame.fix("N0")
+        frame.load("N18", fy=-2000.0)
+        return frame.solve(method)
+
+    found, known = beam(method), beam("broadcast")
+    states = [str(known.contact(f"prop{k}").state) for k in range(4, 41, 4)]
+    assert "open" in states
+    assert states.count("closed") > 2
+    assert [str(found.contact(f"prop{k}").state) for k in range(4, 41, 4)] == states
+    for k in range(4, 41, 4):
+        lifted = known.displacement(f"N{k}")[1]
+        assert_allclose(found.displacement(f"N{k}")[1], lifted, atol=1e-9)
+        force = known.contact(f"prop{k}").force
+        assert_allclose(force, 1e7 * max(abs(lifted) - 1e-3, 0.0), atol=1e-6)
