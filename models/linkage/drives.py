@@ -101,6 +101,6 @@ def _states(
     shapes[what] = given.shape[:-1]
     if pair.kind.name == "spherical":
         turned = quaternion_product(quaternion(given), quaternion(-pair.at))
-        return [np.ascontiguousarray(x) for x in np.moveaxis(turned, -1, 0)]
+        return [x.copy() for x in np.moveaxis(turned, -1, 0)]
     moved = (given - pair.at[..., chosen]) / scales
-    return [np.ascontiguousarray(x) for x in np.moveaxis(moved, -1, 0)]
+    return [x.copy() for x in np.moveaxis(moved, -1, 0)]

@@ -160,12 +160,9 @@ class Motion:
         found = self.assembly
         status = np.full(found.shape, "regular", dtype="<U120")
         status[found.closed & ~found.verified] = "branch changed"
-        for index in zip(*np.nonzero(~found.closed), strict=True):
+        for index in map(tuple, np.argwhere(~found.closed)):
             joint = self.mechanism.rows[int(found.row[index])][0]
             status[index] = f"not assembled: gap {found.gap[index]:.3g} at joint {joint}"
-        if not found.shape and not found.closed:
-            joint = self.mechanism.rows[int(found.row)][0]
-            status[()] = f"not assembled: gap {float(found.gap):.3g} at joint {joint}"
         return np.broadcast_to(status, self.shape)
 
     # -- points -----------------------------------------------------------------------------------------------------
