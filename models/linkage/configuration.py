@@ -123,7 +123,7 @@ class Configurations:
         speeds = self.speeds(state, free)
         found = []
         for k, link in enumerate(self.mechanism.linkage.links):
-            alone = null_space(np.delete(speeds, k, axis=0).reshape(-1, free.shape[1]), size=1.0)
+            alone = null_space(np.concatenate([*speeds[:k], *speeds[k + 1 :], np.zeros((0, free.shape[1]))]), size=1.0)
             if np.abs(speeds[k] @ alone).max(initial=0.0) > DEPENDENT:
                 found.append(link)
         return tuple(found)

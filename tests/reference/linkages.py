@@ -1,0 +1,114 @@
+"""Linkages drawn for tests, from their textbook dimensions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from linkframe.models import Linkage
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+PLANAR = Rotation.identity()
+
+
+def four_bar(
+    crank: float,
+    coupler: float,
+    rocker: float,
+    ground: float,
+    theta: float,
+    crossed: bool = False,
+    turn: Rotation = PLANAR,
+    scale: float = 1.0,
+) -> Linkage:
+    """Four-bar A B D E, its crank drawn at `theta`; in another plane by `turn`."""
+    b = crank * np.exp(1j * theta)
+    chord = ground - b
+    along = (coupler**2 - rocker**2 + abs(chord) ** 2) / (2.0 * abs(chord))
+    height = np.sqrt(max(coupler**2 - along**2, 0.0))
+    d = b + (along + (-1j if crossed else 1j) * height) * chord / abs(chord)
+    places = {"A": 0j, "B": b, "D": d, "E": complex(ground)}
+    linkage = Linkage({name: scale * turn.apply((z.real, z.imag, 0.0)) for name, z in places.items()})
+    axis = turn.apply((0.0, 0.0, 1.0))
+    linkage.link("crank", "A", "B")
+    linkage.link("coupler", "B", "D")
+    linkage.link("rocker", "D", "E")
+    linkage.revolute("A", "ground", "crank", axis=axis, drive=True, at=theta)
+    linkage.revolute("B", "crank", "coupler", axis=axis)
+    linkage.revolute("D", "coupler", "rocker", axis=axis)
+    linkage.revolute("E", "ground", "rocker", axis=axis, at=float(np.angle(d - ground)))
+    return linkage
+
+
+def n_four_bar(n: int, theta: float) -> Linkage:
+    """IFToMM benchmark A02: n windows of rods of length 1, their uprights at `theta`; n parallelograms side by side."""
+    linkage = Linkage()
+    for k in range(n + 1):
+        linkage.point(f"A{k}", (k, 0.0))
+        linkage.point(f"B{k}", (k + np.cos(theta), np.sin(theta)))
+        linkage.link(f"rod {k}", f"A{k}", f"B{k}")
+        linkage.revolute(f"A{k}", "ground", f"rod {k}", drive=k == 0, at=theta)
+    for k in range(n):
+        linkage.link(f"bar {k}", f"B{k}", f"B{k + 1}")
+    for k in range(n + 1):
+        bars = [f"bar {j}" for j in (k - 1, k) if 0 <= j < n]
+        linkage.revolute(f"B{k}", f"rod {k}", *bars)
+    return linkage
+
+
+def loop(
+    lengths: Sequence[float], twists: Sequence[float], angles: Sequence[float], offsets: ArrayLike = 0.0
+) -> Linkage:
+    """Closed chain of hinges by Denavit and Hartenberg: turn about the hinge, along it, along the link, lean to the next.
+
+    The last link is the ground; hinges H0, H1, ..., of which the first is driven.
+    """
+    shifts = np.broadcast_to(offsets, (len(lengths),))
+    place, turn, linkage, axes = np.zeros(3), Rotation.identity(), Linkage(), []
+    for k, (length, twist, angle) in enumerate(zip(lengths, twists, angles, strict=True)):
+        linkage.point(f"H{k}", place)
+        axes.append(turn.apply((0.0, 0.0, 1.0)))
+        turn = turn * Rotation.from_euler("z", angle)
+        place = place + turn.apply((length, 0.0, shifts[k]))
+        turn = turn * Rotation.from_euler("x", twist)
+    last = len(lengths) - 1
+    names = ["ground", *(f"link {k}" for k in range(last)), "ground"]
+    for k in range(last):
+        linkage.link(names[k + 1], f"H{k}", f"H{k + 1}")
+    for k, axis in enumerate(axes):
+        linkage.revolute(f"H{k}", names[k], names[k + 1], axis=axis, at=angles[k], drive=k == 0)
+    return linkage
+
+
+def bennett(alpha: float, beta: float, theta: float) -> Linkage:
+    """Bennett's linkage with angles α and β between neighbouring hinges, the first at θ."""
+    a, b = 1.0, np.sin(beta) / np.sin(alpha)
+    phi = 2.0 * np.arctan(np.sin((beta + alpha) / 2) / np.sin((beta - alpha) / 2) / np.tan(theta / 2))
+    return loop((a, b, a, b), (alpha, beta, alpha, beta), (theta, phi, -theta, -phi))
+
+
+def rssr(
+    crank: float, rod: float, rocker: float, pivot: Sequence[float], theta: float, universal: bool = False
+) -> Linkage:
+    """Crank about z at O, rocker about x at Q, a rod with balls at B and D between them; or a universal joint at B."""
+    b = crank * np.array([np.cos(theta), np.sin(theta), 0.0])
+    q = np.asarray(pivot, dtype=np.float64)
+    p, r = 2 * rocker * (q[1] - b[1]), 2 * rocker * q[2]
+    c = rod**2 - rocker**2 - np.sum((q - b) ** 2)
+    phi = float(np.arctan2(r, p) - np.arccos(c / np.hypot(p, r)))
+    d = q + rocker * np.array([0.0, np.cos(phi), np.sin(phi)])
+    linkage = Linkage(O=(0, 0, 0), B=b, Q=q, D=d)
+    linkage.link("crank", "O", "B")
+    linkage.link("rod", "B", "D")
+    linkage.link("rocker", "D", "Q")
+    linkage.revolute("O", "ground", "crank", drive=True, at=theta)
+    if universal:
+        across = np.cross(d - b, (0.0, 0.0, 1.0))
+        linkage.universal("B", "crank", "rod", axis=across, second=np.cross(across, d - b))
+    else:
+        linkage.spherical("B", "crank", "rod")
+    linkage.spherical("D", "rod", "rocker")
+    linkage.revolute("Q", "ground", "rocker", axis=(1, 0, 0), at=phi)
+    return linkage
