@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
 from ..batch import Array
@@ -21,17 +21,19 @@ class Elimination:
     Parameters
     ----------
     rows, columns
-        Entries of the pattern; both (i, j) and (j, i) are there.
+        Entries of the pattern; both (i, j) and (j, i) are there, or only those with i >= j where `half`.
     size
         Number of unknowns; entries beyond are left out.
+    half
+        Whether only the lower half is given.
     """
 
-    def __init__(self, rows: Index, columns: Index, size: int) -> None:
-        self.size = size
+    def __init__(self, rows: Index, columns: Index, size: int, *, half: bool = False) -> None:
+        self.size, self.half = size, half
         inside = np.flatnonzero((rows < size) & (columns < size))
         self.rows, self.columns, self.inside = rows[inside], columns[inside], inside
-        driven = np.flatnonzero((rows < size) & (columns >= size))
-        self.driven = driven, rows[driven], columns[driven] - size
+        driven = np.flatnonzero((columns < size) & (rows >= size))
+        self.driven = driven, columns[driven], rows[driven] - size
         if size <= LARGE:
             self._order()
 
@@ -41,6 +43,7 @@ class Elimination:
         for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True):
             if i != j:
                 near[i].add(j)
+                near[j].add(i)
         place = {(k, k): k for k in range(self.size)}
         self.steps: list[tuple[int, list[int], Index, Index, Index, Index]] = []
         left = dict(near)
@@ -62,8 +65,9 @@ class Elimination:
         lower = [(i, j) for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True)]
         self.source = np.array([n for n, (i, j) in enumerate(lower) if i >= j], dtype=np.int64)
         self.goal = np.array([place[lower[n]] for n in self.source], dtype=np.int64)
-        mirror = {pair: n for n, pair in enumerate(lower)}
-        self.other = np.array([mirror[lower[n][1], lower[n][0]] for n in self.source], dtype=np.int64)
+        if not self.half:
+            mirror = {pair: n for n, pair in enumerate(lower)}
+            self.other = np.array([mirror[lower[n][1], lower[n][0]] for n in self.source], dtype=np.int64)
 
     def driven_forces(self, values: Array, lag: Array) -> Array:
         """Forces on the unknowns from displacements `lag` (driven, m) of the driven coordinates."""
@@ -76,6 +80,8 @@ class Elimination:
         """Whole matrices (m, n, n)."""
         out = np.zeros((self.size, self.size, values.shape[-1]))
         out[self.rows, self.columns] = values[self.inside]
+        if self.half:
+            out[self.columns, self.rows] = values[self.inside]
         return np.ascontiguousarray(np.moveaxis(out, -1, 0))
 
     def factor(self, values: Array, *, symmetric: bool = True) -> Factor:
@@ -108,7 +114,7 @@ class SmallFactor(Factor):
         self.order = order
         inside = values[order.inside]
         work = np.zeros((order.entries, values.shape[-1]))
-        work[order.goal] = 0.5 * (inside[order.source] + inside[order.other])
+        work[order.goal] = inside if order.half else 0.5 * (inside[order.source] + inside[order.other])
         diagonal = np.abs(work[: order.size])
         scale = np.where(diagonal > 0.0, diagonal, 1.0)
         self.lower: list[Array] = []
@@ -172,7 +178,8 @@ class LargeFactor(Factor):
         shape = (order.size, order.size)
         for entry, column in enumerate(values[order.inside].T):
             matrix = csc_matrix((column, (order.rows, order.columns)), shape=shape)
-            matrix = csc_matrix(0.5 * (matrix + matrix.T))
+            diagonal = diags(matrix.diagonal())
+            matrix = csc_matrix(matrix + matrix.T - diagonal if order.half else 0.5 * (matrix + matrix.T))
             diagonal = np.abs(matrix.diagonal())
             scale = np.where(diagonal > 0.0, diagonal, 1.0)
             options = {"SymmetricMode": True}

@@ -45,7 +45,7 @@ class State:
 
 
 @dataclass(frozen=True)
-class Linear:
+class SpaceLinear:
     """What one iteration knows.
 
     Attributes
@@ -251,7 +251,7 @@ class Equations:
 
     # -- derivatives ------------------------------------------------------------------------------------------------
 
-    def linearised(self, state: State, stresses: list[Array] | None = None) -> Linear:
+    def linearised(self, state: State, stresses: list[Array] | None = None) -> SpaceLinear:
         """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones."""
         model = self.model
         nodal = -np.broadcast_to(self.loads, (6, model.count, self.count)).reshape(-1, self.count)
@@ -280,9 +280,9 @@ class Equations:
         values = self.model.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
         for number, joint in enumerate(model.joints):
             energy = energy + 2.0 * self._resistance(joint, state.own[:, number])[0]
-        return Linear(forces, values, changes, true, jacobians, energy, nodal, own)
+        return SpaceLinear(forces, values, changes, true, jacobians, energy, nodal, own)
 
-    def step_stresses(self, at: Linear, step: Array) -> list[Array]:
+    def step_stresses(self, at: SpaceLinear, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
         nodal = self._nodal(step)
         padded = np.concatenate([step, np.zeros_like(step[:1])])

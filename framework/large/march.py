@@ -11,6 +11,7 @@ from ..batch import Array
 from .equations import Equations, State
 from .model import Model
 from .newton import Found, Newton
+from .numbers import Where
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
 _CACHE = 400_000
@@ -52,22 +53,24 @@ class March:
         history = History(factors, np.zeros((self.steps, self.count)), np.zeros((self.steps, self.count)))
         for begin in range(0, self.count, self.chunk):
             index = np.arange(begin, min(begin + self.chunk, self.count))
-            found = Found.nothing(State.start(self.model, len(index)))
+            found = Found.nothing(self.newton.start(len(index)))
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
                 old = found.state
                 found = self._step(self.where(index), found, before, factor, 0)
                 if self.steps > 1:
-                    self._record(history, index, step, (old, found.state), (before, factor))
+                    states = self.newton.space(old), self.newton.space(found.state)
+                    self._record(history, index, step, states, (before, factor))
                 before = factor
+            found.state = self.newton.space(found.state)
             whole.take(index, found)
         return whole, history
 
-    def where(self, index: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+    def where(self, index: NDArray[np.int64]) -> Where:
         """Indices of entries along each batch axis."""
         return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
 
-    def _step(self, where: tuple[NDArray[np.int64], ...], begin: Found, low: float, high: float, depth: int) -> Found:
+    def _step(self, where: Where, begin: Found, low: float, high: float, depth: int) -> Found:
         found = self.newton.solve(where, begin.state, high)
         found.iterations += begin.iterations
         found.left |= begin.left

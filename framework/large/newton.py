@@ -16,10 +16,14 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from .elimination import Elimination, Factor
-from .equations import Equations, Linear, State
+from .equations import Equations, SpaceLinear, State
 from .model import Model
+from .numbers import Where
+from .planar import FlatEquations, FlatLinear, FlatModel, FlatState
 
 Mask = NDArray[np.bool_]
+Place = State | FlatState
+Linear = SpaceLinear | FlatLinear
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
 _CLOSE = 1e-16
@@ -34,14 +38,14 @@ _ZERO = 1e-11
 class Found:
     """What was found for m entries: state, whether in equilibrium, stable, iterations, whether a saddle was left."""
 
-    state: State
+    state: Place
     converged: Mask
     stable: Mask
     left: Mask
     iterations: NDArray[np.int64]
 
     @classmethod
-    def nothing(cls, state: State) -> Found:
+    def nothing(cls, state: Place) -> Found:
         """Before the first iteration."""
         count = state.moved.shape[-1]
         no = np.zeros(count, dtype=bool)
@@ -66,14 +70,32 @@ class Newton:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        _, rows, columns = model.pattern
-        self.elimination = Elimination(rows, columns, model.free)
+        self.flat = FlatModel(model) if FlatModel.suits(model) else None
+        _, rows, columns = model.pattern if self.flat is None else self.flat.pattern
+        self.elimination = Elimination(rows, columns, model.free, half=self.flat is not None)
         turning = np.zeros(model.size + 1, dtype=bool)
         turning[model.columns[3:]] = True
         self.turning = turning[:-1]
         self.size = max(model.frame.size, np.finfo(float).tiny)
 
-    def solve(self, where: tuple[NDArray[np.int64], ...], state: State, factor: float) -> Found:
+    def equations(self, where: Where, count: int, factor: float) -> Equations | FlatEquations:
+        """The equations of some entries, of the plane where the model is in one."""
+        if self.flat is not None:
+            return FlatEquations(self.flat, where, count, factor)
+        return Equations(self.model, where, count, factor)
+
+    def start(self, count: int) -> Place:
+        """The state at rest."""
+        return State.start(self.model, count) if self.flat is None else FlatEquations.start(self.model, count)
+
+    def space(self, state: Place) -> State:
+        """The state as one in space."""
+        if isinstance(state, State):
+            return state
+        assert self.flat is not None
+        return self.flat.space(state)
+
+    def solve(self, where: Where, state: Place, factor: float) -> Found:
         """Equilibrium at a share `factor` of the loads, from the equilibrium `state` at a smaller one."""
         found = self._fast(where, state, factor)
         iterations = _FIRST
@@ -89,13 +111,13 @@ class Newton:
             iterations *= 2
         return found
 
-    def _finish(self, where: tuple[NDArray[np.int64], ...], found: Found, factor: float) -> None:
+    def _finish(self, where: Where, found: Found, factor: float) -> None:
         """Try the fast way from where the sure one has come to; its end must be stable, and lower."""
         left = np.flatnonzero(~found.converged)
         if not len(left):
             return
         there = tuple(k[left] for k in where)
-        equations = Equations(self.model, there, len(left), factor)
+        equations = self.equations(there, len(left), factor)
         start = found.state.taken(left)
         tried = self._fast(there, start, factor)
         lower = equations.energy(tried.state) - equations.moment_work(start, tried.state) <= equations.energy(start)
@@ -106,11 +128,11 @@ class Newton:
 
     # -- fast -------------------------------------------------------------------------------------------------------
 
-    def _fast(self, where: tuple[NDArray[np.int64], ...], state: State, factor: float) -> Found:
+    def _fast(self, where: Where, state: Place, factor: float) -> Found:
         count = state.moved.shape[-1]
         found = Found.nothing(state)
         active = np.arange(count)
-        equations = Equations(self.model, where, count, factor)
+        equations = self.equations(where, count, factor)
         stresses: list[Array] | None = None
         state = state.taken(active)
         for iteration in range(_FAST):
@@ -135,7 +157,7 @@ class Newton:
                 if not len(active):
                     return found
                 state, stresses = state.taken(~done), [stress[..., ~done] for stress in stresses]
-                equations = Equations(self.model, tuple(k[active] for k in where), len(active), factor)
+                equations = self.equations(tuple(k[active] for k in where), len(active), factor)
         return found
 
     def factor(self, at: Linear) -> Factor:
@@ -156,7 +178,7 @@ class Newton:
         most: Array = np.maximum(turn, shift)
         return 1.0 / np.maximum(most, 1.0)
 
-    def _is_close(self, equations: Equations, state: State, at: Linear, step: Array) -> Mask:
+    def _is_close(self, equations: Equations, state: Place, at: Linear, step: Array) -> Mask:
         """Whether the work of the unbalanced forces on the step is nothing beside the strain energy."""
         work = np.abs(np.einsum("im,im->m", at.forces, step))
         near: Mask = work <= _CLOSE * at.energy
@@ -164,11 +186,11 @@ class Newton:
 
     # -- sure -------------------------------------------------------------------------------------------------------
 
-    def _sure(self, where: tuple[NDArray[np.int64], ...], state: State, factor: float, iterations: int) -> Found:
+    def _sure(self, where: Where, state: Place, factor: float, iterations: int) -> Found:
         count = state.moved.shape[-1]
         found = Found.nothing(state)
         active = np.arange(count)
-        equations = Equations(self.model, where, count, factor)
+        equations = self.equations(where, count, factor)
         state = self._driven(equations, state.taken(active))
         for _ in range(iterations):
             at = equations.linearised(state)
@@ -186,7 +208,7 @@ class Newton:
                 if not len(active):
                     return found
                 state = state.taken(~close)
-                equations = Equations(self.model, tuple(k[active] for k in where), len(active), factor)
+                equations = self.equations(tuple(k[active] for k in where), len(active), factor)
         found.state.put(active, state)
         return found
 
@@ -229,7 +251,7 @@ class Newton:
         largest = np.take_along_axis(weighed, np.abs(weighed).argmax(axis=1)[:, None], axis=1)[:, 0]
         return 1e-2 / largest
 
-    def _searched(self, equations: Equations, state: State, at: Linear, step: Array) -> Array:
+    def _searched(self, equations: Equations, state: Place, at: Linear, step: Array) -> Array:
         """Share of a step that lowers the energy enough (m,)."""
         share = self._limited(step)
         start = equations.energy(state)

@@ -6,7 +6,7 @@ it (Riks, J. Appl. Mech. 39 (1972) 1060-1065; Ramm 1981), its length following t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -18,10 +18,10 @@ from ..dofs import component
 from ..errors import FrameError
 from ..plan import Plan
 from . import rotation
-from .equations import Equations, Linear, State
+from .equations import State
 from .march import March
 from .model import Model
-from .newton import Newton
+from .newton import Linear, Newton, Place
 
 if TYPE_CHECKING:
     from ..frame import Frame
@@ -103,14 +103,14 @@ class _Tracer:
         self.node = model.topology.number[node]
         count = int(np.prod(model.frame.shape, dtype=np.int64))
         where = March(model, 1).where(np.arange(count))
-        self.whole, self.none = (Equations(model, where, count, factor) for factor in (1.0, 0.0))
-        self.state = State.start(model, count)
+        self.whole, self.none = (self.newton.equations(where, count, factor) for factor in (1.0, 0.0))
+        self.state = self.newton.start(count)
         self.weight = np.where(self.newton.turning, 1.0, 1.0 / self.newton.size)[:, None] ** 2
         self.factor, self.going = np.zeros(count), np.ones(count, dtype=bool)
         self.first, self.length = first, np.full(count, np.nan)
         self.shortest = np.zeros(count)
         self.along: Array | None = None
-        self.factors, self.states = [self.factor.copy()], [self.state.taken(np.arange(count))]
+        self.factors, self.states = [self.factor.copy()], [self._space()]
         self.stables = [np.ones(count, dtype=bool)]
 
     def step(self) -> bool:
@@ -134,13 +134,16 @@ class _Tracer:
         self.factor = np.where(self.going, factor, self.factor)
         self.along = sign * ahead
         self.factors.append(np.where(self.going, factor, np.nan))
-        self.states.append(self.state.taken(np.arange(len(factor))))
+        self.states.append(self._space())
         self.stables.append(stable & self.going)
         grown = np.clip(np.sqrt(_AIM / np.maximum(iterations, 1)), 0.5, _GROWTH)
         self.length = np.where(self.going, self.length * grown, self.length)
-        here = self._value(self.state)
+        here = self._value(self.states[-1])
         self.going &= here < self.to if self.to > 0.0 else here > self.to
         return bool(self.going.any())
+
+    def _space(self) -> State:
+        return self.newton.space(self.state.taken(np.arange(len(self.factor))))
 
     def _value(self, state: State) -> Array:
         if self.component < 3:
@@ -166,18 +169,13 @@ class _Tracer:
     def _driven(self) -> Array:
         return self.whole.targets
 
-    def _linear(self, state: State, stresses: list[Array] | None, factor: Array) -> tuple[Linear, Array]:
+    def _linear(self, state: Place, stresses: list[Array] | None, factor: Array) -> tuple[Linear, Array]:
         """Forces and tangent at a load factor (m,), and the loads (size, m)."""
         whole, none = (part.linearised(state, stresses) for part in (self.whole, self.none))
-        mixed = Linear(
-            none.forces + factor * (whole.forces - none.forces),
-            none.values + factor * (whole.values - none.values),
-            none.changes,
-            none.stresses,
-            none.jacobians,
-            none.energy,
-            none.nodal,
-            none.own,
+        mixed = replace(
+            none,
+            forces=none.forces + factor * (whole.forces - none.forces),
+            values=none.values + factor * (whole.values - none.values),
         )
         return mixed, none.forces - whole.forces
 
@@ -190,7 +188,7 @@ class _Tracer:
             right = right - self.newton.elimination.driven_forces(at.values, lag)
         return np.concatenate([factors.solve(right), lag])
 
-    def _corrected(self, ahead: Array, slope: Array) -> tuple[State, Array, NDArray[np.int64], NDArray[np.bool_]]:
+    def _corrected(self, ahead: Array, slope: Array) -> tuple[Place, Array, NDArray[np.int64], NDArray[np.bool_]]:
         """The point of equilibrium in the plane at the end of the step; more iterations than allowed where none."""
         step, share = self.length * ahead, self.length * slope
         step, share = np.where(self.going, step, 0.0), np.where(self.going, share, 0.0)
@@ -219,7 +217,7 @@ class _Tracer:
         iterations[~done | (self._norm(aside, aside) > (_ASIDE * self.length) ** 2)] = _MOST + 1
         return state, factor, iterations, stable
 
-    def _present(self, state: State) -> Array:
+    def _present(self, state: Place) -> Array:
         return self.whole.targets - self.whole.lag(state)
 
 

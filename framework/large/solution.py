@@ -13,7 +13,7 @@ from ..batch import Array, Shape
 from ..errors import FrameError
 from ..plan import Plan
 from . import rotation
-from .equations import Equations, Linear, State
+from .equations import Equations, SpaceLinear, State
 from .march import History, March
 from .model import Model
 from .newton import Found
@@ -305,7 +305,7 @@ class LargeSolution:
         return Equations(self.model, self._march.where(index), len(index))
 
     @cached_property
-    def _linear(self) -> Linear:
+    def _linear(self) -> SpaceLinear:
         return self.equations.linearised(self._found.state)
 
     @property
