@@ -21,15 +21,18 @@ def stiffness_entries(topology: Topology, grid: Grid) -> Matrix:
     """Parts of the stiffness of all members by pair of DOF numbers."""
     matrix: Matrix = {}
     for group in topology.groups:
-        for dofs, stack in zip(group.dofs.tolist(), group.extended_stiffness(), strict=True):
-            used = (stack != 0.0).reshape(-1, 12, 12).any(axis=0)
-            for a, b in zip(*np.nonzero(np.triu(used)), strict=True):
-                value = grid.value(stack[..., a, b])
-                i, j = dofs[a], dofs[b]
-                row = matrix.setdefault(i, {})
-                if j not in row:
-                    row[j] = matrix.setdefault(j, {})[i] = {}
-                add(row[j], grid.mask(value), value)
+        stacks = group.extended_stiffness()
+        used = np.triu((stacks != 0.0).any(axis=tuple(range(1, stacks.ndim - 2))))
+        piece, a, b = np.nonzero(used)
+        entries = np.moveaxis(stacks, (0, -2, -1), (0, 1, 2))[piece, a, b]
+        shared = entries.size == len(entries)
+        values = list(entries.reshape(-1)) if shared else [grid.value(entry) for entry in entries]
+        first, second = (group.dofs[piece, end].tolist() for end in (a, b))
+        for i, j, value in zip(first, second, values, strict=True):
+            row = matrix.setdefault(i, {})
+            if j not in row:
+                row[j] = matrix.setdefault(j, {})[i] = {}
+            add(row[j], 0 if shared else grid.mask(value), value)
     return matrix
 
 

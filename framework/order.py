@@ -62,8 +62,9 @@ def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:
     """
     waiting = set(candidates)
     copied = {k: dict(row) for k, row in pattern.items()} if len(waiting) <= FEW else {}
-    by_cost = _ordered(pattern, waiting, grid, _cost)
-    if not copied:
+    sizes = {grid.sizes[mask] for k in waiting for mask in pattern[k].values()}
+    by_cost = _ordered(pattern, waiting, grid, _cost if len(sizes) > 1 else _shape)
+    if not copied or len(sizes) == 1:
         return by_cost
     return min(by_cost, _ordered(copied, waiting, grid, _shape), key=lambda found: found.operations(grid))
 

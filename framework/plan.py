@@ -5,11 +5,13 @@ from __future__ import annotations
 import copy
 import functools
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from .assembly import force_entries, stiffness_entries
 from .block import Block, Springs
@@ -113,30 +115,17 @@ class Plan:
     @cached_property
     def component(self) -> dict[int, int]:
         """Connected component of every unknown, named by one of its unknowns."""
-        leader: dict[int, int] = {}
-
-        def find(k: int) -> int:
-            while leader.setdefault(k, k) != k:
-                leader[k] = leader[leader[k]]
-                k = leader[k]
-            return k
-
-        def join(keys: Iterable[int]) -> None:
-            first, *others = (find(k) for k in keys)
-            for k in others:
-                leader[find(k)] = find(first)
-
-        for a, row in self.matrix.items():
-            for b in row:
-                touched = self._coupled(a) + self._coupled(b)
-                if touched and self._coupled(a) and self._coupled(b):
-                    join(touched)
-        coupled = [row for rows in self.tree.rows.values() for row in rows]
-        coupled += [spring.row for spring in self.tree.springs]
-        for coupling in map(unknowns, coupled):
-            if coupling:
-                join(coupling)
-        return {k: find(k) for k in self.unknowns}
+        in_dof = {dof: self._coupled(dof) for dof in self.matrix}
+        both = [(in_dof[a][0], in_dof[b][0]) for a, row in self.matrix.items() if in_dof[a] for b in row if in_dof[b]]
+        coupled = [*in_dof.values(), *(unknowns(row) for rows in self.tree.rows.values() for row in rows)]
+        coupled += [unknowns(spring.row) for spring in self.tree.springs]
+        both += [(keys[0], k) for keys in coupled for k in keys[1:]]
+        pairs = np.searchsorted(self.unknowns, np.array(both, dtype=np.int64).reshape(-1, 2)).T
+        size = len(self.unknowns)
+        graph = csr_matrix((np.ones(pairs.shape[1], dtype=bool), (pairs[0], pairs[1])), shape=(size, size))
+        _, label = connected_components(graph, directed=False)
+        first = np.unique(label, return_index=True)[1]
+        return {k: self.unknowns[leader] for k, leader in zip(self.unknowns, first[label].tolist(), strict=True)}
 
     @cached_property
     def excited(self) -> set[int]:

@@ -164,7 +164,8 @@ def carried(order: Order, row: Row, stage: Stage) -> Row:
             for source, parts in stage.forces.get(k, {}).items():
                 add_row(out, {-1 - source: total(parts)[1]}, factor * step.inverse)
             for j, low in step.lower.items():
-                add_row(out, {j: low}, -factor)
+                term = low * factor
+                out[j] = out[j] - term if j in out else -term
     return out
 
 
