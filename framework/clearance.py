@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array, aligned, turned
-from .contact import CLOSED, MECHANISM, UNRESOLVED, Contact
+from .contact import CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .dofs import DISPLACEMENTS
 from .errors import MechanismWarning
 from .frame import Frame
@@ -66,7 +66,7 @@ class Clearances:
             # Entries that are mechanisms have no contact, which their state tells.
             warnings.simplefilter("ignore", MechanismWarning)
             force = np.stack([tight.joint_force(name)[..., k] for name, k in play.pairs])
-        self._singular = np.isnan(force).any(axis=0)
+        self._singular = np.asarray(np.isnan(force).any(axis=0))
         loaded = np.any(force.reshape(len(force), -1) != 0.0, axis=1)
         self._resistance = against_offsets(frame, play, loaded)
         radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
@@ -74,10 +74,13 @@ class Clearances:
         self.rest = Rest(play, self._resistance.stiffness, self._resistance.members, force, radius, _load(tight.plan))
 
     @cached_property
-    def state(self) -> NDArray[np.str_]:
-        """State of each joint, see `Contact`, (joints, ...)."""
-        state = np.where(self._resistance.unknown, UNRESOLVED, self.rest.state)
-        return np.where(self._singular, MECHANISM, state)
+    def state(self) -> NDArray[np.uint8]:
+        """Number of the state of each joint, see `Contact`, (joints, ...)."""
+        state = self.rest.state
+        for lost, why in ((self._resistance.unknown, UNRESOLVED), (self._singular, MECHANISM)):
+            if np.any(lost):
+                state = np.where(lost, np.uint8(why), state)
+        return state
 
     def offsets(self) -> Frame:
         """The frame with each journal where it rests, as offsets of its joints."""
@@ -100,7 +103,7 @@ class Clearances:
         unknown = np.where((state == MECHANISM) | (state == UNRESOLVED), np.nan, 0.0)
         return Contact(
             joint=name,
-            state=state,
+            state=STATES[state],
             normal=np.where(closed[..., None], normal, unknown[..., None]),
             force=np.where(closed, self.rest.size[j], unknown),
             gap=np.where(closed, 0.0, radius - np.linalg.norm(offset, axis=-1) + unknown),

@@ -10,7 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from .batch import Array
 from .errors import FrameError
 
-CLOSED, OPEN, FREE, MECHANISM, UNRESOLVED = "closed", "open", "free", "mechanism", "unresolved"
+# States of a joint by number: a batch of numbers is ten times smaller than one of words.
+STATES = np.array(["closed", "open", "free", "mechanism", "unresolved"])
+CLOSED, OPEN, FREE, MECHANISM, UNRESOLVED = range(len(STATES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +66,7 @@ class Contact:
     @property
     def closed(self) -> NDArray[np.bool_]:
         """Whether the joint is in contact, (...)."""
-        return np.asarray(self.state == CLOSED)
+        return np.asarray(self.state == STATES[CLOSED])
 
     @property
     def angle(self) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from .broadcast import BroadcastSolver
 from .chunks import large_masks, steps
 from .clearance import loose_joints
+from .contact import STATES
 from .dofs import DISPLACEMENTS
 from .order import Order
 from .parts import Grid
@@ -115,7 +116,7 @@ def _clearances(solution: Solution) -> list[str]:
     ]
     for name, state in zip(resting.names, resting.state, strict=True):
         kinds, counts = np.unique(state, return_counts=True)
-        told = ", ".join(f"{kind} at {count}" for kind, count in zip(kinds, counts, strict=True))
+        told = ", ".join(f"{STATES[kind]} at {count}" for kind, count in zip(kinds, counts, strict=True))
         lines.append(f"  joint {name}: {told} of {state.size} entries.")
     return lines
 

@@ -37,9 +37,9 @@ class Play:
 
     def length(self, vectors: Array) -> Array:
         """Length of the vectors (n, ...) by joint, (joints, ...)."""
-        out = np.zeros((len(self.names), *vectors.shape[1:]))
-        np.add.at(out, self.own, vectors * vectors)
-        return np.sqrt(out)
+        starts = np.searchsorted(self.own, np.arange(len(self.names)))
+        length: Array = np.sqrt(np.add.reduceat(vectors * vectors, starts, axis=0))
+        return length
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Rest:
     def tight(self) -> Array:
         """Forces without clearance, (n, ...), those of rounding alone set to zero."""
         loaded = self.play.length(self.found) > UNLOADED * self.scale
-        return np.where(loaded[self.play.own], self.found, 0.0)
+        return self.found if loaded.all() else np.where(loaded[self.play.own], self.found, 0.0)
 
     @property
     def offset(self) -> Array:
@@ -100,20 +100,21 @@ class Rest:
         return force
 
     @cached_property
-    def state(self) -> NDArray[np.str_]:
-        """By joint: closed, open, free or unresolved, (joints, ...)."""
+    def state(self) -> NDArray[np.uint8]:
+        """By joint: number of its state, closed, open, free or unresolved, (joints, ...)."""
         closed = self.size > UNLOADED * self.scale
-        state = np.where(closed, CLOSED, OPEN)
+        state = np.where(closed, np.uint8(CLOSED), np.uint8(OPEN))
         loose = ~closed & (self.radius > 0.0)
         some = np.asarray(loose.any(axis=0))
-        state[:, some] = np.where(self._free(loose[:, some], some), FREE, state[:, some])
+        if some.any():
+            state[:, some] = np.where(self._free(loose[:, some], some), FREE, state[:, some])
         if not self.stiffness.any():
             return state
         normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.play.own]
         pressed = np.where((closed & (self.radius > 0.0))[self.play.own], self.size[self.play.own] * normal, 0.0)
         unheld = np.where((self.radius > 0.0)[self.play.own], self.force - pressed, 0.0)
         wrong = ~(np.abs(unheld).max(axis=0) <= _BALANCED * self.scale)
-        return np.where(wrong, UNRESOLVED, state)
+        return np.where(wrong, np.uint8(UNRESOLVED), state)
 
     @cached_property
     def _placed(self) -> tuple[Array, Array]:

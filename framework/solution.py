@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .batch import Array, Shape
 from .broadcast import BroadcastSolver
 from .clearance import Clearances, loose_joints
-from .contact import FREE, UNRESOLVED, Contact
+from .contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
 from .method import BROADCAST, checked, choose
@@ -252,7 +252,7 @@ class Solution:
         status = np.where(idle, "idle", "regular")
         if self.clearances is not None:
             for state in (FREE, UNRESOLVED):
-                status = np.where((self.clearances.state == state).any(axis=0), state, status)
+                status = np.where((self.clearances.state == state).any(axis=0), STATES[state], status)
         status = np.where(self._singular, "mechanism", status)
         return status if self.frame.absent is None else np.where(self.frame.absent, "absent", status)
 
