@@ -23,9 +23,10 @@ from .ways import Guess
 if TYPE_CHECKING:
     from .assemble import Assembly
 
-# Half the distance of the poses through which the polynomial goes, and how many there are on each side.
-HALF = 0.01
+# Distance of the poses through which the polynomial goes, how many there are on each side, and where it is used.
+STEP = 0.03
 SIDE = 8
+WITHIN = 0.025
 CLOSED = 1e-13
 
 
@@ -56,7 +57,7 @@ def patched(loops: Loops, guess: Guess, parameters: Sequence[Value], found: Asse
     s = np.broadcast_to(guess.s, found.shape)
     out = []
     for where in guess.guide.crossings:
-        chosen = np.abs(s - where) <= HALF
+        chosen = np.abs(s - where) <= WITHIN
         if chosen.any():
             patch = _patch(loops, guess, parameters, found, float(where), chosen)
             if patch is not None:
@@ -75,7 +76,7 @@ def _patch(
     assert guess.guide is not None
     assert guess.s is not None
     shape = found.shape
-    knots = where + HALF * np.arange(1 - 2 * SIDE, 2 * SIDE, 2)
+    knots = where + STEP * np.array([k for k in range(-SIDE, SIDE + 1) if k])
     if not guess.guide.reached(knots).all():
         return None
     own = [np.broadcast_to(x, shape)[chosen] for x in parameters]
@@ -84,7 +85,7 @@ def _patch(
     begin: list[Value] = [around[:, k, None] for k in range(around.shape[1])]
     place = loops.driven_states[guess.drive]
     begin[place] = knots[:, None]
-    closed = loops.close_all(begin, own)
+    closed = loops.close_all(loops.unit(begin), own)
     unit: list[Value] = [float(k == guess.drive) for k in range(len(loops.mechanism.driven))]
     follow = loops.velocities(closed.state, own, unit)
     bend = loops.accelerations(closed.state, own, follow, None)
@@ -96,6 +97,7 @@ def _patch(
 
     state: list[Value] = [there(x) for x in closed.state]
     state[place] = s
+    loops.unit(state)
     good = (open_by(loops, state, own)[0] < CLOSED) & closed.trusted.all(axis=0)
     if not good.any():
         return None

@@ -95,6 +95,11 @@ class Loops:
             self.driven_states += range(place, place + (4 if place in self.driven_balls else 1))
 
     @property
+    def determined(self) -> bool:
+        """True where the drives and the closing equations leave nothing free."""
+        return self.linear.rank == self.columns
+
+    @property
     def unknown_states(self) -> list[int]:
         """Entries of the state that the drives do not give."""
         return [place for place in range(len(self.mechanism.state_names)) if place not in self.driven_states]
@@ -115,10 +120,14 @@ class Loops:
             out[place] = state[place] + sign * step[k]
         for place, k in self.balls:
             change = ball_rate(state[place : place + 4], [sign * x for x in step[k : k + 3]])
-            moved = [x + y for x, y in zip(state[place : place + 4], change, strict=True)]
-            norm = sum(x * x for x in moved) ** 0.5
-            out[place : place + 4] = [x / norm for x in moved]
+            out[place : place + 4] = _unit([x + y for x, y in zip(state[place : place + 4], change, strict=True)])
         return out
+
+    def unit(self, state: list[Value]) -> list[Value]:
+        """`state` with unit Euler parameters of all balls."""
+        for place in self.driven_balls + [place for place, _ in self.balls]:
+            state[place : place + 4] = _unit(state[place : place + 4])
+        return state
 
     def state_rate(self, state: Sequence[float], unknown: Sequence[float]) -> list[float]:
         """Rate of the state at rates of the unknowns; 0 for the drives."""
@@ -246,6 +255,11 @@ def _largest(step: Sequence[Value], shape: tuple[int, ...]) -> Array:
     for x in step:
         size = np.maximum(size, np.abs(x))
     return size
+
+
+def _unit(e: Sequence[Value]) -> list[Value]:
+    norm = sum((x * x for x in e), start=0.0) ** 0.5
+    return [x / norm for x in e]
 
 
 def ball_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:

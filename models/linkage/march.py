@@ -127,13 +127,19 @@ class March:
         return self.node(target, pose)
 
     def predict(self, nodes: Sequence[Node], s: float) -> list[float]:
-        """State at s from the last two nodes, by the cubic through them, or from the last alone."""
+        """State at s, by the cubic through the last two nodes; or from their rates where that would not hold.
+
+        What moves by itself is not put right by Newton's method, and would be blown up by the cubic: its parasitic
+        root is -5, that of the rates 0 (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, III.3).
+        """
         b = nodes[-1]
-        h = s - b.s
+        h, change = s - b.s, 0.0
         if len(nodes) > 1 and (width := b.s - nodes[-2].s) >= 0.5 * h:
-            a, t = nodes[-2], 1.0 + h / width
-            return _cubic(a, b, t, width)
-        return [x + h * v for x, v in zip(b.pose.state, b.rate, strict=True)]
+            if self.loops.determined:
+                return _cubic(nodes[-2], b, 1.0 + h / width, width)
+            change = 0.5 * h / width
+        a = nodes[-2] if change else b
+        return [x + h * (v + change * (v - u)) for x, v, u in zip(b.pose.state, b.rate, a.rate, strict=True)]
 
     def _across(self, track: Track, target: float) -> float:
         """The target, or where it lies near a change point as far behind that as the last node is before it."""

@@ -42,17 +42,14 @@ class Path:
         return min(max(bisect_right(self.corners, s) - 1, 0), len(self.corners) - 2)
 
     def place(self, state: list[float], s: float) -> list[float]:
-        """`state` with the driven entries as they are at `s`."""
+        """`state` with the driven entries as they are at `s`, and balls of unit Euler parameters."""
         out = list(state)
         if len(self.corners) > 1:
             k = self._piece(s)
             h = s - self.corners[k]
             for place, value, slope in zip(self.loops.driven_states, self._values[k], self._slopes[k], strict=True):
                 out[place] = value + h * slope
-            for place in self.loops.driven_balls:
-                norm = sum(x * x for x in out[place : place + 4]) ** 0.5
-                out[place : place + 4] = [x / norm for x in out[place : place + 4]]
-        return out
+        return self.loops.unit(out)  # type: ignore[arg-type, return-value]
 
     def rates(self, state: list[float], s: float) -> tuple[list[float], list[float]]:
         """Derivative by s of the driven states, and of the driven velocity coordinates, at `s`.

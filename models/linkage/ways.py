@@ -71,7 +71,7 @@ def guesses(loops: Loops, nominal: Sequence[float], start: Pose, drives: Drives,
 def _borne_out(loops: Loops, guess: Guess, nominal: Sequence[float], drives: Drives) -> bool:
     """Close the nominal poses; True where all are trusted and of the sign that they should have."""
     _drive(loops, guess, drives)
-    found = loops.close_all(guess.state, nominal)
+    found = loops.close_all(loops.unit(list(guess.state)), nominal)
     good = np.asarray(found.trusted)
     for determinant, sign in zip(found.determinants, guess.signs, strict=True):
         good = good & (np.asarray(determinant) * sign >= 0.0)
