@@ -106,7 +106,8 @@ class DenseCompliance(Compliance):
         eye = np.eye(size)
         finite = np.asarray(np.isfinite(self.matrix).all(axis=(-1, -2)))
         safe = np.where(finite[..., None, None], self.matrix, eye)
-        self.inverse = np.linalg.inv(safe + 4.0 * size * ROUNDING * eye)
+        inverse: Array = np.linalg.inv(safe + 4.0 * size * ROUNDING * eye)
+        self.inverse = inverse
         norm = np.sqrt(np.sum(self.inverse**2, axis=(-1, -2)))
         off = np.sqrt(np.sum((eye - self.inverse @ safe) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * ROUNDING * norm
         proved = np.where(off < 1.0, (1.0 - off) / norm, 0.0) - size * entries
