@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.batch import Array
+from .follow import Guide
 from .loops import Loops
 from .nearest import open_by
 from .tape import Value
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 STEP = 0.03
 SIDE = 8
 WITHIN = 0.025
+EXACTLY = 1e-9
 CLOSED = 1e-13
 
 
@@ -52,14 +54,17 @@ class Patch:
 
 def patched(loops: Loops, guess: Guess, parameters: Sequence[Value], found: Assembly) -> list[Patch]:
     """Put right the poses of `found` that lie in change points of the only moving drive."""
-    if guess.guide is None or guess.s is None:
+    if guess.s is None:
         return []
     s = np.broadcast_to(guess.s, found.shape)
     out = []
-    for where in guess.guide.crossings:
+    for where, guide in guess.around.items():
         chosen = np.abs(s - where) <= WITHIN
+        if guess.switched:
+            # beyond it, the way goes on along the other branch
+            chosen &= np.sign(where) * (s - where) <= EXACTLY
         if chosen.any():
-            patch = _patch(loops, guess, parameters, found, float(where), chosen)
+            patch = _patch(loops, guess, guide, parameters, found, where, chosen)
             if patch is not None:
                 out.append(patch)
     return out
@@ -68,20 +73,20 @@ def patched(loops: Loops, guess: Guess, parameters: Sequence[Value], found: Asse
 def _patch(
     loops: Loops,
     guess: Guess,
+    guide: Guide,
     parameters: Sequence[Value],
     found: Assembly,
     where: float,
     chosen: NDArray[np.bool_],
 ) -> Patch | None:
-    assert guess.guide is not None
     assert guess.s is not None
     shape = found.shape
     knots = where + STEP * np.array([k for k in range(-SIDE, SIDE + 1) if k])
-    if not guess.guide.reached(knots).all():
+    if not guide.reached(knots).all():
         return None
     own = [np.broadcast_to(x, shape)[chosen] for x in parameters]
     s = np.broadcast_to(guess.s, shape)[chosen]
-    around = guess.guide.at(knots)
+    around = guide.at(knots)
     begin: list[Value] = [around[:, k, None] for k in range(around.shape[1])]
     place = loops.driven_states[guess.drive]
     begin[place] = knots[:, None]

@@ -18,6 +18,10 @@ TURN = 0.4
 # Where the way is stuck before a change point, how far to jump over it.
 JUMPS = (2e-3, 5e-3, 2e-2, 6e-2)
 SHARPEST = 1e-4
+# How far beyond a change point it must be seen to be interpolated.
+BEYOND = 0.35
+# Where another branch is looked for, as shares of the way gone beyond a change point.
+AWAY = (0.5, 1.0, 2.0, 4.0, 0.25, 0.1, 8.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +43,15 @@ class Track:
         Poses in the order of s.
     crossings
         Lengths at which a change point was passed.
+    sides
+        Where the other branch was taken: for each crossing, the way so far and a little on along its own branch.
     complete
         False where the way ended before its length: in a dead point, or out of reach.
     """
 
     nodes: list[Node]
     crossings: list[float] = field(default_factory=list)
+    sides: list[Track] = field(default_factory=list)
     complete: bool = True
 
     @property
@@ -88,12 +95,14 @@ class March:
 
     def run(self, start: Pose, switch: bool = False) -> Track:
         """Go the whole way from the pose at its beginning."""
-        track = Track([self.node(0.0, start)])
+        return self._on(Track([self.node(0.0, start)]), switch, self.path.length)
+
+    def _on(self, track: Track, switch: bool, until: float) -> Track:
         step = min(0.1, self.longest)
         jumped = False
-        while track.end < self.path.length:
+        while track.end < until:
             here = track.nodes[-1]
-            left = self.path.length - here.s
+            left = until - here.s
             target = self.path.stop(here.s, here.s + (left if left < 1.01 * step else step))
             found = self._go(track, self._across(track, target))
             if found is None:
@@ -108,8 +117,9 @@ class March:
                 jumped = False
                 easy = found.pose.first_step < 0.03
                 step = min(self.longest, max(step, found.s - here.s) * (2.0 if easy else 1.2))
-                self._cross(track, found)
-                track.nodes.append(found)
+                if not self._append(track, found, switch):
+                    track.complete = False
+                    break
         return track
 
     def _go(self, track: Track, target: float, jump: bool = False) -> Node | None:
@@ -161,12 +171,31 @@ class March:
                 return found
         return None
 
-    def _cross(self, track: Track, found: Node) -> None:
+    def _append(self, track: Track, found: Node, switch: bool) -> bool:
+        """Go on to the node `found`, over a change point if one lies before it; False if its other branch is lost."""
         here = track.nodes[-1]
-        for x, y in zip(here.pose.determinants, found.pose.determinants, strict=True):
-            if x * y < 0.0:
-                track.crossings.append(self._root(here, found))
-                return
+        if not flips(here.pose, found.pose):
+            track.nodes.append(found)
+            return True
+        where = self._root(here, found)
+        track.crossings.append(where)
+        if not switch:
+            track.nodes.append(found)
+            return True
+        ahead = Track([*track.nodes, found])
+        track.sides.append(self._on(ahead, False, max(found.s, min(where + BEYOND, self.path.length))))
+        t = (where - here.s) / (found.s - here.s)
+        state = self.loops.unit(_cubic(here, found, t, found.s - here.s))  # type: ignore[arg-type]
+        away = other_branch(self, here, found, where, state)  # type: ignore[arg-type]
+        if away is None:
+            return False
+        through = [(y - x) / (found.s - here.s) for x, y in zip(here.pose.state, found.pose.state, strict=True)]
+        onward = [(y - x) / (away.s - where) for x, y in zip(state, away.pose.state, strict=True)]
+        for node, rate in ((here, through), (away, onward)):
+            middle = Pose(state, node.pose.follow, node.pose.determinants, 0.0)  # type: ignore[arg-type]
+            track.nodes.append(Node(where, middle, rate))  # type: ignore[arg-type]
+        track.nodes.append(away)
+        return True
 
     def _root(self, a: Node, b: Node) -> float:
         """Where a determinant vanishes between two nodes, by false position along the branch."""
@@ -188,6 +217,34 @@ class March:
             else:
                 right, high, low = s, middle, 0.5 * low
         return s
+
+
+def other_branch(march: March, here: Node, found: Node, where: float, state: Sequence[float]) -> Node | None:
+    """A pose on the branch that crosses, at `where` and `state`, the one on which two nodes lie.
+
+    Beyond a change point the branches lie apart along the motion that is free in it: the null vector of the equations.
+    Newton's method starts from the known branch displaced along it, either way and farther and farther. What it finds
+    is the other branch if it leads back to the change point, and if the determinants keep the sign that they had
+    before: they change it on the branch that goes on smoothly.
+    """
+    loops, n, m = march.loops, march.loops.columns, march.loops.rows
+    entries = loops.mechanism.newton[0](state, march.parameters)[m:]
+    free = np.linalg.svd(np.array(entries).reshape(m, n))[2][-1]
+    beyond = min(max(found.s - where, 0.05), march.path.length - where)
+    along = (beyond / (found.s - here.s)) * np.subtract(found.pose.state, here.pose.state)
+    for share in AWAY:
+        for sign in (1.0, -1.0):
+            ahead = np.add(state, along).tolist()
+            guess = loops.advance(ahead, (sign * share * beyond * free).tolist())
+            s = where + beyond
+            pose = loops.close(march.path.place(guess, s), march.parameters, far=0.5)  # type: ignore[arg-type]
+            if pose is None or flips(here.pose, pose):
+                continue
+            node = march.node(s, pose)
+            back = [x - beyond * v for x, v in zip(pose.state, node.rate, strict=True)]
+            if max(abs(x - y) for x, y in zip(back, state, strict=True)) < 0.3 * share * beyond + 0.1 * beyond:
+                return node
+    return None
 
 
 def flips(one: Pose, other: Pose) -> bool:

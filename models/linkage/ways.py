@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from ...framework.batch import Array
 from .drives import Drives
 from .follow import Guide
 from .loops import Loops, Pose
-from .march import LONGEST, March, Track
+from .march import BEYOND, LONGEST, March, Track
 from .path import Path
 from .tape import Value
 
@@ -20,8 +20,6 @@ from .tape import Value
 FINER = (1.0, 0.2, 0.04)
 # Signs of determinants are not compared so near a change point.
 NEAR = 0.02
-# How far beyond its values a single drive is followed, so that a change point there is seen from both sides.
-BEYOND = 0.35
 TURN = 2.0 * np.pi
 
 
@@ -43,6 +41,10 @@ class Guess:
         What led along it.
     drive
         Which of the driven states it is.
+    around
+        What leads smoothly through each change point.
+    switched
+        Whether the way takes the other branch there.
     """
 
     state: list[Value]
@@ -51,6 +53,8 @@ class Guess:
     s: Array | None = None
     guide: Guide | None = None
     drive: int = 0
+    around: dict[float, Guide] = field(default_factory=dict)
+    switched: bool = False
 
 
 def guesses(loops: Loops, nominal: Sequence[float], start: Pose, drives: Drives, switch: bool) -> Guess:
@@ -126,8 +130,16 @@ def _single(
             turns = np.ceil((sign * within - tracks[sign].end) / TURN)
             within = np.where(beyond, within - sign * TURN * turns, within)
     guess = _from_array(guide.at(within), guide.signs_at(within, NEAR), guide.reached(within))
-    guess.s, guess.guide, guess.drive = within, guide, place
+    guess.s, guess.guide, guess.drive, guess.switched = within, guide, place, switch
+    guess.around = {where: Guide.of(side, tracks[-1.0]) for where, side in _sides(tracks[1.0])}
+    guess.around |= {-where: Guide.of(tracks[1.0], side) for where, side in _sides(tracks[-1.0])}
     return guess
+
+
+def _sides(track: Track) -> Iterator[tuple[float, Track]]:
+    """Change points of a track, and what leads through each of them smoothly."""
+    sides = track.sides or [track] * len(track.crossings)
+    return zip(track.crossings, sides, strict=False)
 
 
 def _other_way_round(
