@@ -16,6 +16,8 @@ STEP = 0.05
 SHORTEST = 1e-6
 LONGEST_WAY = 6000
 NEWTON = 30
+# How far apart the states beside a change point are that tell where it is.
+BESIDE = 0.005
 # Where Newton's method has found a singular value's zero.
 ZERO = 1e-11
 
@@ -171,6 +173,21 @@ class Curve:
                 return None
             place = found
         return None
+
+    def crossing_value(self, place: Place) -> float:
+        """The driving coordinate at a change point near `place`.
+
+        Where two branches cross, what the closure says of a state vanishes with its distance from the crossing. So the
+        coordinate is taken as a polynomial of the singular value, which changes its sign there, through states aside.
+        """
+        steps = BESIDE * np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+        near = [(step, found) for step in steps if (found := self.onwards(place, step)) is not None]
+        held = [np.linalg.svd(self.held(each.state), compute_uv=False)[self.rank - 1] for _, each in near]
+        abscissas = np.array([np.sign(step) * value for (step, _), value in zip(near, held, strict=True)])
+        # Lagrange's weights at zero.
+        others = abscissas[:, None] - abscissas + np.eye(len(near))
+        weights = np.prod(np.where(np.eye(len(near)), 1.0, -abscissas / others), axis=1)
+        return float(weights @ [self.coordinate(each.state) for _, each in near])
 
 
 def _rank(matrix: Array) -> int:

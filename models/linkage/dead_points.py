@@ -175,7 +175,9 @@ def _dead_point(curve: Curve, place: Place) -> DeadPoint:
     motion[[curve.drive, *curve.locked]] = 0.0
     space = curve.space
     (joint,) = moving_joints(space.mechanism, place.state.tolist(), space.parameters, (motion / space.units).tolist())
-    return DeadPoint(curve.coordinate(place.state), str(joint), bool(abs(place.tangent[curve.drive]) > 1e-6))
+    crossing = bool(abs(place.tangent[curve.drive]) > 1e-6)
+    value = curve.crossing_value(place) if crossing else curve.coordinate(place.state)
+    return DeadPoint(value, str(joint), crossing)
 
 
 def _same(one: DeadPoint, other: DeadPoint, unit: float) -> bool:

@@ -11,10 +11,6 @@ from reference.linkages import bennett, four_bar, loop, n_four_bar, rssr
 from scipy.spatial.transform import Rotation
 
 
-def planar_components(linkage: Linkage) -> set[str]:
-    return {component for _, component in linkage.mobility().redundant}
-
-
 @pytest.mark.parametrize("turn", [Rotation.identity(), Rotation.from_rotvec([0.4, -1.1, 0.7])])
 def test_four_bar_in_plane_and_space(turn: Rotation) -> None:
     found = four_bar(0.1, 0.25, 0.2, 0.22, 0.7, turn=turn).mobility()
@@ -50,12 +46,13 @@ def test_bricard_moves() -> None:
 def test_sarrus_moves_straight() -> None:
     """Two pairs of hinged plates, their axes square to each other: a plate goes up and down (P. F. Sarrus 1853)."""
     linkage = Linkage()
-    linkage.point("T", (0.0, 0.0, 1.2))
+    rise = np.array([0.0, 0.0, 1.2])
+    linkage.point("T", rise)
     for name, out, axis in (("x", (1.0, 0.0, 0.0), (0, 1, 0)), ("y", (0.0, 1.0, 0.0), (1, 0, 0))):
         foot = np.array(out)
         linkage.point(f"{name}0", foot)
-        linkage.point(f"{name}1", 1.5 * foot + (0.0, 0.0, 0.6))
-        linkage.point(f"{name}2", foot + (0.0, 0.0, 1.2))
+        linkage.point(f"{name}1", 1.5 * foot + 0.5 * rise)
+        linkage.point(f"{name}2", foot + rise)
         linkage.link(f"{name} lower", f"{name}0", f"{name}1")
         linkage.link(f"{name} upper", f"{name}1", f"{name}2")
         linkage.revolute(f"{name}0", "ground", f"{name} lower", axis=axis)

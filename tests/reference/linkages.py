@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from linkframe.models import Linkage
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
@@ -58,20 +58,17 @@ def n_four_bar(n: int, theta: float) -> Linkage:
     return linkage
 
 
-def loop(
-    lengths: Sequence[float], twists: Sequence[float], angles: Sequence[float], offsets: ArrayLike = 0.0
-) -> Linkage:
-    """Closed chain of hinges by Denavit and Hartenberg: turn about the hinge, along it, along the link, lean to the next.
+def loop(lengths: Sequence[float], twists: Sequence[float], angles: Sequence[float]) -> Linkage:
+    """Closed chain of hinges by Denavit and Hartenberg: turn about the hinge, go along the link, lean to the next.
 
     The last link is the ground; hinges H0, H1, ..., of which the first is driven.
     """
-    shifts = np.broadcast_to(offsets, (len(lengths),))
     place, turn, linkage, axes = np.zeros(3), Rotation.identity(), Linkage(), []
     for k, (length, twist, angle) in enumerate(zip(lengths, twists, angles, strict=True)):
         linkage.point(f"H{k}", place)
         axes.append(turn.apply((0.0, 0.0, 1.0)))
         turn = turn * Rotation.from_euler("z", angle)
-        place = place + turn.apply((length, 0.0, shifts[k]))
+        place = place + turn.apply((length, 0.0, 0.0))
         turn = turn * Rotation.from_euler("x", twist)
     last = len(lengths) - 1
     names = ["ground", *(f"link {k}" for k in range(last)), "ground"]
