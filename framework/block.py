@@ -266,19 +266,24 @@ class Factor:
         return results
 
     def _each(self, work: Callable[[int, _Progress | Tail], None]) -> None:
-        """Do `work` with the index and progress of every chunk, the first before the others."""
+        """Do `work` with the index and progress of every chunk.
+
+        Results of stages are laid out as the first comes out, so that goes before the others.
+        """
 
         def one(index: int) -> None:
             with np.errstate(all="ignore"):
                 work(index, self._chunk(index))
 
-        one(0)
-        if self.chunks == 1:
-            return
-        with ThreadPoolExecutor(self.workers) as pool:
-            for _ in pool.map(one, range(1, self.chunks)):
-                pass
-        self._again = self._bytes() < KEEP
+        alone = 1 if self.chunks == 1 or not self._only_tail else 0
+        keep = self._bytes() < KEEP
+        for index in range(alone):
+            one(index)
+        if self.chunks > 1:
+            with ThreadPoolExecutor(self.workers) as pool:
+                for _ in pool.map(one, range(alone, self.chunks)):
+                    pass
+        self._again = keep
 
     def _chunk(self, index: int) -> _Progress | Tail:
         if index in self._kept:
