@@ -198,25 +198,41 @@ class March:
         return True
 
     def _root(self, a: Node, b: Node) -> float:
-        """Where a determinant vanishes between two nodes, by false position along the branch."""
-        left, right = a.s, b.s
+        """Where a determinant vanishes between two nodes: false position, then inverse interpolation from around."""
         k = next(
             i for i, (x, y) in enumerate(zip(a.pose.determinants, b.pose.determinants, strict=True)) if x * y < 0.0
         )
-        low, high = a.pose.determinants[k], b.pose.determinants[k]
+
+        def determinant(s: float) -> float:
+            guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
+            pose = self.loops.close(self.path.place(guess, s), self.parameters)
+            return pose.determinants[k] if pose is not None else np.nan
+
+        (left, low), (right, high) = (a.s, a.pose.determinants[k]), (b.s, b.pose.determinants[k])
         s = left
-        for _ in range(8):
+        for _ in range(4):
             s = (left * high - right * low) / (high - low)
-            t = (s - a.s) / (b.s - a.s)
-            pose = self.loops.close(self.path.place(_cubic(a, b, t, b.s - a.s), s), self.parameters)
-            if pose is None or right - left < 1e-6:
+            middle = determinant(s)
+            if not abs(middle) > 0.0:
                 break
-            middle = pose.determinants[k]
             if middle * low > 0.0:
                 left, low, high = s, middle, 0.5 * high
             else:
                 right, high, low = s, middle, 0.5 * low
-        return s
+        width = min(max(s - a.s, b.s - s), 0.2)
+        knots = [s + 0.24 * width * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
+        better = _at_zero(knots, [determinant(knot) for knot in knots])
+        return better if abs(better - s) < width else s
+
+
+def _at_zero(values: list[float], arguments: list[float]) -> float:
+    """Value at argument 0 of the polynomial through the points (Neville's scheme)."""
+    out = list(values)
+    for level in range(1, len(out)):
+        for i in range(len(out) - level):
+            x, y = arguments[i], arguments[i + level]
+            out[i] = (out[i] * y - out[i + 1] * x) / (y - x) if y != x else np.nan
+    return out[0]
 
 
 def other_branch(march: March, here: Node, found: Node, where: float, state: Sequence[float]) -> Node | None:
