@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..job.tables import markdown, readable
 from .paper import equation_6, finite_rotation, mean_direction
 from .result import compute
-from .table import Printed, markdown, printed, readable
+from .table import Printed, printed
 
 if TYPE_CHECKING:
     from .inputs import Inputs

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..job.tables import markdown, spent
 from . import against_paper
-from .table import as_markdown, markdown
+from .table import as_markdown
 
 if TYPE_CHECKING:
     from .result import Result
@@ -72,7 +73,7 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
         "## Against the paper",
         *against_paper.points(result),
         "## Time",
-        _time(seconds),
+        spent(seconds),
     ]
     return "\n\n".join(paragraphs) + "\n"
 
@@ -120,8 +121,3 @@ def _text(value: object) -> str:
     if isinstance(value, tuple):
         return " ".join(map(_text, value))
     return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def _time(seconds: Mapping[str, float]) -> str:
-    stages = [[name, f"{time:.2f}"] for name, time in seconds.items()]
-    return markdown(["stage", "seconds"], [*stages, ["**all**", f"**{sum(seconds.values()):.2f}**"]], left=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.resources import files
 from io import StringIO
@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..job.tables import aligned, markdown, readable, separated
 
 if TYPE_CHECKING:
     from .result import Result
@@ -101,32 +103,19 @@ def rows(result: Result) -> Iterator[tuple[float | str | None, ...]]:
 
 def as_csv(result: Result) -> str:
     """The table as comma-separated values at full precision; NaN and what is not printed stay empty."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *(f"printed_{name}" for name in PRINTED_COLUMNS)])
-    for row in rows(result):
-        writer.writerow(["" if value is None or value != value else value for value in row])
-    return text.getvalue()
+    return separated([*COLUMNS, *(f"printed_{name}" for name in PRINTED_COLUMNS)], rows(result))
 
 
 def as_text(result: Result) -> str:
     """The table for a terminal, metres and degrees; right of the bar what the paper prints."""
     lines = [[*ours, *(["│", *theirs] if theirs else []), status] for ours, theirs, status in _cells(result)]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    aligned = [[text.rjust(width) for text, width in zip(line[:-1], widths, strict=False)] for line in lines]
-    return "\n".join("  ".join([*cells, line[-1]]) for cells, line in zip(aligned, lines, strict=True))
+    return aligned(lines)
 
 
 def as_markdown(result: Result) -> str:
     """The table for the report, metres and degrees."""
     heading, *body = ([*ours, *theirs, status] for ours, theirs, status in _cells(result, mark="printed "))
     return markdown(heading, body)
-
-
-def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]], left: int = 0) -> str:
-    """A Markdown table, its first `left` columns aligned to the left and the others to the right."""
-    ruler = [":--" if column < left else "--:" for column in range(len(heading))]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (heading, ruler, *rows))
 
 
 def _cells(result: Result, mark: str = "") -> Iterator[tuple[list[str], list[str], str]]:
@@ -144,10 +133,3 @@ def _cells(result: Result, mark: str = "") -> Iterator[tuple[list[str], list[str
             [readable(value, ".4g") for value in theirs[: len(beside)]],
             status,
         )
-
-
-def readable(value: float | str | None, form: str) -> str:
-    """A number as text, a dash for NaN, nothing for None."""
-    if value is None:
-        return ""
-    return "–" if value != value else format(value, form)

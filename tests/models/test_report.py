@@ -13,11 +13,12 @@ import pytest
 from linkframe.framework import rendering, view
 from linkframe.models.command_line import main
 from linkframe.models.four_bar import FourBar
-from linkframe.models.four_bar.figures import draw_histograms, draw_linkage, draw_trajectory
+from linkframe.models.four_bar.figures import draw_linkage
 from linkframe.models.four_bar.inputs import Inputs
 from linkframe.models.four_bar.paper import equation_6, finite_rotation, mean_direction
 from linkframe.models.four_bar.result import compute, four_bar
 from linkframe.models.four_bar.table import printed
+from linkframe.models.job.figures import draw_histograms, draw_trajectory
 from numpy.testing import assert_allclose
 
 SINGULAR = "singular: coupler and rocker in line"
@@ -158,14 +159,16 @@ def test_figures_are_pictures_and_not_blank(name: str, job: tuple[Path, str]) ->
 
 def test_figures_show_the_data() -> None:
     result = compute(Inputs())
-    figure = draw_trajectory(result.path, result.rigid, result.samples, 20.0, 3, result.inputs.theta)
+    figure = draw_trajectory(result.path, result.rigid, result.samples, 20.0, 3, "θ = 30°")
     left, right = figure.axes
     assert "20" in left.get_title(loc="left")
     drawn = np.array([line.get_xydata()[3] for line in left.lines[:100]])
     assert_allclose(drawn, 1e3 * (result.rigid[3, :2] + 20.0 * result.samples[3, :, :2]))
     cloud = next(line for line in right.lines if line.get_label() == "samples")
     assert_allclose(cloud.get_xydata(), 1e3 * result.samples[3, :, :2])
-    for axes, values in zip(draw_histograms(result.samples[3], 0.5).axes, 1e3 * result.samples[3].T, strict=False):
+    for axes, values in zip(
+        draw_histograms(result.samples[3], "θ = 30°").axes, 1e3 * result.samples[3].T, strict=False
+    ):
         assert_allclose(sum(bar.get_height() * bar.get_width() for bar in axes.patches), 1.0)
         assert f"{values.std(ddof=1):.3f}" in axes.get_title(loc="left")
     points = {name: result.motion.position(name)[22] for name in "ABPDE"}

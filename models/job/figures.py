@@ -1,0 +1,154 @@
+"""The paper's Figures 6 and 7 for a point of any linkage: its trajectory with its spread, and histograms.
+
+Every function returns a `matplotlib.figure.Figure`; nothing here touches pyplot or a display.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .style import BLUE, GREY, INK, ORANGE, SKY, figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+# Name of a point, and of the two directions in which it is drawn.
+Point = tuple[str, str]
+
+# More sampled paths and points than this only make the picture darker.
+MOST_PATHS, MOST_POINTS = 200, 2000
+
+
+@styled
+def draw_trajectory(
+    path: Array, rigid: Array, samples: Array, magnify: float, pose: int, where: str, point: Point = ("P", "xy")
+) -> Figure:
+    """Figure 6: the rigid path of a point, the sampled paths and their envelope.
+
+    Parameters
+    ----------
+    path
+        Positions (..., 2 or more) along the whole path with rigid links and no clearance, in metres; the first two
+        components are drawn.
+    rigid
+        The same at the poses, (poses, 2 or more).
+    samples
+        Displacements (poses, samples, 2 or more), in metres; NaN at singular poses.
+    magnify
+        Factor by which displacements are drawn larger than they are.
+    pose
+        Index of the pose that the right panel shows to true scale.
+    where
+        Which pose that is, such as ``"θ = 30°"``.
+    point
+        Name of the point and of the two directions.
+
+    Returns
+    -------
+    Figure
+        The path with displacements magnified, and one pose to true scale.
+    """
+    drawn_on, (left, right) = figure(7.6, 4.2, ratios=(1.25, 1.0))
+    places, spread = 1e3 * rigid[:, :2], 1e3 * samples[..., :2]
+    normal = path_normal(rigid)
+    regular = np.asarray(np.isfinite(spread).all((1, 2)))
+
+    across = np.einsum("psk,pk->ps", spread, normal)
+
+    drawn = places[:, None] + magnify * spread[:, :MOST_PATHS]
+    left.plot(drawn[..., 0], drawn[..., 1], color=SKY, lw=0.35, alpha=0.55, zorder=1)
+    left.plot([], [], color=SKY, lw=1.0, label=f"{drawn.shape[1]} samples")
+    for edge, label in ((across.min(-1), "envelope"), (across.max(-1), None)):
+        line = places + magnify * edge[:, None] * normal
+        left.plot(*np.where(regular[:, None], line, np.nan).T, color=BLUE, lw=1.1, zorder=3, label=label)
+    left.plot(*(1e3 * path[:, :2].T), color=INK, lw=1.0, zorder=4, label="rigid path")
+    if not regular.all():
+        left.plot(*places[~regular].T, "x", color=ORANGE, ms=7, mew=1.6, zorder=5, label="singular pose", ls="")
+    left.plot(*places[pose], "o", mfc="none", mec=ORANGE, ms=9, mew=1.2, zorder=6)
+    name, (x, y) = point
+    left.set(xlabel=f"{x} of {name} [mm]", ylabel=f"{y} of {name} [mm]", aspect="equal", adjustable="datalim")
+    left.set_title(f"displacements × {magnify:g}", loc="left")
+    left.legend(loc="best", handlelength=1.6)
+
+    cloud = spread[pose]
+    right.axhline(0.0, color=GREY, lw=0.6)
+    right.axvline(0.0, color=GREY, lw=0.6)
+    right.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
+    _ellipses(right, cloud)
+    right.plot(*cloud.mean(0), "+", color=ORANGE, ms=10, mew=1.8, label="mean")
+    labels = (f"$u_{each}$ of {name} [mm]" for each in (x, y))
+    right.set(**dict(zip(("xlabel", "ylabel"), labels, strict=True)), aspect="equal", adjustable="datalim")
+    right.set_title(f"true scale at {where}", loc="left")
+    right.legend(loc="upper right", handlelength=1.6)
+    return drawn_on
+
+
+@styled
+def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy")) -> Figure:
+    """Figure 7: histograms of the displacement of a point at one pose, with normal fits.
+
+    Parameters
+    ----------
+    displacement
+        Displacements (samples, 2 or more), in metres.
+    where
+        Which pose that is, such as ``"θ = 30°"``.
+    point
+        Name of the point and of the two directions.
+
+    Returns
+    -------
+    Figure
+        One panel for each direction.
+    """
+    from scipy import stats
+
+    of, names = point
+    drawn_on, panels = figure(7.6, 3.2, ratios=(1.0, 1.0))
+    for axes, name, values in zip(panels, names, 1e3 * displacement[:, :2].T, strict=True):
+        mean, std = values.mean(), values.std(ddof=1)
+        axes.hist(values, bins="auto", density=True, color=SKY, ec="white", lw=0.8)
+        grid = np.linspace(min(values.min(), mean - 3.5 * std), max(values.max(), mean + 3.5 * std), 400)
+        axes.plot(grid, stats.norm.pdf(grid, mean, std), color=BLUE, lw=1.6, label="normal fit")
+        ticks = values[:MOST_PATHS]
+        axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
+        axes.set(xlabel=f"$u_{name}$ of {of} [mm]", ylabel="density [1/mm]")
+        title = f"{where},  μ = {mean:.3f} mm,  σ = {std:.3f} mm"
+        axes.set_title(title.replace("-", "−"), loc="left")
+    return drawn_on
+
+
+def path_normal(rigid: Array) -> Array:
+    """Unit normals, (poses, 2), of the path `rigid` (poses, 3), to the left of its direction.
+
+    Parameters
+    ----------
+    rigid
+        Positions (poses, 3) along the path, in metres.
+
+    Returns
+    -------
+    Array
+        Unit vectors (poses, 2).
+    """
+    tangent = np.gradient(rigid[:, :2], axis=0) if len(rigid) > 1 else np.array([[1.0, 0.0]])
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1)
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.asarray(np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0))
+
+
+def _ellipses(axes: Axes, cloud: Array) -> None:
+    if len(cloud) < 3:
+        return
+    values, vectors = np.linalg.eigh(np.cov(cloud.T))
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    circle = np.stack([np.cos(turn), np.sin(turn)])
+    for scale, dashes in ((1.0, "-"), (2.0, "--")):
+        ring = cloud.mean(0)[:, None] + scale * vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * circle)
+        axes.plot(*ring, color=BLUE, lw=1.1, ls=dashes, label=f"{scale:g}σ ellipse")

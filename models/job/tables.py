@@ -1,0 +1,43 @@
+"""Tables as comma-separated values, for a terminal, and in Markdown."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from io import StringIO
+
+
+def separated(heading: Sequence[str], rows: Iterable[Sequence[float | str | None]]) -> str:
+    """Comma-separated values at full precision; NaN and None stay empty."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heading)
+    for row in rows:
+        writer.writerow(["" if value is None or value != value else value for value in row])
+    return text.getvalue()
+
+
+def aligned(lines: Sequence[Sequence[str]]) -> str:
+    """Columns for a terminal, aligned to the right but for the last."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    cells = [[text.rjust(width) for text, width in zip(line[:-1], widths, strict=False)] for line in lines]
+    return "\n".join("  ".join([*row, line[-1]]) for row, line in zip(cells, lines, strict=True))
+
+
+def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]], left: int = 0) -> str:
+    """A Markdown table, its first `left` columns aligned to the left and the others to the right."""
+    ruler = [":--" if column < left else "--:" for column in range(len(heading))]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (heading, ruler, *rows))
+
+
+def readable(value: float | str | None, form: str) -> str:
+    """A number as text, a dash for NaN, nothing for None."""
+    if value is None:
+        return ""
+    return "–" if value != value else format(value, form)
+
+
+def spent(seconds: Mapping[str, float]) -> str:
+    """Time that each stage took and all together, in Markdown."""
+    stages = [[name, f"{time:.2f}"] for name, time in seconds.items()]
+    return markdown(["stage", "seconds"], [*stages, ["**all**", f"**{sum(seconds.values()):.2f}**"]], left=1)
