@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 from .batch import Array
 
 # Entries handled at a time: the matrices of this many fit the cache.
-CHUNK = 1024
-# Product of multiplier and distance from the sphere at which Newton's method takes over, with f of size one.
-_CENTRED = 1e-10
+CHUNK = 2048
+# Product of multiplier and distance from the sphere at which Newton's method takes over, with f of size one; and where
+# that fails, as it may where a sphere is touched with next to no force.
+_CENTRED = (1e-10, 1e-14)
+_BALANCED = 1e-12
 _RESIDUAL = 1e-6
 _MOST = 100
 _STEPS = 12
@@ -78,23 +80,39 @@ def resting_points(stiffness: Array, force: Array, own: NDArray[np.int64]) -> tu
         part = loaded[start : start + CHUNK]
         scaled = stiffness[:, :, part] / size[part], force[:, part] / size[part]
         with np.errstate(all="ignore"):
-            found = _newton(*scaled, groups, *_interior(*scaled, groups))
+            found = _minimum(*scaled, groups)
         sound = np.isfinite(found[0]).all(axis=0) & np.isfinite(found[1]).all(axis=0)
         x[:, part], multiplier[:, part] = np.where(sound, found[0], 0.0), np.where(sound, found[1] * size[part], 0.0)
     return x, multiplier
 
 
-def _interior(stiffness: Array, force: Array, groups: Groups) -> tuple[Array, Array]:
-    """Interior-point method up to the neighbourhood of the minimum: x and λ."""
-    out_x, out_multiplier = np.zeros_like(force), np.ones((int(groups.own[-1]) + 1, force.shape[1]))
-    x, multiplier, left = out_x.copy(), out_multiplier.copy(), np.arange(force.shape[1])
+def _minimum(stiffness: Array, force: Array, groups: Groups) -> tuple[Array, Array]:
+    """The minimum for f of size one: x and λ."""
+    x, multiplier = np.zeros_like(force), np.ones((int(groups.own[-1]) + 1, force.shape[1]))
+    x, multiplier = _interior(stiffness, force, groups, x, multiplier, _CENTRED[0])
+    *found, error = _newton(stiffness, force, groups, x, multiplier)
+    poor = ~(error <= _BALANCED)
+    if poor.any():
+        part = stiffness[:, :, poor], force[:, poor], groups
+        *closer, least = _newton(*part, *_interior(*part, x[:, poor], multiplier[:, poor], _CENTRED[1]))
+        better = least < error[poor]
+        for whole, new in zip(found, closer, strict=True):
+            whole[:, poor] = np.where(better, new, whole[:, poor])
+    return found[0], found[1]
+
+
+def _interior(
+    stiffness: Array, force: Array, groups: Groups, x: Array, multiplier: Array, centred: float
+) -> tuple[Array, Array]:
+    """Interior-point method from x and λ up to the neighbourhood of the minimum: x and λ there."""
+    out_x, out_multiplier, left = x.copy(), multiplier.copy(), np.arange(force.shape[1])
     enough = _RESIDUAL + 16.0 * _ROUNDING * np.abs(stiffness).max(axis=(0, 1))
     for _ in range(_MOST):
         inside = 0.5 * (1.0 - groups.dot(x, x))
         residual = force - _times(stiffness, x)
         rest = np.abs(residual - multiplier[groups.own] * x).max(axis=0)
         product = multiplier * inside
-        going = (product.max(axis=0) > _CENTRED) | (rest > enough)
+        going = (product.max(axis=0) > centred) | (rest > enough)
         out_x[:, left], out_multiplier[:, left] = x, multiplier
         if not going.any():
             break
@@ -137,8 +155,11 @@ def _longest(groups: Groups, x: Array, multiplier: Array, inside: Array, step: A
     return longest
 
 
-def _newton(stiffness: Array, force: Array, groups: Groups, x: Array, multiplier: Array) -> tuple[Array, Array]:
-    """Newton's method on the conditions of the minimum: a sphere is touched where λ exceeds the distance from it."""
+def _newton(stiffness: Array, force: Array, groups: Groups, x: Array, multiplier: Array) -> tuple[Array, Array, Array]:
+    """Newton's method on the conditions of the minimum: a sphere is touched where λ exceeds the distance from it.
+
+    Returns x, λ and by how far they miss the conditions, relative to S.
+    """
     size = 1.0 + np.abs(stiffness).max(axis=(0, 1))
     least = np.full(size.shape, np.inf)
     best = x, multiplier
@@ -157,7 +178,8 @@ def _newton(stiffness: Array, force: Array, groups: Groups, x: Array, multiplier
         x, multiplier = x + step, multiplier + change
     x, multiplier = best
     length = np.sqrt(groups.dot(x, x))
-    return x / np.where(multiplier > 0.0, length, np.maximum(length, 1.0))[groups.own], np.maximum(multiplier, 0.0)
+    x = x / np.where(multiplier > 0.0, length, np.maximum(length, 1.0))[groups.own]
+    return x, np.maximum(multiplier, 0.0), least
 
 
 def _corrected(

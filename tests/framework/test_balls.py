@@ -87,3 +87,20 @@ def test_force_that_just_reaches_the_sphere(push: float) -> None:
     x, multiplier = resting_points(np.eye(2)[..., None], np.array([[0.6 * push], [0.8 * push]]), np.array([0, 0]))
     assert_allclose(x[:, 0], min(push, 1.0) * np.array([0.6, 0.8]), atol=1e-12)
     assert_allclose(multiplier[0, 0], max(push - 1.0, 0.0), atol=1e-12)
+
+
+@pytest.mark.parametrize("rank", [3, 6])
+def test_spheres_touched_without_force(rank: int) -> None:
+    """Made so that half of the balls are touched with a multiplier of zero: the conditions hold all the same."""
+    stiffness, start = problems(1.0, rank, 1000)
+    rng = np.random.default_rng(1)
+    lengths = np.stack([np.linalg.norm(start[ball == THREE_PAIRS], axis=0) for ball in range(3)])
+    known = start / lengths[THREE_PAIRS]
+    multiplier = np.where(rng.random((3, 1000)) < 0.5, 0.0, rng.random((3, 1000)))
+    force = np.einsum("ijn,jn->in", stiffness, known) + multiplier[THREE_PAIRS] * known
+    rest, length, _ = conditions(stiffness, force, THREE_PAIRS)
+    assert rest.max() < 1e-5
+    assert np.quantile(rest, 0.95) < 1e-12
+    assert length.max() <= 1.0 + 1e-15
+    if rank == 6:
+        assert_allclose(resting_points(stiffness, force, THREE_PAIRS)[0], known, atol=1e-8)
