@@ -96,7 +96,7 @@ def _closed(
         size = np.broadcast_shapes(*(np.shape(x) for x in begin), *(np.shape(x) for x in dimensions))
         found = loops.close_all(begin, dimensions)
         reached = np.asarray(cut(guess.reached, block))
-        good = found.trusted & reached & _same_signs(found, cut_all(guess.signs, block))
+        good = np.asarray(found.trusted & reached & _same_signs(found, cut_all(guess.signs, block)))
         closed = good.copy()
         if not good.all():
             _gradually(loops, found, good, closed, begin, dimensions, nominal, np.broadcast_to(reached, size))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...framework.batch import Array
 from .linkage import Linkage
 from .loops import ball_rate
-from .mechanism import Mechanism
+from .motion import compiled
 
 # Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a
 # singular one, where they are least certain, to 1e-8.
@@ -32,7 +32,7 @@ class Configurations:
     """
 
     def __init__(self, linkage: Linkage) -> None:
-        self.mechanism = Mechanism(linkage)
+        self.mechanism = compiled(linkage)
         self.parameters = [float(np.ravel(number)[0]) for number in self.mechanism.parameters]
         self._share = self.mechanism.size / extent(linkage)
         self._row_units, self.units = (

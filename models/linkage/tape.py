@@ -51,6 +51,9 @@ class Term:
     def __truediv__(self, other: Scalar) -> Scalar:
         return self * (1.0 / other) if isinstance(other, float) else self.tape.step("/", self.name, other.name)
 
+    def __rtruediv__(self, other: float) -> Scalar:
+        return 0.0 if other == 0.0 else self.tape.step("/", _name(other), self.name)
+
     def __neg__(self) -> Scalar:
         return self.tape.step("-", "", self.name)
 
