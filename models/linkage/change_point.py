@@ -59,10 +59,10 @@ def patched(loops: Loops, guess: Guess, parameters: Sequence[Value], found: Asse
     s = np.broadcast_to(guess.s, found.shape)
     out = []
     for where, guide in guess.around.items():
-        chosen = np.abs(s - where) <= WITHIN
+        chosen = np.asarray(np.abs(s - where) <= WITHIN)
         if guess.switched:
             # beyond it, the way goes on along the other branch
-            chosen &= np.sign(where) * (s - where) <= EXACTLY
+            chosen = np.asarray(chosen & (np.sign(where) * (s - where) <= EXACTLY))
         if chosen.any():
             patch = _patch(loops, guess, guide, parameters, found, where, chosen)
             if patch is not None:
