@@ -261,7 +261,9 @@ def _joints(frame: Frame, knowns: Knowns, number: dict[str, int]) -> list[Edge]:
         axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
         springs = _springs(knowns.grid, link.element.stiffness)
         offset = _offset(knowns, frame.offsets.get(name, {}))
-        edges.append(Edge(name, "joint", number[link.first], number[link.second], components, springs, axes, offset))
+        pitch = knowns.grid.value(link.element.pitch / (2.0 * np.pi))
+        ends = number[link.first], number[link.second]
+        edges.append(Edge(name, "joint", *ends, components, springs, axes, offset, pitch))
     return edges
 
 
