@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array, aligned, turned
-from .contact import CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
+from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .dofs import DISPLACEMENTS
 from .errors import MechanismWarning
 from .frame import Frame
@@ -77,8 +77,12 @@ class Clearances:
     def state(self) -> NDArray[np.uint8]:
         """Number of the state of each joint, see `Contact`, (joints, ...)."""
         state = self.rest.state
-        for lost, why in ((self._resistance.unknown, UNRESOLVED), (self._singular, MECHANISM)):
-            if np.any(lost):
+        for lost, why in (
+            (self._resistance.unknown, UNRESOLVED),
+            (self._singular, MECHANISM),
+            (self.frame.absent, ABSENT),
+        ):
+            if lost is not None and np.any(lost):
                 state = np.where(lost, np.uint8(why), state)
         return state
 
@@ -100,7 +104,7 @@ class Clearances:
         normal = along / np.where(closed, np.linalg.norm(along, axis=-1), 1.0)[..., None]
         axes = self.frame.joints[name].element.axes
         normal = normal if axes is None else turned(aligned(axes, len(self.frame.shape), 2), normal)
-        unknown = np.where((state == MECHANISM) | (state == UNRESOLVED), np.nan, 0.0)
+        unknown = np.where(state >= UNRESOLVED, np.nan, 0.0)
         return Contact(
             joint=name,
             state=STATES[state],

@@ -11,8 +11,8 @@ from .batch import Array
 from .errors import FrameError
 
 # States of a joint by number: a batch of numbers is ten times smaller than one of words.
-STATES = np.array(["closed", "open", "free", "mechanism", "unresolved"])
-CLOSED, OPEN, FREE, MECHANISM, UNRESOLVED = range(len(STATES))
+STATES = np.array(["closed", "open", "free", "unresolved", "mechanism", "absent"])
+CLOSED, OPEN, FREE, UNRESOLVED, MECHANISM, ABSENT = range(len(STATES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,8 @@ class Contact:
         By batch entry, (...): ``closed`` in contact; ``open`` off it, in a place that the other members determine;
         ``free`` off it, and movable within the clearance without any force, so that displacements which hang on it
         are one choice of many; ``mechanism`` where the frame is one even without clearances; ``unresolved`` where the
-        load is so small beside the stiffness against closing the clearance that rounding hides the contact.
+        load is so small beside the stiffness against closing the clearance that rounding hides the contact;
+        ``absent`` where the frame does not exist.
     normal
         Direction in which the second node rests from the first, and in which the joint pulls the first, unit vector
         (..., 3) in global axes, of the rotation where the play is in rotations; zero where not closed.

@@ -428,3 +428,13 @@ def test_large_frames(method: str) -> None:
         assert_allclose(found.displacement(f"N{k}")[1], lifted, atol=1e-9)
         force = known.contact(f"prop{k}").force
         assert_allclose(force, 1e7 * max(abs(lifted) - 1e-3, 0.0), atol=1e-6)
+
+
+def test_absent_entries_have_no_contact() -> None:
+    frame = pendulum(fy=[10.0, 10.0, 0.0])
+    frame.exclude([False, True, False])
+    solution = frame.solve()
+    assert_array_equal(solution.contact("pin").state, ["closed", "absent", "free"])
+    assert_array_equal(solution.status, ["regular", "absent", "free"])
+    assert np.isnan(solution.contact("pin").force[1])
+    assert np.isnan(solution.displacement("C")[1]).all()
