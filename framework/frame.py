@@ -544,7 +544,7 @@ class Frame:
         return follow(self, node, component, to, steps, first)
 
     def modes(self, count: int) -> Modes:
-        """The lowest natural frequencies and mode shapes.
+        """The lowest natural frequencies and mode shapes, of the frame with its joints in contact all round.
 
         Parameters
         ----------
@@ -556,7 +556,7 @@ class Frame:
         return modes(self, count)
 
     def buckling(self, count: int) -> Buckling:
-        """The lowest load factors at which the loaded frame buckles.
+        """The lowest load factors at which the loaded frame buckles, with its joints in contact all round.
 
         Parameters
         ----------
