@@ -198,10 +198,13 @@ class Tree:
             free, offset = k not in edge.ideal, edge.offset[k]
             if not free and not offset:
                 continue
-            for i, factor in [(k, sign)] if axes is None else _column(axes, k, sign):
+            for i, factor in _column(axes, k, sign):
                 add_row(rows[i], offset, factor)
                 if free:
                     rows[i][6 * child + k] = factor
+        if ABOUT not in edge.ideal and not is_zero(edge.pitch):
+            for i, factor in _column(axes, ALONG, sign):
+                add_row(rows[i], {6 * child + ABOUT: 1.0}, combine([(edge.pitch, factor)]))
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
     def _carried(self, edge: Edge, node: int, sign: float = 1.0) -> list[Row]:
@@ -319,8 +322,10 @@ def _entries(grid: Grid, axes: Array | None) -> Matrix3:
     return [flat[0:3], flat[3:6], flat[6:9]]
 
 
-def _column(axes: list[list[Value]], k: int, sign: float) -> list[tuple[int, Value]]:
+def _column(axes: Matrix3, k: int, sign: float) -> list[tuple[int, Value]]:
     """Where, and by how much, a unit of component `k` along its axis shows."""
+    if axes is None:
+        return [(k, sign)]
     block, axis = divmod(k, 3)
     parts = [(3 * block + i, combine([(sign, axes[i][axis])])) for i in range(3)]
     return [part for part in parts if not is_zero(part[1])]
