@@ -49,9 +49,9 @@ class Adjoint:
         self.answer: Real = compliance.solve(self.right)
         self.coordinates = kinematics.coordinates(state.unknowns, extended(self.answer), imposed)
         self._fine = compliance.near
-        if self._fine:
+        for _ in range(compliance.steps):
             left = self._unbalanced(self.coordinates, kinematics, state.springs)
-            self.answer = extended(self.answer) + compliance.solve(left.astype(np.float64))
+            self.answer = extended(self.answer) + compliance.solve(left.astype(compliance.root.dtype))
             self.coordinates = kinematics.coordinates(state.unknowns, self.answer, imposed)
 
     @cached_property
@@ -142,13 +142,13 @@ class Adjoint:
         """Scaled norm of what the adjoint leaves of its equations, (m, ...)."""
         state, compliance = self.state, self.compliance
         root, size = compliance.root, len(state.unknowns)
-        load = _CAREFUL * state.rounding * size * _norm(root * self.right)
+        load = _CAREFUL * size * _norm(root * self.right)
         if self._fine:
             left = self._unbalanced(self.coordinates, state.kinematics, state.springs)
             spread = extended(state.double.sizes(self.rough))
             kinds = ((each, each.sizes(spread)) for each in state.springs)
             noise = state.fine * np.sqrt(size * _energy(kinds))
-            fine: Real = _norm(extended(root) * left) + noise + load * 2.0**-10
+            fine: Real = _norm(extended(root) * left) + noise + _LEAST * load
             return fine
         left = self.right - compliance.apply(self.answer)
         noise = compliance.fuzz * _norm(self.answer / root)
@@ -156,7 +156,7 @@ class Adjoint:
             spread = state.double.sizes(self._fixed)
             kinds = ((each, each.sizes(spread)) for each in state.double_springs)
             noise = noise + _CAREFUL * state.rounding * np.sqrt(size * _energy(kinds))
-        rough: Real = _norm(root * left) + noise + load
+        rough: Real = _norm(root * left) + noise + state.rounding * load
         return rough
 
     # -- load -------------------------------------------------------------------------------------------------------

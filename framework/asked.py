@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import FrameError
-from .kinematics import Link, Real
+from .kinematics import Link, Real, extended
 
 if TYPE_CHECKING:
     from .equilibrium import Equilibrium
@@ -124,10 +124,11 @@ def _end_forces(state: Equilibrium, name: str) -> Asked:
             (doubt + state.fine * np.einsum("...ij,...i->...j", np.abs(rows), state.pull_sizes(group, at)))[..., end]
         )
         acting = (springs.stiffness[..., at, :, None] * rows)[..., end]
-        pulls: Any = np.zeros((*np.broadcast_shapes(acting.shape[:-2], (1,) * state.ndim), 6, len(springs.pieces), 6))
+        shape = np.broadcast_shapes(acting.shape[:-2], (1,) * state.ndim)
+        pulls: Any = extended(np.zeros((*shape, 6, len(springs.pieces), 6)))
         pulls[..., at, :] = np.swapaxes(acting, -1, -2)
-        pulls = np.moveaxis(pulls, -3, 0).astype(np.float64)
-        forces.append(state.double_springs[group].forces(pulls, state.kinematics.count))
+        pulls = np.moveaxis(pulls, -3, 0)
+        forces.append(springs.forces(pulls, state.kinematics.count))
     return Asked(np.concatenate(values, axis=-1), np.concatenate(doubts, axis=-1), np.concatenate(_alike(forces)))
 
 

@@ -20,6 +20,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .adjoint import Adjoint
 from .asked import asked
@@ -28,6 +29,7 @@ from .broadcast import BroadcastSolver
 from .compliance import Compliance, DenseCompliance, SparseCompliance
 from .equilibrium import Equilibrium, Statics
 from .kinematics import Real, extended
+from .resolved import MOST, excited, groups, hard
 
 if TYPE_CHECKING:
     from .solution import Solution
@@ -41,7 +43,7 @@ _KEEP = 8
 class Part:
     """A part of the batch: where it is, the solution in it, and an inverse of its stiffness."""
 
-    where: tuple[slice, ...]
+    where: Any
     state: Equilibrium
     compliance: Compliance
 
@@ -60,7 +62,7 @@ class Bounds:
         shape = self.plan.frame.shape
         self.axis = int(np.argmax(shape)) if shape else 0
         self.step = max(1, CHUNK * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
-        self._kept: dict[int, Part] = {}
+        self._kept: dict[int, list[Part]] = {}
 
     def refined(self, name: str, kind: str) -> tuple[Array, Array]:
         """Results of one iterative refinement in extended precision, and the bound on their error.
@@ -83,7 +85,7 @@ class Bounds:
         with np.errstate(all="ignore"):
             return _upwards(np.abs(computed - value) + doubt)
 
-    def adjoints(self, name: str, kind: str) -> Iterator[tuple[tuple[slice, ...], Adjoint]]:
+    def adjoints(self, name: str, kind: str) -> Iterator[tuple[Any, Adjoint]]:
         """Part by part of the batch: where it is, and the adjoint of results there."""
         with np.errstate(all="ignore"):
             for part in self._parts():
@@ -104,12 +106,12 @@ class Bounds:
         shape = self.plan.frame.shape
         count = -(-shape[self.axis] // self.step) if shape else 1
         for index in range(count):
-            part = self._kept[index] if index in self._kept else self._part(index)
+            parts = self._kept[index] if index in self._kept else list(self._part(index))
             if count <= _KEEP:
-                self._kept[index] = part
-            yield part
+                self._kept[index] = parts
+            yield from parts
 
-    def _part(self, index: int) -> Part:
+    def _part(self, index: int) -> Iterator[Part]:
         shape = self.plan.frame.shape
         where = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),) if shape else ()
 
@@ -119,11 +121,22 @@ class Bounds:
 
         unknowns, values = self._values
         state = Equilibrium(self._statics, cut, unknowns, cut(values, 1))
-        if isinstance(self.solution.solver, BroadcastSolver):
-            compliance: Compliance = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
-        else:
-            compliance = self._sparse
-        return Part(where, state.corrected(compliance) if compliance.near else state, compliance)
+        if not isinstance(self.solution.solver, BroadcastSolver):
+            yield Part(where, state.corrected(self._sparse) if self._sparse.near else state, self._sparse)
+            return
+        compliance = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
+        yield Part(where, state.corrected(compliance) if compliance.near else state, compliance)
+        if len(unknowns) <= MOST:
+            yield from self._hard(where, np.broadcast_to(compliance.least, values[where].shape[:-1]) <= 0.0)
+
+    def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[Part]:
+        """What double precision cannot tell from singular, in extended precision."""
+        unknowns, values = self._values
+        mask = np.zeros(self.plan.frame.shape, dtype=bool)
+        mask[where] = unproved
+        for index in groups(mask & (self.solution.status != "mechanism")):
+            at: Any = () if index is None else index
+            yield Part(at, *hard(self._statics, index, unknowns, values[at]))
 
     @cached_property
     def _statics(self) -> Statics:
@@ -140,12 +153,15 @@ class Bounds:
         """Unknowns that the loads reach, and their values (..., n)."""
         solver = self.solution.solver
         if isinstance(solver, BroadcastSolver):
-            unknowns = [k for k in self.plan.unknowns if self.plan.component[k] in self.plan.excited]
+            unknowns = excited(self.plan)
         else:
             unknowns = solver.unknown[solver.excited].tolist()
         values = extended(np.zeros((*self.solution.shape, len(unknowns))))
         for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
             values[..., k] = value
+        resolved = self.solution.resolved
+        if resolved is not None:
+            values[resolved.mask] = resolved.values([{key: 1.0} for key in unknowns])
         return unknowns, values
 
 

@@ -21,6 +21,8 @@ ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 _DEFORMATION = 32.0
 # Least eigenvalue below which products of two errors begin to count.
 NEAR = 1e-8
+# Steps of refinement with an inverse in extended precision, which serves what is hardest.
+_STEPS = 3
 # Inverse iterations for a large matrix, and the factor by which the least eigenvalue may still be below what they find.
 _ITERATIONS = 8
 _SAFETY = 16.0
@@ -48,6 +50,13 @@ class Compliance(ABC):
         """Whether something is so close to singular that one more step of refinement is worth it."""
         return bool(np.any((self.least > 0.0) & (self.least < NEAR)))
 
+    @property
+    def steps(self) -> int:
+        """Steps of refinement that are worth it."""
+        if self.root.dtype != np.float64:
+            return _STEPS
+        return int(self.near)
+
     @abstractmethod
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""
@@ -58,7 +67,7 @@ class Compliance(ABC):
 
 
 class DenseCompliance(Compliance):
-    """Stack of small matrices, inverted.
+    """Stack of small matrices, inverted in the precision in which the frame is given.
 
     From B, the deformations by the unknowns, ``S = D B^T k B D`` is assembled; its least eigenvalue is the square of
     the least singular value of ``sqrt(k) B D``. With G an approximate inverse and ``a = |I - G S| < 1``, S has none
@@ -68,52 +77,55 @@ class DenseCompliance(Compliance):
     Parameters
     ----------
     kinematics, springs
-        The frame, in double precision.
+        The frame.
     stiffness
         By link: its springs (..., 6).
     unknowns
         Numbers of the unknowns (n,).
+    kind
+        Double or extended precision, as the frame is given.
     """
 
     def __init__(
-        self, kinematics: Kinematics, springs: list[Springs], stiffness: list[Array], unknowns: Sequence[int]
+        self,
+        kinematics: Kinematics,
+        springs: list[Springs],
+        stiffness: list[Array],
+        unknowns: Sequence[int],
+        kind: type[np.floating[Any]] = np.float64,
     ) -> None:
-        size = len(unknowns)
-        if not size:
-            self.root = np.ones(0)
-            self.matrix: Array = np.zeros((0, 0))
-            self.inverse: Array = np.zeros((0, 0))
-            self.least, self.fuzz = np.ones(()), np.zeros(())
-            return
-        rows, sizes = _rows(kinematics, springs, unknowns)
+        size, rounding = len(unknowns), float(np.finfo(kind).eps) / 2.0
+        rows, sizes = _rows(kinematics, springs, unknowns, kind)
         k = _together([*(each.stiffness.reshape(*each.stiffness.shape[:-2], -1) for each in springs), *stiffness])
         columns = np.moveaxis(rows, 0, -1)
         matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
         diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
         root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         self.root = root
-        self.matrix = matrix * self.root[..., :, None] * self.root[..., None, :]
-        entries = ROUNDING * (k.shape[-1] + 4.0)
-        lost = (
-            _DEFORMATION
-            * ROUNDING
-            * np.sqrt(
-                np.einsum("n...e,...e,n...e->...", sizes, k, sizes * np.moveaxis(self.root, -1, 0)[..., None] ** 2)
-            )
-        )
+        self.matrix: Real = matrix * root[..., :, None] * root[..., None, :]
+        self.scaled = np.sqrt(k)[..., None] * columns * root[..., None, :]
+        entries = rounding * (k.shape[-1] + 4.0)
+        weighed = np.sum((sizes * np.moveaxis(root, -1, 0)[..., None]) ** 2, axis=0)
+        lost = _DEFORMATION * rounding * np.sqrt(np.sum(k * weighed, axis=-1))
         self.fuzz = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
         # The shift keeps what is singular to rounding from stopping the others.
         eye = np.eye(size)
         finite = np.asarray(np.isfinite(self.matrix).all(axis=(-1, -2)))
         safe = np.where(finite[..., None, None], self.matrix, eye)
-        inverse: Array = np.linalg.inv(safe + 4.0 * size * ROUNDING * eye)
+        inverse: Real = _inverse(safe + 4.0 * size * rounding * eye)
         self.inverse = inverse
-        norm = np.sqrt(np.sum(self.inverse**2, axis=(-1, -2)))
-        off = np.sqrt(np.sum((eye - self.inverse @ safe) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * ROUNDING * norm
+        norm = np.sqrt(np.sum(inverse**2, axis=(-1, -2)))
+        off = np.sqrt(np.sum((eye - inverse @ safe) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * rounding * norm
         proved = np.where(off < 1.0, (1.0 - off) / norm, 0.0) - size * entries
-        singular = np.sqrt(np.maximum(proved, 0.0)) * (1.0 - 64.0 * ROUNDING) - lost
+        singular = np.sqrt(np.maximum(proved, 0.0)) * (1.0 - 64.0 * rounding) - lost
         least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
-        self.least = least
+        self.least = least if size else np.ones(())
+
+    def distance(self) -> Array:
+        """Least singular value of ``sqrt(k) B D``, whose columns have length one, (...)."""
+        finite = np.where(np.isfinite(self.scaled), self.scaled, 0.0).astype(np.float64)
+        found: Array = np.linalg.svd(finite, compute_uv=False).min(axis=-1, initial=1.0)
+        return found
 
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""
@@ -163,16 +175,39 @@ class SparseCompliance(Compliance):
         return out
 
 
-def _rows(kinematics: Kinematics, springs: list[Springs], unknowns: Sequence[int]) -> tuple[Array, Array]:
+def _rows(
+    kinematics: Kinematics, springs: list[Springs], unknowns: Sequence[int], kind: type[np.floating[Any]]
+) -> tuple[Real, Real]:
     """Deformations of members and openings of links by each unknown, (n, ..., springs), and sizes of their parts."""
     size = len(unknowns)
     ndim = max([len(kinematics.shape), *(each.rows.ndim - 3 for each in springs)])
-    unit = np.eye(size).reshape(size, *(1,) * ndim, size)
+    if not size:
+        count = sum(6 * len(each.nodes) for each in springs) + 6 * len(kinematics.links)
+        none = np.zeros((0, *(1,) * ndim, count), kind)
+        return none, none
+    unit = np.eye(size, dtype=kind).reshape(size, *(1,) * ndim, size)
     coordinates = kinematics.coordinates(unknowns, unit, [None] * len(kinematics.links))
     moved, spread = kinematics.displacements(coordinates), kinematics.sizes(coordinates)
     of = [_flat(each.of(moved)) for each in springs] + kinematics.openings(coordinates, moved)
     parts = [_flat(each.sizes(spread)) for each in springs] + kinematics.opening_sizes(coordinates, spread)
     return _together(of), _together(parts)
+
+
+def _inverse(matrix: Real) -> Real:
+    """Inverse of positive definite matrices (..., n, n); in extended precision, without LAPACK, by Gauss-Jordan."""
+    if matrix.dtype == np.float64:
+        inverse: Real = np.linalg.inv(matrix)
+        return inverse
+    work = matrix.copy()
+    for k in range(matrix.shape[-1]):
+        pivot = 1.0 / work[..., k, k]
+        row = work[..., k, :] * pivot[..., None]
+        column = work[..., :, k].copy()
+        work -= column[..., :, None] * row[..., None, :]
+        work[..., k, :] = row
+        work[..., :, k] = -column * pivot[..., None]
+        work[..., k, k] = pivot
+    return work
 
 
 def _flat(array: Real) -> Real:

@@ -60,6 +60,8 @@ class Equilibrium:
         Numbers of the unknowns that the loads reach (n,).
     values
         Their values (..., n).
+    ndim
+        Number of batch axes that `change` leaves; all of the frame's where None.
 
     Attributes
     ----------
@@ -76,10 +78,12 @@ class Equilibrium:
     rounding = ROUNDING
     fine = _FINE
 
-    def __init__(self, statics: Statics, change: Change, unknowns: Sequence[int], values: Array) -> None:
+    def __init__(
+        self, statics: Statics, change: Change, unknowns: Sequence[int], values: Array, ndim: int | None = None
+    ) -> None:
         self.plan, self.unknowns, self.values = statics.plan, list(unknowns), extended(values)
         self.statics, self.change = statics, change
-        self.ndim = len(self.plan.frame.shape)
+        self.ndim = len(self.plan.frame.shape) if ndim is None else ndim
         self.kinematics = statics.kinematics.mapped(change)
         self.springs = [each.mapped(change) for each in statics.springs]
         self.stiffness = [change(each, 1) for each in statics.stiffness]
@@ -103,9 +107,9 @@ class Equilibrium:
 
     def corrected(self, compliance: Compliance) -> Equilibrium:
         """The solution after one step of iterative refinement."""
-        step = compliance.solve(self.balance.astype(np.float64))
+        step = compliance.solve(self.balance.astype(compliance.root.dtype))
         better = self.values + np.where(np.isfinite(step), step, 0.0)
-        return Equilibrium(self.statics, self.change, self.unknowns, better)
+        return Equilibrium(self.statics, self.change, self.unknowns, better, self.ndim)
 
     @cached_property
     def balance(self) -> Real:

@@ -26,6 +26,7 @@ from .sparse import SparseSolver
 
 if TYPE_CHECKING:
     from .bounds import Bounds
+    from .resolved import Resolved
     from .sensitivity import Sensitivity
 
 
@@ -260,6 +261,8 @@ class Solution:
     def _singular(self) -> NDArray[np.bool_]:
         """Entries that the loads move without resistance."""
         found = self.solver.singular(excited=True)
+        if self.resolved is not None:
+            found = found & ~self.resolved.mask
         return found if self.frame.absent is None else found & ~self.frame.absent
 
     def error_bound(self, name: str, of: str = "displacement") -> Array:
@@ -429,13 +432,33 @@ class Solution:
         out = np.zeros((*self.shape, len(rows)))
         for k, value in enumerate(self.solver.values(rows)):
             out[..., k] = value
+        if self.resolved is not None:
+            out[self.resolved.mask] = self.resolved.values(rows)
         return out
+
+    @cached_property
+    def resolved(self) -> Resolved | None:
+        """Entries that are singular to double precision only, solved in extended precision; None if there are none."""
+        from .resolved import MOST, Resolved
+
+        if not isinstance(self.solver, BroadcastSolver) or self.clearances is not None:
+            return None
+        suspects = self.solver.singular(excited=True)
+        if not suspects.any() or len(self.plan.unknowns) > MOST:
+            return None
+        found = Resolved(self.plan, suspects)
+        return found if found.mask.any() else None
 
     @cached_property
     def bounds(self) -> Bounds:
         """Estimates of the error of results."""
         from .bounds import Bounds
 
+        if self.clearances is not None:
+            raise FrameError(
+                "bounds, refinement and sensitivities are those of a linear solution, and this one has contacts in its "
+                "joints' clearances: ask frame.solve(clearance=False), with frame.offset where the journals rest"
+            )
         return Bounds(self)
 
     @cached_property
