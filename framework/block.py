@@ -126,6 +126,11 @@ class Factor:
         """Number of chunks; 1 where all is done at once."""
         return -(-self.block.grid.shape[self.axis] // self.step) if any(self.large) else 1
 
+    @property
+    def negligible(self) -> int:
+        """Couplings left out of what the chunks do, because they are less than rounding."""
+        return self._rest.negligible if any(self.large) and self._only_tail else 0
+
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns, at the whole batch."""
         with np.errstate(all="ignore"):

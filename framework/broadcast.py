@@ -57,6 +57,10 @@ class BroadcastSolver:
                 out |= is_singular(self.plan, suspects, self.plan.members_of(name))
         return out
 
+    def negligible(self, component: int) -> int:
+        """Couplings that a factorisation left out; 0 before it is made."""
+        return self._factors[component].negligible if component in self._factors else 0
+
     def factor(self, component: int) -> Factor:
         """Factorisation of a component."""
         if component not in self._factors:

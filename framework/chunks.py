@@ -13,7 +13,7 @@ from .parts import Grid
 
 # Batch entries handled at a time, as many as make the calls of NumPy cheap; fewer where all that is held for them would
 # take more bytes than so many, but not less than the last number.
-CHUNK, ROOM, FEWEST = 2**15, 2**27, 2**11
+CHUNK, ROOM, FEWEST = 2**14, 2**27, 2**11
 
 # What varies over less than this share of the batch, and over no more than so many entries, is done all at once; so is
 # all of a small batch.

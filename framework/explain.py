@@ -27,7 +27,7 @@ def explain(solution: Solution) -> str:
     plan, solver = solution.plan, solution.solver
     lines = [*_described(plan), *_coordinates(plan)]
     if isinstance(solver, BroadcastSolver):
-        lines += _components(plan)
+        lines += _components(plan, solver)
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
     lines += _clearances(solution)
@@ -62,7 +62,7 @@ def _coordinates(plan: Plan) -> list[str]:
     ]
 
 
-def _components(plan: Plan) -> list[str]:
+def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
     lines = []
     for name in sorted(plan.components):
         unknowns = plan.members_of(name)
@@ -75,6 +75,9 @@ def _components(plan: Plan) -> list[str]:
         for title, order in zip(("in the links, condensed", "at the joints"), orders, strict=True):
             lines += _steps(title, order, plan.grid)
         lines.append(_estimate(plan.grid, orders))
+        skipped = solver.negligible(name)
+        if skipped:
+            lines.append(f"  {skipped} couplings turned out to be less than rounding and were skipped.")
     return lines
 
 

@@ -37,6 +37,8 @@ class Remainder:
         Loads on the unknowns, over the known numbers.
     knowns
         The known numbers.
+    negligible
+        Number of couplings left out because they are less than rounding.
     """
 
     pivots: list[int]
@@ -44,17 +46,22 @@ class Remainder:
     scale: list[Parts]
     loads: Combination
     knowns: list[Value]
+    negligible: int
 
     @classmethod
     def of(cls, stage: Stage, pivots: list[int], knowns: list[Value], grid: Grid) -> Remainder:
         """What `stage` leaves of `pivots`."""
         matrix = _upper(stage, pivots)
+        left = set(pivots)
+        coupled = sum(len(left & stage.matrix.get(k, {}).keys() - {k}) for k in pivots) // 2
+        negligible = coupled - sum(len(row) - 1 for row in matrix)
         _fill(matrix)
         forces = [stage.forces.get(k, {}) for k in pivots]
         loads = [{-1 - s: _double(total(parts)[1]) for s, parts in by_source.items()} for by_source in forces]
         scale = [{mask: _double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
         columns = {-1 - s: s for s in range(len(knowns))}
-        return cls(pivots, matrix, scale, Combination.of(loads, columns, grid.shape), [_double(v) for v in knowns])
+        combined = Combination.of(loads, columns, grid.shape)
+        return cls(pivots, matrix, scale, combined, [_double(v) for v in knowns], negligible)
 
     @property
     def columns(self) -> Mapping[int, int]:
@@ -118,7 +125,8 @@ class Tail:
     """
 
     def __init__(self, rest: Remainder, shape: Shape) -> None:
-        self.margin: Value = np.inf
+        self._most: Value = 0.0
+        self._least: Value = np.inf
         size = len(rest.pivots)
         self._all = np.empty((*shape[:-1], size + len(rest.knowns), shape[-1]))
         for s, value in enumerate(rest.knowns):
@@ -126,14 +134,16 @@ class Tail:
         rest.loads.times(self._all[..., size:, :], self._all[..., :size, :])
         self._x = [self._all[..., k, :] for k in range(size)]
         self._loaded = {k for k, row in enumerate(rest.loads.rows) if row}
-        self._rows = [{j: _own(total(parts)[1]) for j, parts in row.items()} for row in rest.matrix]
-        self._scale = [_own(total(parts)[1]) for parts in rest.scale]
+        self._rows = [{j: _summed(parts) for j, parts in row.items()} for row in rest.matrix]
+        self._scale = [_summed(parts) for parts in rest.scale]
         for k in range(size):
             self._step(k)
         for k in reversed(range(size)):
             for j, low in self._rows[k].items():
                 _reduce(self._x[k], low, self._x[j])
-        del self._x, self._rows, self._scale
+        # Least ratio of a pivot to its scale; a negative one is less than any other.
+        self.margin = reciprocal(np.where(self._least < 0.0, self._least, self._most))
+        del self._x, self._rows, self._scale, self._most, self._least
 
     def values(self, rows: Combination, out: Array) -> None:
         """Put each of `rows` over the unknowns and the known numbers into `out` (..., rows, length)."""
@@ -144,8 +154,8 @@ class Tail:
         row, weight = self._rows[k], self._scale[k]
         pivot = row.pop(k)
         inverse = reciprocal(pivot)
-        self.margin = np.minimum(self.margin, pivot * reciprocal(weight))
         share = weight * inverse
+        self._most, self._least = np.maximum(self._most, share), np.minimum(self._least, share)
         lower = {j: value * inverse for j, value in row.items()}
         for i, low in lower.items():
             target = self._rows[i]
@@ -174,6 +184,7 @@ def _reduce(target: Array, low: Value, value: Array) -> None:
     np.subtract(target, low * value, out=target)
 
 
-def _own(value: Value) -> Value:
-    """The value in memory that may be written to."""
-    return value.copy() if isinstance(value, np.ndarray) else value
+def _summed(parts: Parts) -> Value:
+    """The sum of `parts` in memory that may be written to."""
+    value = total(parts)[1]
+    return value.copy() if isinstance(value, np.ndarray) and any(value is part for part in parts.values()) else value

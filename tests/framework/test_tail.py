@@ -39,6 +39,10 @@ def test_springs_of_a_determinate_linkage_do_not_meet() -> None:
     """Forces follow from equilibrium alone, so springs stand for themselves; not so where P is held too."""
     assert couplings(linkage(overconstrained=False)) == 0
     assert couplings(linkage(overconstrained=True)) > 0
+    solution = linkage(overconstrained=False).solve()
+    assert "less than rounding" not in solution.explain()
+    solution.displacement("P")
+    assert "15 couplings turned out to be less than rounding" in solution.explain()
 
 
 @pytest.mark.parametrize("overconstrained", [False, True])
