@@ -8,6 +8,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from linkframe.models import Link
 from numpy.testing import assert_allclose
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -83,3 +84,15 @@ def test_four_bar_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.parametrize("picture", sorted(EXAMPLES.glob("*.png")), ids=lambda path: path.name)
 def test_pictures_are_small(picture: Path) -> None:
     assert picture.stat().st_size < 150_000
+
+
+def test_loose_pins() -> None:
+    """The reactions are those of the rigid linkage; its journals change sides where the one in E vanishes."""
+    shown = example("loose_pins")
+    reactions = shown.motion.reactions(coupler=Link(force=(0.0, 100.0), at=(0.5, 0.2)))
+    force = {joint: reactions.reaction(joint) for joint in "BDE"}
+    work = sum(eps * np.linalg.norm(force[joint], axis=-1) for joint, eps in shown.clearance.items())
+    assert_allclose(shown.play, work / 100.0, rtol=1e-9)
+    reverses = np.sum(force["E"][1:] * force["E"][:-1], axis=-1) < 0.0
+    assert_allclose(np.radians(shown.thrown), shown.theta[:-1][reverses])
+    assert reverses.sum() > 0
