@@ -95,7 +95,7 @@ def _closed(
         begin, dimensions = cut_all(guess.state, block), cut_all(parameters, block)
         size = np.broadcast_shapes(*(np.shape(x) for x in begin), *(np.shape(x) for x in dimensions))
         found = loops.close_all(begin, dimensions)
-        reached = np.asarray(cut(guess.reached, block))
+        reached = np.asarray(cut(guess.reached.astype(np.float64), block)) > 0.0
         good = np.asarray(found.trusted & reached & _same_signs(found, cut_all(guess.signs, block)))
         closed = good.copy()
         if not good.all():

@@ -98,7 +98,7 @@ def _patch(
     count = weights.shape[1]
 
     def there(value: Value) -> Array:
-        return np.einsum("km,km->m", weights, np.broadcast_to(value, (len(knots), count)))
+        return np.asarray(np.einsum("km,km->m", weights, np.broadcast_to(value, (len(knots), count))))
 
     state: list[Value] = [there(x) for x in closed.state]
     state[place] = s

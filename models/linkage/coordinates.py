@@ -71,10 +71,10 @@ def _relative(motion: Motion, pair: Pair, order: int) -> list[Array]:
     omega = spin - carrier
     here = motion.position(pair.point, pair.second)
     base = _inverse(motion, pair.first, here)
-    slide = motion.velocity(pair.point, pair.second) - motion.velocity_on(pair.first, base)
+    slide = motion.velocity(pair.point, pair.second) - motion._velocity_at(pair.first, base)
     if order:
         omega_up = motion.angular_acceleration(pair.second) - motion.angular_acceleration(pair.first)
-        slide_up = motion.acceleration(pair.point, pair.second) - motion.acceleration_on(pair.first, base)
+        slide_up = motion.acceleration(pair.point, pair.second) - motion._acceleration_at(pair.first, base)
         slide = slide_up - 2.0 * np.cross(carrier, slide)
     out = []
     second_x = (motion.axes(pair.second) @ pair.axes)[..., 0]

@@ -206,6 +206,8 @@ class March:
         def determinant(s: float) -> float:
             guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
             pose = self.loops.close(self.path.place(guess, s), self.parameters)
+            # the determinants are those of the last step but one
+            pose = pose and self.loops.close(pose.state, self.parameters)
             return pose.determinants[k] if pose is not None else np.nan
 
         (left, low), (right, high) = (a.s, a.pose.determinants[k]), (b.s, b.pose.determinants[k])

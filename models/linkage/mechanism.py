@@ -186,6 +186,8 @@ class Mechanism:
         axes = self.axes_on(parent, pair.axes)
         here = self.point_on(parent, self.place(branch.parent, pair.point))
         step = moved(self.tape, pair.kind.name, [Term(self.tape, name) for name in names], self._pitch(pair))
+        first_point: Vector
+        second_point: Vector
         if branch.turned:
             second, second_point = axes, here
             first = step.turned_back(second)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -199,7 +200,7 @@ class Motion:
         ndarray
             Global components, (..., 3).
         """
-        return self._velocity(*self._on(point, link))
+        return self._velocity_at(*self._on(point, link))
 
     def acceleration(self, point: str, link: str | None = None) -> Array:
         """Acceleration of a point, (..., 3).
@@ -216,7 +217,7 @@ class Motion:
         ndarray
             Global components, (..., 3).
         """
-        return self._acceleration(*self._on(point, link))
+        return self._acceleration_at(*self._on(point, link))
 
     def position_on(self, link: str, place: ArrayLike) -> Array:
         """Position of a place of a link, (..., 3).
@@ -250,7 +251,7 @@ class Motion:
         ndarray
             Global components, (..., 3).
         """
-        return self._velocity(link, _drawn(place))
+        return self._velocity_at(link, _drawn(place))
 
     def acceleration_on(self, link: str, place: ArrayLike) -> Array:
         """Acceleration of a place of a link, (..., 3).
@@ -267,7 +268,7 @@ class Motion:
         ndarray
             Global components, (..., 3).
         """
-        return self._acceleration(link, _drawn(place))
+        return self._acceleration_at(link, _drawn(place))
 
     # -- links ------------------------------------------------------------------------------------------------------
 
@@ -501,7 +502,30 @@ class Motion:
 
         return frame(self, clearance=clearance, loads=loads, inertia=inertia)
 
-    def accuracy(self, point: str, link: str | None = None, **load: ArrayLike) -> PointAccuracy:
+    def save(self, path: str | Path, times: ArrayLike | None = None) -> None:
+        """Write the motion for ParaView: links as lines, with the velocity and acceleration of their points.
+
+        With beams, ``motion.frame().solve().save(path)`` shows them with their displacements and forces.
+
+        Parameters
+        ----------
+        path
+            File ``.pvd``; the poses are files in a folder beside it. Poses that are not assembled are left out.
+        times
+            Increasing times (or angles) of the poses, (poses,); their numbers where None.
+
+        Raises
+        ------
+        FrameError
+            If the name ends otherwise, the motion is not one row of poses, or the folder cannot be written.
+        """
+        from .export import save
+
+        save(self, path, times)
+
+    def accuracy(
+        self, point: str, link: str | None = None, *, inertia: bool = False, **load: ArrayLike
+    ) -> PointAccuracy:
         """Where a point of the loaded linkage really goes: by compliance, by clearance, and in total.
 
         Parameters
@@ -510,6 +534,8 @@ class Motion:
             Name of the point.
         link
             The link on which it is taken; the first that has it where None.
+        inertia
+            Let the inertia forces of the rigid motion act as well.
         **load
             Forces and moments on the point beside the linkage's own loads, ``fx fy fz mx my mz``, global, (...).
 
@@ -520,7 +546,7 @@ class Motion:
         """
         from .accuracy import accuracy
 
-        return accuracy(self, point, link, load)
+        return accuracy(self, point, link, load, inertia=inertia)
 
     def flexibility(self, point: str, link: str | None = None) -> Array:
         """Displacement and rotation of a point by unit forces and moments on it, drives held, clearances closed.
@@ -664,14 +690,14 @@ class Motion:
         components = [0.0 if not np.any(arm[..., k]) else arm[..., k] for k in range(3)]
         return _combined(axes, components)
 
-    def _velocity(self, link: str, place: Array) -> Array:
+    def _velocity_at(self, link: str, place: Array) -> Array:
         omega, v, _, _ = self._rates(link)
         if link == GROUND:
             return np.zeros((*self.shape, 3))
         arm = self._arm(link, self._pose(link)[1], place)
         return self._global([x + y for x, y in zip(v, _cross(omega, arm), strict=True)], self.mechanism.size)
 
-    def _acceleration(self, link: str, place: Array) -> Array:
+    def _acceleration_at(self, link: str, place: Array) -> Array:
         omega, _, alpha, a = self._rates(link)
         if link == GROUND:
             return np.zeros((*self.shape, 3))

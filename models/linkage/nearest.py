@@ -36,16 +36,16 @@ def nearest(
     With `free`, the drives are free as well; that takes a mechanism without driven balls.
     """
     m, n = loops.rows, loops.columns + (len(loops.mechanism.driven) if free else 0)
-    current = [np.array(x, dtype=np.float64) for x in np.broadcast_arrays(*state)]
-    count = current[0].shape if current else ()
+    current: list[Value] = [np.array(x, dtype=np.float64) for x in np.broadcast_arrays(*state)]
+    count = np.shape(current[0]) if current else ()
     damping = np.full(count, 1e-4)
     residual, jacobian = _evaluated(loops, current, parameters, free)
     norm = np.sqrt((residual**2).sum(axis=-1))
     for _ in range(ITERATIONS if m and n else 0):
         turned = np.swapaxes(jacobian, -1, -2)
         normal = turned @ jacobian + damping[..., None, None] * np.eye(n)
-        step = -np.linalg.solve(normal, turned @ residual[..., None])[..., 0]
-        trial = loops.advance(list(current), [step[..., k] for k in range(loops.columns)])
+        step: Array = np.asarray(-np.linalg.solve(normal, turned @ residual[..., None])[..., 0], dtype=np.float64)
+        trial = loops.advance(current, [step[..., k] for k in range(loops.columns)])
         if free:
             for k, place in enumerate(loops.driven_states):
                 trial[place] = trial[place] + step[..., loops.columns + k]
@@ -59,7 +59,7 @@ def nearest(
         norm = np.where(better, new_norm, norm)
         if np.all((norm < 1e-16) | (damping >= 1e6) | (np.abs(step).max(axis=-1) < 1e-15)):
             break
-    return list(current), open_by(loops, current, parameters)[0]
+    return current, open_by(loops, current, parameters)[0]
 
 
 def _evaluated(loops: Loops, state: Sequence[Value], parameters: Sequence[Value], free: bool) -> tuple[Array, Array]:

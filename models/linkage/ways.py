@@ -75,7 +75,7 @@ def guesses(loops: Loops, nominal: Sequence[float], start: Pose, drives: Drives,
 def _borne_out(loops: Loops, guess: Guess, nominal: Sequence[float], drives: Drives) -> bool:
     """Close the nominal poses; True where all are trusted and of the sign that they should have."""
     _drive(loops, guess, drives)
-    found = loops.close_all(loops.unit(list(guess.state)), nominal)
+    found = loops.close_all(list(guess.state), nominal)
     good = np.asarray(found.trusted)
     for determinant, sign in zip(found.determinants, guess.signs, strict=True):
         good = good & (np.asarray(determinant) * sign >= 0.0)
@@ -91,6 +91,7 @@ def _borne_out(loops: Loops, guess: Guess, nominal: Sequence[float], drives: Dri
 def _drive(loops: Loops, guess: Guess, drives: Drives) -> None:
     for place, value in zip(loops.driven_states, drives.states, strict=True):
         guess.state[place] = value
+    guess.state = loops.unit(guess.state)
 
 
 def _from_array(states: Array, signs: Array, reached: NDArray[np.bool_]) -> Guess:
@@ -195,7 +196,7 @@ def _several(
         states[:, line], signs[:, line], reached[:, line] = guide.at(s), guide.signs_at(s, NEAR), guide.reached(s)
     arrays = (x.reshape(*lines.shape[:-1], -1) for x in (states, signs, reached[..., None]))
     back = [x[0] if axis is None else np.moveaxis(x, 0, axis) for x in arrays]
-    return _from_array(back[0], back[1], back[2][..., 0])
+    return _from_array(back[0], back[1], back[2][..., 0] > 0.0)
 
 
 def _same_sign(loops: Loops, values: Array) -> Array:
