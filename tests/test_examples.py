@@ -75,6 +75,162 @@ def test_four_bar() -> None:
     assert_allclose(shown.compliance, shown.compliance[::-1], rtol=1e-9)
 
 
+def test_slider_crank() -> None:
+    shown = example("slider_crank")
+    assert_allclose(shown.piston, shown.place(shown.theta), rtol=1e-14)
+    assert_allclose(shown.velocity, shown.slope(shown.theta) * 10.0, atol=1e-14)
+    ends = np.sqrt(np.array([0.2 - 0.05, 0.2 + 0.05]) ** 2 - 0.012**2)
+    assert_allclose([point.value for point in shown.ends], ends, rtol=0.0, atol=1e-12)
+    assert [point.joint for point in shown.ends] == ["B", "B"]
+    assert_allclose(np.cos(shown.transmission), np.abs(0.05 * np.sin(shown.theta) - 0.012) / 0.2, rtol=0.0, atol=1e-12)
+
+
+def between(chord: complex, first: float, second: float, side: float) -> complex:
+    """Pin of two bars over a chord, from its start: cosine law."""
+    along = (abs(chord) ** 2 + first**2 - second**2) / (2.0 * abs(chord))
+    return (along + side * 1j * np.sqrt(first**2 - along**2)) * chord / abs(chord)
+
+
+def test_six_bar() -> None:
+    """Back from the crank angles that were found, link after link by the cosine law, to the angles of the arm."""
+    shown = example("six_bar")
+    a, b, p, d, e, f, g = (complex(*shown.linkage.points[name][:2]) for name in "ABPDEFG")
+    for crank, swing in zip(shown.crank, shown.swing, strict=True):
+        pin = a + (b - a) * np.exp(1j * crank)
+        end = pin + between(e - pin, abs(d - b), abs(e - d), 1.0)
+        point = pin + (p - b) * (end - pin) / (d - b)
+        top = point + between(g - point, abs(f - p), abs(g - f), 1.0)
+        assert abs(np.angle((top - g) / (f - g)) - swing) < 1e-12
+    assert np.nanmax(shown.motion.gap) < 1e-15
+    # Beside the ends of its range the arm is nearly powerless.
+    assert shown.motion.conditioning[[0, -1]].max() < 0.5 * shown.motion.conditioning.max()
+
+
+def test_andrews_squeezer() -> None:
+    """After 0.03 s of the published motion (Test Set for IVP Solvers), at its crank angle."""
+    shown = example("andrews_squeezer")
+    assert (shown.mobility.true, shown.mobility.by_count) == (1, 1)
+    assert shown.motion.gap.max() < 1e-15
+    published = (
+        *(15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948),
+        *(0.5244099658805303, 0.5347301163226948, 1.048080741042263),
+    )
+    motion = shown.linkage.move(O=np.linspace(shown.START[0], published[0], 9))
+    for name, place in shown.points(*published).items():
+        assert_allclose(motion.position(name)[-1, :2], place, rtol=0.0, atol=1e-14)
+
+
+def test_five_bar() -> None:
+    shown = example("five_bar")
+    assert_allclose(shown.path, shown.wanted, rtol=0.0, atol=1e-14)
+    assert shown.mobility.true == 2
+    # At the lowest point the linkage is symmetric: B is where two circles meet on the left.
+    b = shown.motion.position("B")[0, 0] + 1j * shown.motion.position("B")[0, 1]
+    assert_allclose([abs(b + 0.1), abs(b - 0.4j)], [0.3, 0.4], rtol=1e-14)
+
+
+def test_three_rrr() -> None:
+    shown = example("three_rrr")
+    assert_allclose(shown.path[:, 0] + 1j * shown.path[:, 1], shown.place, rtol=0.0, atol=1e-14)
+    assert_allclose(np.arctan2(shown.axes[:, 1, 0], shown.axes[:, 0, 0]), shown.turn, rtol=0.0, atol=1e-13)
+    for k in range(3):
+        away = shown.motion.position(f"B{k}") - shown.motion.position(f"C{k}", "platform")
+        assert_allclose(np.linalg.norm(away, axis=-1), 0.25, rtol=1e-14)
+
+
+def test_scissor_lift() -> None:
+    shown = example("scissor_lift")
+    height = 5 * np.sqrt(1.0 - shown.feet**2)
+    assert_allclose(shown.height, height, rtol=1e-13)
+    assert_allclose(shown.speed, 0.1 * 25 * shown.feet / height, rtol=1e-12)
+    assert_allclose([point.value for point in shown.flat], [-1.0, 0.0, 1.0], rtol=0.0, atol=1e-10)
+    assert [point.change_point for point in shown.flat] == [False, True, False]
+    for stages in (1, 2):
+        lift = shown.lift(stages)
+        assert lift.mobility().true == lift.mobility().by_count == 1
+        assert_allclose(lift.move(push=0.8).position(f"L{stages}")[1], stages * 0.6, rtol=1e-14)
+
+
+def test_rssr() -> None:
+    shown = example("rssr")
+    assert_allclose(shown.angle, shown.rocker_angle(shown.theta), rtol=0.0, atol=1e-13)
+    assert (shown.mobility.true, shown.mobility.by_count, shown.mobility.idle) == (2, 2, ("rod",))
+    assert (shown.motion.status == "regular").all()
+
+
+def test_bennett() -> None:
+    shown = example("bennett")
+    first, second = shown.turns[:2]
+    ratio = np.sin(np.radians(45.0)) / np.sin(np.radians(15.0))
+    off = np.sin(first / 2) * np.sin(second / 2) - ratio * np.cos(first / 2) * np.cos(second / 2)
+    assert_allclose(off, 0.0, atol=1e-14)
+    assert_allclose(shown.turns[2:], -shown.turns[:2], rtol=0.0, atol=1e-13)
+    assert (shown.mobility.true, shown.mobility.by_count, len(shown.mobility.redundant)) == (1, -2, 3)
+
+
+def test_bricard() -> None:
+    shown = example("bricard")
+    theta, phi = np.cos(shown.turns[0]), np.cos(shown.turns[1])
+    assert_allclose(theta + phi + theta * phi, 0.0, atol=1e-14)
+    assert_allclose(shown.turns[2:], shown.turns[[0, 1, 0, 1]], rtol=0.0, atol=1e-12)
+    assert (shown.mobility.true, shown.mobility.by_count, len(shown.mobility.redundant)) == (1, 0, 1)
+
+
+def test_cardan_shaft() -> None:
+    shown = example("cardan_shaft")
+    cosine = np.cos(np.radians(30.0))
+    assert_allclose(shown.output, shown.theta, rtol=0.0, atol=1e-14)
+    assert_allclose(
+        np.sin(shown.theta) * np.cos(shown.shaft), cosine * np.cos(shown.theta) * np.sin(shown.shaft), atol=1e-14
+    )
+    assert_allclose(
+        shown.shaft_speed, cosine / (1.0 - np.sin(np.radians(30.0)) ** 2 * np.cos(shown.theta) ** 2), rtol=1e-13
+    )
+
+
+def test_delta_robot() -> None:
+    shown = example("delta_robot")
+    assert_allclose(shown.path, shown.wanted, rtol=0.0, atol=1e-14)
+    assert_allclose(shown.axes, np.broadcast_to(np.eye(3), shown.axes.shape), rtol=0.0, atol=1e-13)
+    for k in range(3):
+        for side in "lr":
+            away = shown.motion.position(f"B{k}{side}", f"arm {k}") - shown.motion.position(f"C{k}{side}", "platform")
+            assert_allclose(np.linalg.norm(away, axis=-1), 0.5, rtol=1e-14)
+
+
+def test_stewart_platform() -> None:
+    shown = example("stewart_platform")
+    assert_allclose(shown.path, shown.place, rtol=0.0, atol=1e-13)
+    assert_allclose(shown.axes, shown.turn.as_matrix(), rtol=0.0, atol=1e-13)
+    assert (shown.mobility.true, shown.mobility.by_count, shown.mobility.redundant) == (6, 6, ())
+
+
+def test_excavator() -> None:
+    """The bucket's edge by cosine laws alone."""
+    shown = example("excavator")
+    at = {name: complex(*place) for name, place in shown.POINTS.items()}
+    wanted = [shown.stroke[name] for name in shown.CYLINDERS]
+    for number, (boom, stick, bucket) in enumerate(zip(*wanted, strict=True)):
+
+        def opened(corner: str, foot: str, head: str, length: float) -> complex:
+            """Turn of a corner's triangle as the cylinder across it takes a new length."""
+            first, second = at[foot] - at[corner], at[head] - at[corner]
+            now = np.arccos((abs(first) ** 2 + abs(second) ** 2 - length**2) / (2.0 * abs(first) * abs(second)))
+            drawn = np.angle(second / first)
+            return complex(np.exp(1j * (np.sign(drawn) * now - drawn)))
+
+        lift = opened("O", "F", "G", boom)
+        bend = lift * opened("S", "H", "I", stick)
+        turn = opened("R", "J", "K", bucket)
+        k = at["R"] + turn * (at["K"] - at["R"])
+        side = np.sign(((at["L"] - at["K"]) * np.conj(at["T"] - at["K"])).imag)
+        corner = k + between(at["T"] - k, abs(at["L"] - at["K"]), abs(at["L"] - at["T"]), side)
+        edge = at["T"] + (at["E"] - at["T"]) * (corner - at["T"]) / (at["L"] - at["T"])
+        found = lift * at["S"] + bend * (edge - at["S"])
+        assert abs(complex(*shown.edge[number, :2]) - found) < 1e-13 * 10.0
+    assert shown.mobility.true == 3
+
+
 def test_four_bar_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(EXAMPLES)
     example("four_bar_picture").draw(tmp_path / "four_bar.png")
