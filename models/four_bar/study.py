@@ -225,8 +225,8 @@ def monte_carlo(
     if angles.ndim != 1:
         raise FrameError(f"drive angle theta has shape {angles.shape}: give one axis of poses")
     check_names(distributions)
-    if contact == "reaction" and any(name.startswith("contact") for name in distributions):
-        raise FrameError("contact is 'reaction' and has a distribution, too: give one of the two")
+    if isinstance(contact, str) and any(name.startswith("contact") for name in distributions):
+        raise FrameError(f"contact is {contact!r} and has a distribution, too: give one of the two")
     inputs = draw(distributions, n, rng, sampler)
     nominal = accuracy(four_bar, angles, load=load, clearance=clearance, contact=contact)
     if nominal.shape != angles.shape:

@@ -211,8 +211,9 @@ def test_statistics_are_those_of_the_samples():
     assert_allclose(study.quantile([0.0, 0.5, 1.0]), [low, np.median(study.samples, axis=1), high], rtol=1e-12)
 
 
-def test_contact_by_reaction_follows_each_sample():
-    given = {"load": (0.0, 100.0, 0.0), "contact": "reaction"}
+@pytest.mark.parametrize("contact", ["reaction", "equilibrium"])
+def test_contact_by_the_forces_follows_each_sample(contact):
+    given = {"load": (0.0, 100.0, 0.0), "contact": contact}
     theta = np.radians([0.0, 60.0, 150.0, 180.0])
     study = monte_carlo(FourBar(), theta, {"clearance": CLEARANCE}, n=6, rng=0, **given)
     alone = accuracy(FourBar(), theta[1:3], clearance=study.inputs["clearance"][4], **given)
@@ -278,6 +279,7 @@ def test_condition_numbers_are_those_of_the_nominal_linkage():
         ({"distributions": {"ktx.A": CONTACT}}, "'ktx.A' is no parameter"),
         ({"distributions": {"clearance": stats.norm(0.0, 1.0)}}, "clearance of joint 'B' is -"),
         ({"contact": "reaction", "load": (0.0, 1.0, 0.0)}, "give one of the two"),
+        ({"contact": "equilibrium", "load": (0.0, 1.0, 0.0)}, "give one of the two"),
         ({"theta": np.zeros((2, 2)) + 0.5}, r"shape \(2, 2\): give one axis of poses"),
         ({"theta": [0.0, np.pi]}, "no pose is left"),
         ({"four_bar": FourBar(crank=[[0.1], [0.11]], rocker=0.15)}, r"batch shape \(2, 4\): give numbers"),
