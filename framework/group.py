@@ -70,11 +70,11 @@ class Group:
         batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in turns))
         out = np.zeros((12, 12, *batch))
         used = (local != 0.0).reshape(-1, 12, 12).any(axis=0)
-        for i, j in zip(*np.nonzero(used), strict=True):
-            p, q = 3 * (i // 3), 3 * (j // 3)
+        for i, block in zip(*np.nonzero(used.reshape(12, 4, 3).any(axis=-1)), strict=True):
+            p, q = 3 * (i // 3), 3 * block
             if p <= q:
-                pair = turns[p // 6][i - p][:, None] * turns[q // 6][j - q][None, :]
-                out[p : p + 3, q : q + 3] += local[..., i, j] * pair
+                row = sum(local[..., i, q + k] * turns[q // 6][k] for k in range(3) if used[i, q + k])
+                out[p : p + 3, q : q + 3] += turns[p // 6][i - p][:, None] * row
         low, high = np.tril_indices(12, -1)
         out[low, high] = out[high, low]
         return np.moveaxis(out, (0, 1), (-2, -1))

@@ -61,7 +61,8 @@ class _Blocks:
     def __init__(self, count: int, ends: Index) -> None:
         low, high = ends.min(axis=1), ends.max(axis=1)
         self.count = count
-        self.pairs: Index = np.unique((count * low + high)[low >= 0])
+        pairs: Index = np.sort((count * low + high)[low >= 0])
+        self.pairs = pairs[np.diff(pairs, prepend=-1) > 0]
         self.total = np.zeros((6, 6, count + len(self.pairs)))
 
     def add(self, first: Index, second: Index, values: Array) -> None:

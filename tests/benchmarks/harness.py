@@ -120,10 +120,14 @@ def peak_memory() -> int:
     return used if sys.platform == "darwin" else 1024 * used
 
 
-def child(program: str, *arguments: str) -> Any:
-    """What a program, run in a process of its own, prints as JSON; it may import from benchmarks and reference."""
+def child(program: str, *arguments: str, limit: float | None = None) -> Any:
+    """What a program, run in a process of its own, prints as JSON; it may import from benchmarks and reference.
+
+    After `limit` seconds it is stopped, and TimeoutExpired raised.
+    """
     command, path = [sys.executable, "-c", program, *arguments], str(Path(__file__).parents[1])
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": path})
+    environment = {**os.environ, "PYTHONPATH": path}
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=limit)
     return json.loads(done.stdout)
 
 
