@@ -84,6 +84,29 @@ class Elimination:
             out[self.columns, self.rows] = values[self.inside]
         return np.ascontiguousarray(np.moveaxis(out, -1, 0))
 
+    def diagonal(self, values: Array) -> Array:
+        """Magnitudes on the diagonal (n, m), one where it is zero."""
+        found = np.flatnonzero(self.rows == self.columns)
+        out = np.ones((self.size, values.shape[-1]))
+        size = np.abs(values[self.inside[found]])
+        out[self.rows[found]] = np.where(size > 0.0, size, 1.0)
+        return out
+
+    def raised(self, values: Array, shift: Array) -> Array:
+        """`values` with the diagonal raised by a share `shift` (m,) of its magnitude."""
+        found = np.flatnonzero(self.rows == self.columns)
+        out = values.copy()
+        out[self.inside[found]] += shift * np.abs(values[self.inside[found]])
+        return out
+
+    def spectrum(self, values: Array) -> tuple[Array, Array, Array]:
+        """Scale (m, n) that makes the diagonal one, eigenvalues (m, n) and eigenvectors (m, n, n) after scaling."""
+        matrix = self.dense(values)
+        root = 1.0 / np.sqrt(self.diagonal(values).T)
+        matrix = 0.5 * (matrix + np.swapaxes(matrix, -1, -2)) * root[:, :, None] * root[:, None, :]
+        eigenvalues, vectors = np.linalg.eigh(matrix)
+        return root, eigenvalues, vectors
+
     def factor(self, values: Array, *, symmetric: bool = True) -> Factor:
         """Factorise; `values` on the pattern, (entries, m). Where `symmetric`, the two halves are averaged."""
         if not symmetric:

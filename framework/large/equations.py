@@ -12,8 +12,8 @@ from ..batch import Array
 from ..tree import GROUND
 from . import corotation, rotation
 from .corotation import Motion, Pieces, Response
-from .links import Link, LinkChange
 from .joints import Joint
+from .links import Link, LinkChange
 from .model import Model
 from .numbers import Numbers, Where
 from .rotation import cross, dot, spin, times

@@ -75,7 +75,7 @@ class Joint:
         return np.array([value == min(most) for value in most])
 
     def within(self, kept: tuple[int, ...]) -> list[int]:
-        """Which of its own coordinates move within `kept` global components, where its axes lie along them or across."""
+        """Which of its own coordinates move within `kept` global components; its axes lie along these or across."""
         if self.axes is None or len(kept) == 6:
             return list(kept)
         normal = kept[2] - 3

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from .equations import Equations, State
+from .found import Found
 from .model import Model
-from .newton import Found, Newton
+from .newton import Newton
 from .numbers import Where
+from .search import Search
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
 _CACHE = 400_000
-# How often a load step that did not lead to an equilibrium is halved.
-_HALVINGS = 5
 
 
 @dataclass
@@ -42,6 +42,7 @@ class March:
     def __init__(self, model: Model, steps: int) -> None:
         self.model, self.steps = model, steps
         self.newton = Newton(model)
+        self.search = Search(self.newton)
         self.count = int(np.prod(model.frame.shape, dtype=np.int64))
         pieces = sum(len(stack.ends) for stack in model.stacks)
         self.chunk = max(1, _CACHE // max(1, 144 * pieces))
@@ -57,7 +58,7 @@ class March:
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
                 old = found.state
-                found = self._step(self.where(index), found, before, factor, 0)
+                found = self._step(self.where(index), found, before, factor)
                 if self.steps > 1:
                     states = self.newton.space(old), self.newton.space(found.state)
                     self._record(history, index, step, states, (before, factor))
@@ -70,16 +71,10 @@ class March:
         """Indices of entries along each batch axis."""
         return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
 
-    def _step(self, where: Where, begin: Found, low: float, high: float, depth: int) -> Found:
-        found = self.newton.solve(where, begin.state, high)
+    def _step(self, where: Where, begin: Found, low: float, high: float) -> Found:
+        found = self.search.solve(where, begin.state, low, high)
         found.iterations += begin.iterations
         found.left |= begin.left
-        lost = np.flatnonzero(~found.converged)
-        if len(lost) and depth < _HALVINGS:
-            there = tuple(k[lost] for k in where)
-            middle = Found.nothing(begin.state.taken(lost))
-            middle = self._step(there, middle, low, 0.5 * (low + high), depth + 1)
-            found.take(lost, self._step(there, middle, 0.5 * (low + high), high, depth + 1))
         return found
 
     def _record(

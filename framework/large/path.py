@@ -19,9 +19,10 @@ from ..errors import FrameError
 from ..plan import Plan
 from . import rotation
 from .equations import State
+from .found import Linear, Place
 from .march import March
 from .model import Model
-from .newton import Linear, Newton, Place
+from .newton import Newton
 
 if TYPE_CHECKING:
     from ..frame import Frame

@@ -14,9 +14,9 @@ from ..errors import FrameError
 from ..plan import Plan
 from . import rotation
 from .equations import Equations, SpaceLinear, State
+from .found import Found
 from .march import History, March
 from .model import Model
-from .newton import Found
 from .numbers import batch_first
 from .stability import least_pivot
 from .stations import Stations

@@ -28,9 +28,5 @@ def least_pivot(march: March, state: State, flat: Model) -> Array:
         if elimination.size > LARGE:
             out[index] = elimination.factor(values).pivots.min(axis=0)
             continue
-        matrix = elimination.dense(values)
-        matrix = 0.5 * (matrix + np.swapaxes(matrix, -1, -2))
-        diagonal = np.abs(np.diagonal(matrix, axis1=-2, axis2=-1))
-        root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        out[index] = np.linalg.eigvalsh(matrix * root[:, :, None] * root[:, None, :])[:, 0]
+        out[index] = elimination.spectrum(values)[1][:, 0]
     return out

@@ -1,0 +1,123 @@
+"""Down the energy to an equilibrium, from anywhere: slow, and sure.
+
+Along Newton's direction with all curvatures taken positive (Dauphin et al., NeurIPS 27 (2014)), as far as a line search
+allows. Where the tangent is singular, as at a pose in which a linkage can move freely, that is the free motion, in the
+sense in which the loads do work on it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..batch import Array
+from .elimination import LARGE
+from .found import Balance, Found, Index, Linear, Mask, Place
+from .newton import CLOSE, ZERO, Newton
+from .numbers import Where
+
+_HALVINGS = 40
+# Amount of a mode, in radians or sizes of the frame, by which a saddle is left.
+_KICK = 1e-2
+
+
+class Descent:
+    """Descents on one model.
+
+    Parameters
+    ----------
+    newton
+        Iterations on it.
+    """
+
+    def __init__(self, newton: Newton) -> None:
+        self.newton, self.model = newton, newton.model
+
+    def run(self, where: Where, state: Place, factor: float, iterations: int) -> Found:
+        """Some iterations from `state` on."""
+        found = Found.nothing(state)
+        active = np.arange(len(found.stable))
+        balance = self.newton.equations(where, len(active), factor)
+        state = self._driven(balance, state.taken(active))
+        for _ in range(iterations):
+            at = balance.linearised(state)  # type: ignore[arg-type]
+            step, stable, saddle = self._step(at)
+            close = self.newton.is_close(at, step) & ~saddle
+            found.left[active] |= saddle
+            share = np.where(close, 1.0, self._searched(balance, state, at, step))
+            state = balance.advanced(state, share * step)  # type: ignore[arg-type]
+            found.iterations[active] += 1
+            if close.any():
+                found.state.put(active[close], state.taken(close))  # type: ignore[arg-type]
+                found.converged[active[close]] = True
+                found.stable[active[close]] = stable[close]
+                active = active[~close]
+                if not len(active):
+                    return found
+                state = state.taken(~close)
+                balance = self.newton.equations(tuple(k[active] for k in where), len(active), factor)
+        found.state.put(active, state)  # type: ignore[arg-type]
+        return found
+
+    def _driven(self, balance: Balance, state: Place) -> Place:
+        """The state with its driven coordinates where they are to be, the others following as the tangent says."""
+        lag = balance.lag(state)  # type: ignore[arg-type]
+        if not lag.any():
+            return state
+        at = balance.linearised(state)  # type: ignore[arg-type]
+        step = self.newton.step(at, lag, self.newton.factor(at).solve)
+        step[: self.model.free, ~np.isfinite(step).all(axis=0)] = 0.0
+        return balance.advanced(state, step)  # type: ignore[arg-type]
+
+    def _step(self, at: Linear) -> tuple[Array, Mask, Mask]:
+        """A step down the energy, whether the tangent is positive definite, and whether the step leaves a saddle."""
+        if self.model.free > LARGE:
+            return self._shifted(at)
+        root, values, vectors = self.newton.elimination.spectrum(at.values)
+        load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
+        floor = ZERO * self.model.free
+        share = load / np.maximum(np.abs(values), floor)
+        # nothing drives along the mode, but the energy falls there
+        saddle = (values[:, 0] < -floor) & (np.abs(np.einsum("mi,mi->m", load, share)) <= CLOSE * at.energy)
+        if saddle.any():
+            share[saddle, 0] = _KICK / self.largest((vectors[saddle, :, 0] * root[saddle]).T)
+        whole = np.zeros((self.model.size, len(share)))
+        whole[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
+        return whole, values[:, 0] > floor, saddle
+
+    def _shifted(self, at: Linear) -> tuple[Array, Mask, Mask]:
+        """The same for a large frame: the diagonal raised until all pivots are positive."""
+        elimination = self.newton.elimination
+        shift = np.zeros(at.values.shape[-1])
+        stable = np.zeros(len(shift), dtype=bool)
+        for attempt in range(_HALVINGS):
+            factors = elimination.factor(elimination.raised(at.values, shift))
+            positive = (factors.pivots > 0.0).all(axis=0)
+            stable |= positive & (attempt == 0)
+            if positive.all():
+                break
+            shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))
+        return self.newton.step(at, np.zeros((0, len(shift))), factors.solve), stable, np.zeros_like(stable)
+
+    def largest(self, mode: Array) -> Array:
+        """Component of a mode (n, m) that is seen most, in radians or sizes of the frame, with its sign (m,)."""
+        turning = self.newton.turning[: self.model.free, None]
+        weighed = np.where(turning, mode, mode / self.newton.size)
+        at: Index = np.abs(weighed).argmax(axis=0)
+        out: Array = weighed[at, np.arange(len(at))]
+        return out
+
+    def _searched(self, balance: Balance, state: Place, at: Linear, step: Array) -> Array:
+        """Share of a step that lowers the energy enough (m,)."""
+        share = self.newton.limited(step)
+        start = balance.energy(state)  # type: ignore[arg-type]
+        slope = np.einsum("im,im->m", at.forces, step)
+        noise = 64.0 * np.finfo(float).eps * (at.energy + np.abs(start))
+        waiting = np.ones(len(share), dtype=bool)
+        for _ in range(_HALVINGS):
+            tried = balance.advanced(state, share * step)  # type: ignore[arg-type]
+            change = balance.energy(tried) - start - balance.moment_work(state, tried)  # type: ignore[arg-type]
+            waiting &= ~(change <= 1e-4 * share * np.minimum(slope, 0.0) + noise)
+            if not waiting.any():
+                break
+            share = np.where(waiting, 0.5 * share, share)
+        return share
