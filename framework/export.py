@@ -14,7 +14,7 @@ from .entries import Entry, Index, one, series
 from .errors import FrameError
 from .files import whole_or_nothing
 from .scene import Part, beams, joints
-from .vtu import write_collection, write_grid, write_names
+from .vtu import write_grid, write_names, write_series
 
 if TYPE_CHECKING:
     from .solution import Solution
@@ -90,7 +90,7 @@ def save(
     elif path.suffix == ".pvd":
         index = series(solution.shape, axis, entry, path.name)
         count = len(np.broadcast_to(0.0, solution.shape)[index])
-        _save_series(solution, path, index, _times(times, count, path), stations)
+        _save_series(solution, path, index, increasing(times, count, path), stations)
     else:
         raise FrameError(f"{path.name} is neither .vtu (one pose) nor .pvd (a series of poses): choose one of them")
 
@@ -102,16 +102,8 @@ def _save_pose(solution: Solution, path: Path, index: Index, stations: int) -> N
 
 
 def _save_series(solution: Solution, path: Path, index: Index, times: Sequence[float], stations: int) -> None:
-    digits = max(3, len(str(len(times) - 1)))
-    rows = []
     with whole_or_nothing(path.parent) as stage:
-        (stage / path.stem).mkdir()
-        for number, part in enumerate(_parts(solution, index, stations)):
-            for pose, time in enumerate(times):
-                file = f"{path.stem}/{part.name}_{pose:0{digits}d}.vtu"
-                write_grid(stage / file, [part], pose)
-                rows.append((time, number, file))
-        write_collection(stage / path.name, sorted(rows))
+        write_series(stage / path.name, _parts(solution, index, stations), times)
         write_names(stage / path.name, _names(solution))
 
 
@@ -129,7 +121,8 @@ def _names(solution: Solution) -> dict[str, list[str]]:
     return {"member": list(frame.members), "link": list(frame.bodies), "joint": list(frame.joints)}
 
 
-def _times(times: ArrayLike | None, count: int, path: Path) -> list[float]:
+def increasing(times: ArrayLike | None, count: int, path: Path) -> list[float]:
+    """Times of `count` poses: as given, checked, or their numbers."""
     if times is None:
         return [float(pose) for pose in range(count)]
     given = finite(times, f"times of {path.name}")

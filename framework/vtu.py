@@ -53,6 +53,19 @@ def _united(data: Sequence[Mapping[str, Array]], counts: Sequence[int], pose: in
     }
 
 
+def write_series(path: Path, parts: Sequence[Part], times: Sequence[float]) -> None:
+    """Write a .pvd and beside it, in a folder of its name, one .vtu a part and pose."""
+    digits = max(3, len(str(len(times) - 1)))
+    rows = []
+    (path.parent / path.stem).mkdir()
+    for number, part in enumerate(parts):
+        for pose, time in enumerate(times):
+            file = f"{path.stem}/{part.name}_{pose:0{digits}d}.vtu"
+            write_grid(path.parent / file, [part], pose)
+            rows.append((time, number, file))
+    write_collection(path, sorted(rows))
+
+
 def write_collection(path: Path, files: Iterable[tuple[float, int, str]]) -> None:
     """Write a .pvd that lists `files`: time, number of the part, path relative to the .pvd."""
     rows = [

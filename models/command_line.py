@@ -9,6 +9,7 @@ from importlib.metadata import version
 
 from ..framework.errors import FrameError
 from .four_bar import command as four_bar
+from .linkage.job import command as linkage
 
 
 def parser() -> ArgumentParser:
@@ -20,6 +21,7 @@ def parser() -> ArgumentParser:
     top.add_argument("--version", action="version", version=f"linkframe {version('linkframe')}")
     jobs = top.add_subparsers(title="jobs", dest="job", metavar="JOB", required=True)
     four_bar.add_to(jobs)
+    linkage.add_to(jobs)
     return top
 
 

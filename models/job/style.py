@@ -44,10 +44,19 @@ def styled(draw: Callable[Inputs, Figure]) -> Callable[Inputs, Figure]:
 
 
 def figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) -> tuple[Figure, list[Axes]]:
+    """A figure, inches, with panels side by side of these relative widths."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
     return figure, list(figure.subplots(1, len(ratios), width_ratios=ratios, squeeze=False)[0])
+
+
+def space_figure(width: float, height: float) -> tuple[Figure, Any]:
+    """A figure, inches, with one panel in space."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
+    return figure, figure.add_subplot(projection="3d")
 
 
 def note(axes: Axes, text: str, at: Array, shift: ArrayLike, **style: Any) -> None:
@@ -57,5 +66,6 @@ def note(axes: Axes, text: str, at: Array, shift: ArrayLike, **style: Any) -> No
 
 
 def unit(vector: Array) -> Array:
+    """A vector of length one in the same direction; zero stays zero."""
     length = float(np.linalg.norm(vector))
     return vector / length if length > 0.0 else vector

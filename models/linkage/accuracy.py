@@ -37,11 +37,14 @@ class PointAccuracy:
         The point's node.
     load
         What was added to the linkage's own loads, ``fx fy fz mx my mz`` by name, (...) each.
+    inertia
+        Whether the inertia forces of the rigid motion act as well.
     """
 
     motion: Motion
     point: str
     load: Mapping[str, ArrayLike]
+    inertia: bool = False
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -89,17 +92,19 @@ class PointAccuracy:
 
     @cached_property
     def _frame(self) -> Frame:
-        loaded = self.motion.frame()
+        loaded = self.motion.frame(inertia=self.inertia)
         if self.load:
             loaded.load(self.point, **self.load)
         return loaded
 
 
-def accuracy(motion: Motion, point: str, link: str | None, load: Mapping[str, ArrayLike]) -> PointAccuracy:
+def accuracy(
+    motion: Motion, point: str, link: str | None, load: Mapping[str, ArrayLike], *, inertia: bool
+) -> PointAccuracy:
     """See `Motion.accuracy`."""
     if load:
         values(f"load at {point!r}", load, FORCES)
-    return PointAccuracy(motion, node_of(motion, point, link), load)
+    return PointAccuracy(motion, node_of(motion, point, link), load, inertia)
 
 
 def node_of(motion: Motion, point: str, link: str | None) -> str:

@@ -19,7 +19,7 @@ from .joints import COMPONENTS
 if TYPE_CHECKING:
     from .motion import Motion
 
-DETERMINATE, COMPLIANCE, LEAST = "determinate", "compliance", "minimum norm"
+DETERMINATE, COMPLIANCE, LEAST, NONE = "determinate", "compliance", "minimum norm", "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,8 @@ class Reactions:
     method
         ``"determinate"`` where equilibrium alone tells all reactions that differ from zero; ``"compliance"`` where
         links and joints share a load by their stiffness; ``"minimum norm"`` where they are rigid and, of all reactions
-        in equilibrium, those with the least sum of squares are given, (...).
+        in equilibrium, those with the least sum of squares are given; ``"none"`` where no finite forces hold the
+        linkage, or it is not assembled, (...).
     """
 
     motion: Motion
@@ -155,16 +156,16 @@ def reactions(motion: Motion) -> Reactions:
         found = solved(flat[there], loads[there])
         values[there], unique[there] = found.values, found.unique
     values, unique = values.reshape(*shape, columns), unique.reshape(shape)
+    held = np.isfinite(values).all(axis=-1)
+    shared = ~unique & held
     wrenches, drives = _split(equations, values)
-    if unique.all() or not _compliant(motion):
-        return Reactions(motion, wrenches, drives, np.where(unique, DETERMINATE, LEAST))
-    shared, held = _by_compliance(motion)
-    return Reactions(
-        motion,
-        {joint: np.where(unique[..., None], wrench, shared[joint]) for joint, wrench in wrenches.items()},
-        {joint: np.where(unique[..., None], force, held[joint]) for joint, force in drives.items()},
-        np.where(unique, DETERMINATE, COMPLIANCE),
-    )
+    how = LEAST
+    if shared.any() and _compliant(motion):
+        how = COMPLIANCE
+        for own, other in zip((wrenches, drives), _by_compliance(motion), strict=True):
+            own.update({joint: np.where(shared[..., None], other[joint], force) for joint, force in own.items()})
+    method = np.where(held, np.where(shared, how, DETERMINATE), NONE)
+    return Reactions(motion, wrenches, drives, method)
 
 
 def _compliant(motion: Motion) -> bool:

@@ -1,0 +1,57 @@
+"""A rigid motion for ParaView: links as lines between their points, a .pvd of all poses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...framework.errors import FrameError
+from ...framework.export import increasing
+from ...framework.files import whole_or_nothing
+from ...framework.scene import Part
+from ...framework.vtu import write_names, write_series
+
+if TYPE_CHECKING:
+    from .motion import Motion
+
+
+def save(motion: Motion, path: str | Path, times: ArrayLike | None) -> None:
+    """See `Motion.save`."""
+    path = Path(path)
+    if path.suffix != ".pvd":
+        raise FrameError(f"{path.name} does not end in .pvd: a motion is a series of poses")
+    if len(motion.shape) > 1:
+        raise FrameError(f"{path.name} holds one row of poses, but the batch shape is {motion.shape}: save one row")
+    there = np.flatnonzero(motion.is_assembled)
+    if not len(there):
+        raise FrameError(f"{path.name}: no pose is assembled, so there is nothing to save")
+    given = increasing(times, int(np.prod(motion.shape)), path)
+    with whole_or_nothing(path.parent) as stage:
+        write_series(stage / path.name, [_links(motion, there)], [given[k] for k in there])
+        write_names(stage / path.name, {"link": list(motion.linkage.links)})
+
+
+def _links(motion: Motion, poses: np.ndarray) -> Part:
+    """Links as lines from point to point, closed where a link has more than two."""
+    points, cells, owner = [], [], []
+    data: dict[str, list[np.ndarray]] = {"velocity": [], "acceleration": []}
+    for number, (name, link) in enumerate(motion.linkage.links.items()):
+        first = len(points)
+        numbers = {point: first + index for index, point in enumerate(link.points)}
+        points += [motion.position(point, name) for point in link.points]
+        data["velocity"] += [motion.velocity(point, name) for point in link.points]
+        data["acceleration"] += [motion.acceleration(point, name) for point in link.points]
+        ring = list(zip(link.points, (*link.points[1:], link.points[0]), strict=True))
+        lines = list(link.beams) or ring[: max(1, len(ring) - (len(ring) < 3))]
+        cells += [(numbers[a], numbers[b]) for a, b in lines]
+        owner += [number] * len(lines)
+
+    def taken(vectors: list[np.ndarray]) -> np.ndarray:
+        return np.stack([np.broadcast_to(v, (*motion.shape, 3)).reshape(-1, 3)[poses] for v in vectors], axis=1)
+
+    links = np.broadcast_to(np.array(owner, dtype=np.int32), (len(poses), len(owner)))
+    arrays = {name: taken(vectors) for name, vectors in data.items()}
+    return Part("links", "line", taken(points), np.array(cells), arrays, {"link": links})

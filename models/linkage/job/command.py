@@ -1,0 +1,66 @@
+"""``linkframe run``: the accuracy of the linkage that a file describes."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from argparse import _SubParsersAction
+
+DESCRIPTION = """\
+Where the points of a linkage really go: rigid motion, reactions, compliance of links and joints, joint clearance, and
+the spread of all of it under tolerances, at every pose. The linkage and what to do with it are read from a TOML file
+(its tables of points, links, joints, ... are described at linkframe.models.read_linkage), SI units:
+
+  [run]
+  points = ["P"]                      points to report; those with a load by default
+  pose = 30.0                         pose of the figures, a value of the first drive
+  magnify = 20.0                      factor on the drawn displacements
+  branch = "keep"                     or "switch" at change points
+  samples = 100                       with tolerances
+  rng = 0                             seed; the same seed gives the same bits
+  sampler = "random"                  or "sobol", "lhs"
+
+  [run.drives.A]                      one table for each driven joint
+  start = 0.0
+  stop = 360.0
+  steps = 37                          number of poses; or values = [...]
+  unit = "deg"                        or "rad", the default
+  rate = 0.0                          by time, in that unit; with rates the links' inertia acts
+  acceleration = 0.0
+
+  [tolerances.gap]                    any name
+  of = ["joints.B.clearance"]         numbers of this file that share one draw; a list stands for its finite numbers
+  law = "norm"                        a distribution of scipy.stats, and its numbers
+  loc = 1e-3
+  scale = 5e-5"""
+
+WRITES = """\
+writes into DIR: table.csv, reactions.csv, mechanism.png, trajectory.png, reactions.png, histogram.png and samples.npz
+(with tolerances), figure3d.png (with beams, where rendering works), trajectory.pvd with its .vtu files, report.md"""
+
+
+def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
+    """Add the subcommand ``run`` to the jobs of the command line."""
+    parser = jobs.add_parser(
+        "run",
+        help="accuracy of the linkage in a file at every pose",
+        description=DESCRIPTION,
+        epilog=WRITES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="TOML file with the linkage")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", default=Path("results"), help="directory for the results (default: results)"
+    )
+    parser.set_defaults(run=_start)
+
+
+def _start(options: Namespace) -> None:
+    # Not before the options are known to be good: this imports all of the numerics.
+    from .inputs import read_inputs
+    from .run import run
+
+    run(read_inputs(options.file), options.out)

@@ -1,0 +1,102 @@
+"""Figures of the job: paths of the points with their displacements, and the forces in joints and drives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ....framework.batch import Array
+from ...job.figures import draw_histograms, draw_trajectory
+from ...job.style import GREY, INK, ORANGE, figure, space_figure, styled
+from ..drawing import COLOURS, draw_mechanism
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .result import Result
+
+CAPTIONS = {
+    "mechanism.png": "The linkage at {where}, faint at other poses; in orange the paths of the points and the drives.",
+    "trajectory.png": "Path of {point}, displacements × {magnify:g}.",
+    "reactions.png": "Forces in the joints, and forces or moments of the drives.",
+    "histogram.png": "Displacement of {point} from its rigid position at {where}, with normal fits.",
+    "figure3d.png": "The loaded linkage at {where} in space.",
+}
+
+
+def captions(result: Result) -> dict[str, str]:
+    """Caption of each figure by the name of its file."""
+    words: dict[str, Any] = {"where": result.where(result.pose), "magnify": result.magnify}
+    words["point"] = result.inputs.points[0]
+    return {name: text.format(**words) for name, text in CAPTIONS.items()}
+
+
+def draw(result: Result) -> dict[str, Figure]:
+    """All figures, by the names of their files."""
+    points, pose = result.inputs.points, result.pose
+    found = {"mechanism.png": draw_mechanism(result.motion, pose, points, result.where(pose))}
+    point = points[0], "".join("xyz"[k] for k in result.shown[:2])
+    shown = list(result.shown)
+    if result.spread and result.plane is not None:
+        samples = result.spread[points[0]].samples[..., shown]
+        rigid = np.broadcast_to(result.main.rigid, (result.poses, 3))[:, shown]
+        where = result.where(pose)
+        found["trajectory.png"] = draw_trajectory(rigid, rigid, samples, result.magnify, pose, where, point)
+        if np.isfinite(samples[pose]).all():
+            found["histogram.png"] = draw_histograms(samples[pose], where, point)
+    else:
+        found["trajectory.png"] = draw_paths(result)
+    found["reactions.png"] = draw_reactions(result)
+    return found
+
+
+@styled
+def draw_paths(result: Result) -> Figure:
+    """Paths of all points, rigid and displaced; the displacements magnified."""
+    shown = list(result.shown)
+    axes: Any
+    if result.plane is None:
+        drawn_on, axes = space_figure(6.4, 5.2)
+        axes.set_zlabel("z [mm]")
+    else:
+        drawn_on, (axes,) = figure(6.4, 4.4)
+    for colour, (point, found) in zip(COLOURS, result.accuracy.items(), strict=False):
+        rigid = 1e3 * np.broadcast_to(found.rigid, (result.poses, 3))[:, shown]
+        moved = rigid + result.magnify * 1e3 * np.broadcast_to(found.total, (result.poses, 6))[:, shown]
+        axes.plot(*rigid.T, color=GREY if len(result.accuracy) == 1 else colour, lw=1.0, label=f"{point}, rigid")
+        axes.plot(*moved.T, color=colour, lw=1.3, ls="--", label=f"{point}, loaded")
+        axes.plot(*rigid[result.pose : result.pose + 1].T, "o", mfc="none", mec=ORANGE, ms=8)
+    axes.set_xlabel(f"{'xyz'[shown[0]]} [mm]")
+    axes.set_ylabel(f"{'xyz'[shown[1]]} [mm]")
+    axes.set_aspect("equal", **({} if result.plane is None else {"adjustable": "datalim"}))
+    axes.set_title(f"displacements × {result.magnify:g}", loc="left")
+    axes.legend(loc="best")
+    return drawn_on
+
+
+@styled
+def draw_reactions(result: Result) -> Figure:
+    """Size of the force in every joint, and the forces or moments of the drives, over the first drive."""
+    drawn_on, (left, right) = figure(7.6, 3.4, ratios=(1.0, 1.0))
+    linkage, found = result.inputs.linkage, result.reactions
+    name, drive = next(iter(result.inputs.drives.items()))
+    style = {"marker": "o"} if result.poses == 1 else {}
+    for index, joint in enumerate(linkage.joints):
+        force = np.linalg.norm(_rows(result, found.force(joint))[:, :3], axis=-1)
+        dashes = "-" if index < len(COLOURS) else "--"
+        left.plot(result.drive, force, color=COLOURS[index % len(COLOURS)], ls=dashes, lw=1.2, label=joint, **style)
+    for index, (joint, driven) in enumerate(linkage.drives.items()):
+        for component, force in zip(driven, _rows(result, found.drive(joint)).T, strict=True):
+            unit = "N m" if component.startswith("r") else "N"
+            colour = INK if len(linkage.drives) == 1 else COLOURS[index % len(COLOURS)]
+            right.plot(result.drive, force, color=colour, lw=1.2, label=f"{joint} [{unit}]", **style)
+    unit = {"deg": "°", "rad": "rad"}.get(drive.unit, "m")
+    for axes, label in ((left, "joint force [N]"), (right, "drive force or moment")):
+        axes.set(xlabel=f"{name} [{unit}]", ylabel=label)
+        axes.legend(loc="best", fontsize=7.0, ncols=1 + (len(axes.lines) > 8))
+    return drawn_on
+
+
+def _rows(result: Result, values: Array) -> Array:
+    return np.broadcast_to(values, (result.poses, values.shape[-1]))

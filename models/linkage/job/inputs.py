@@ -1,0 +1,278 @@
+"""What ``linkframe run`` reads from a file beside the linkage: drives, points to report, tolerances."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..files.read import linkage_of
+from ..files.source import Source
+from ..linkage import Linkage
+
+if TYPE_CHECKING:
+    from ...sampling import Distribution
+
+UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
+RUN = ("drives", "points", "branch", "samples", "rng", "sampler", "pose", "magnify")
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """Motion of one driven joint.
+
+    Attributes
+    ----------
+    values
+        Its coordinate at every pose, in `unit`, (poses,).
+    unit
+        ``rad``, ``deg``, or nothing for a length.
+    rate, acceleration
+        In that unit by time.
+    """
+
+    values: Array
+    unit: str
+    rate: float
+    acceleration: float
+
+    @property
+    def factor(self) -> float:
+        """From the unit to what the linkage takes."""
+        return UNITS.get(self.unit, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Tolerance:
+    """Numbers of the file that share one random draw.
+
+    Attributes
+    ----------
+    of
+        Where they stand in the file.
+    law
+        Their distribution.
+    told
+        The law in words.
+    """
+
+    of: tuple[tuple[str | int, ...], ...]
+    law: Distribution
+    told: str
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """A linkage and what to do with it; made by `read_inputs`.
+
+    Attributes
+    ----------
+    source
+        The file.
+    linkage
+        As the file describes it.
+    drives
+        By driven joint.
+    points
+        Points to report, the first of them drawn.
+    branch
+        As `Linkage.move` takes it.
+    tolerances
+        By name.
+    samples, rng, sampler
+        As `propagate` takes them.
+    pose
+        Value of the first drive at the pose that the figures show; None for one in the middle.
+    magnify
+        Factor on displacements in the figures; None for one that shows them.
+    """
+
+    source: Source
+    linkage: Linkage
+    drives: Mapping[str, Drive]
+    points: tuple[str, ...]
+    branch: str = "keep"
+    tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
+    samples: int = 100
+    rng: int = 0
+    sampler: str = "random"
+    pose: float | None = None
+    magnify: float | None = None
+
+    @property
+    def first(self) -> Drive:
+        """The drive by which poses are told."""
+        return next(iter(self.drives.values()))
+
+    @property
+    def moves(self) -> bool:
+        """Whether a rate or an acceleration was given, so that there is inertia."""
+        return any(drive.rate or drive.acceleration for drive in self.drives.values())
+
+    def varied(self, draws: Mapping[str, Array]) -> Linkage:
+        """The linkage with samples (n,) in place of the numbers that the tolerances name."""
+        data = copy.deepcopy(self.source.data)
+        for name, values in draws.items():
+            for path in self.tolerances[name].of:
+                *above, last = path
+                here: Any = data
+                for key in above:
+                    here = here[key]
+                here[last] = _put(here[last], values)
+        twin = copy.copy(self.source)
+        twin.data = data
+        return linkage_of(twin)
+
+
+def read_inputs(path: Path) -> Inputs:
+    """Read the file of a job, and check all of it.
+
+    Raises
+    ------
+    FrameError
+        With line and key of what is wrong.
+    """
+    source = Source(path)
+    linkage = linkage_of(source)
+    if not isinstance(source.data.get("run", {}), dict):
+        source.fail(("run",), "is not a table: give [run]")
+    run = source.table(("run",), (), RUN) if "run" in source.data else {}
+    for joint in linkage.drives:
+        if joint not in source.names(("run", "drives")):
+            source.fail(("run",), f"joint {joint!r} is driven: give its values in [run.drives.{joint}]")
+    drives = {name: _drive(source, linkage, name) for name in source.names(("run", "drives"))}
+    if not drives:
+        source.fail(("run",), "moves nothing: drive a joint, and give its values in [run.drives.joint]")
+    _check_lengths(source, drives)
+    points = tuple(source.texts(("run", "points"))) if "points" in run else _loaded(linkage)
+    for index, point in enumerate(points):
+        if point not in linkage.points:
+            source.fail(("run", "points", index), f"there is no point {point!r}: choose of {', '.join(linkage.points)}")
+    given: dict[str, Any] = {}
+    for key, kind, wanted in (
+        ("samples", int, "a whole number, 2 or more"),
+        ("rng", int, "a whole number, 0 or more"),
+        ("pose", float, "a value of the first drive"),
+        ("magnify", float, "a number above zero"),
+    ):
+        if key in run:
+            given[key] = _number(source, ("run", key), kind, wanted)
+    for key, among in (("branch", ("keep", "switch")), ("sampler", ("random", "sobol", "lhs"))):
+        if key in run:
+            given[key] = source.text_at(("run", key), among)
+    tolerances = {name: _tolerance(source, name) for name in source.names(("tolerances",))}
+    return Inputs(source, linkage, drives, points, tolerances=tolerances, **given)
+
+
+def _drive(source: Source, linkage: Linkage, joint: str) -> Drive:
+    path = ("run", "drives", joint)
+    table = source.table(path, (), ("start", "stop", "steps", "values", "unit", "rate", "acceleration"))
+    if joint not in linkage.drives:
+        source.fail(path, f"the joint is not driven: the drives are {', '.join(linkage.drives) or 'none'}")
+    if len(linkage.drives[joint]) != 1:
+        source.fail(
+            path, f"{', '.join(linkage.drives[joint])} of the joint are driven: a file can move but one of them"
+        )
+    turns = linkage.drives[joint][0].startswith("r")
+    unit = source.text_at((*path, "unit"), UNITS if turns else ()) if "unit" in table else "rad" if turns else ""
+    if "values" in table:
+        values = np.atleast_1d(source.numbers((*path, "values")))
+    else:
+        for key in ("start", "stop", "steps"):
+            if key not in table:
+                source.fail(path, f"has no {key}: give start, stop and steps, or values")
+        steps = int(_number(source, (*path, "steps"), int, "a whole number of poses, 1 or more"))
+        ends = (float(_number(source, (*path, key), float, "a number")) for key in ("start", "stop"))
+        values = np.linspace(*ends, steps)
+    speeds = (
+        float(_number(source, (*path, key), float, "a number")) if key in table else 0.0
+        for key in ("rate", "acceleration")
+    )
+    return Drive(values, unit, *speeds)
+
+
+def _check_lengths(source: Source, drives: Mapping[str, Drive]) -> None:
+    counts = {name: len(drive.values) for name, drive in drives.items() if len(drive.values) > 1}
+    for name, count in counts.items():
+        first = next(iter(counts))
+        if count != counts[first]:
+            source.fail(("run", "drives", name), f"has {count} poses, but {first} has {counts[first]}: give as many")
+
+
+def _number(source: Source, path: tuple[str | int, ...], kind: type, wanted: str) -> float:
+    value = source.get(path)
+    good = isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value)
+    if kind is int:
+        least = {"samples": 2, "steps": 1}.get(str(path[-1]), 0)
+        good = good and isinstance(value, int) and value >= least
+    if not good or (path[-1] == "magnify" and value <= 0.0):
+        source.fail(path, f"is {value!r}: give {wanted}")
+    return value
+
+
+def _loaded(linkage: Linkage) -> tuple[str, ...]:
+    """Points that are loaded; where none is, the last point of the last link."""
+    loaded = dict.fromkeys(load.point for load in linkage.loads if load.point is not None)
+    return tuple(loaded) or (next(reversed(linkage.links.values())).points[-1],)
+
+
+def _tolerance(source: Source, name: str) -> Tolerance:
+    from scipy import stats
+
+    path = ("tolerances", name)
+    found = source.get(path)
+    if not isinstance(found, dict) or "of" not in found or "law" not in found:
+        source.fail(path, "give a table with of, law and the law's numbers")
+    law = source.text_at((*path, "law"))
+    kind = getattr(stats, law, None)
+    if not isinstance(kind, stats.rv_continuous):
+        source.fail(
+            (*path, "law"), f"is {law!r}: give a continuous distribution of scipy.stats, such as norm or uniform"
+        )
+    numbers = {key: float(source.numbers((*path, key))) for key in found if key not in ("of", "law")}
+    try:
+        frozen: Distribution = kind(**numbers)
+        middle = float(frozen.ppf(np.float64(0.5)))  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        source.fail(path, f"{law} does not take {', '.join(numbers) or 'nothing'}: {error}")
+    if not np.isfinite(middle):
+        source.fail(path, f"{law} with {numbers} is no distribution: check its numbers")
+    told = f"{law}({', '.join(f'{key}={value:g}' for key, value in numbers.items())})"
+    paths = tuple(_place(source, path, index, text) for index, text in enumerate(source.texts((*path, "of"))))
+    return Tolerance(paths, frozen, told)
+
+
+def _place(source: Source, path: tuple[str, str], index: int, text: str) -> tuple[str | int, ...]:
+    """Where a tolerance applies, such as ``joints.B.clearance`` or ``loads.0.fy``."""
+    try:
+        here: Any = tomllib.loads(f"{text} = 0")
+    except tomllib.TOMLDecodeError:
+        source.fail((*path, "of", index), f"{text!r} is no key: give one such as joints.B.clearance")
+    keys: list[str | int] = []
+    while isinstance(here, dict):
+        key, here = next(iter(here.items()))
+        keys.append(int(key) if isinstance(source.get(tuple(keys)), list) and key.isdecimal() else key)
+    value = source.get(tuple(keys))
+    try:
+        _put(value, np.zeros(1))
+    except FrameError:
+        source.fail((*path, "of", index), f"{text!r} is {value!r} in this file: name a number, or a list of numbers")
+    if keys[0] in ("run", "tolerances"):
+        source.fail((*path, "of", index), f"{text!r} is no part of the linkage")
+    return tuple(keys)
+
+
+def _put(value: object, samples: Array) -> object:
+    """Samples in place of a number; in a list in place of all its numbers but zeros and infinite ones."""
+    if isinstance(value, list):
+        return [entry if entry == 0.0 or not np.all(np.isfinite(entry)) else _put(entry, samples) for entry in value]
+    if isinstance(value, bool) or not isinstance(value, int | float | np.ndarray):
+        raise FrameError("not a number")
+    return samples

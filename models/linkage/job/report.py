@@ -1,0 +1,118 @@
+"""report.md of the job: what went in, what came out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array
+from ...job.tables import markdown, spent
+from ..reactions import NONE
+from .table import as_markdown
+
+if TYPE_CHECKING:
+    from .result import Result
+
+TABLE = """\
+Position `x`, `y`, `z` of {point} with rigid links and no clearance; `u` its displacement by compliance of links and
+joints, and clearance; `σ` the standard deviation over the samples; forces or moments of the drives. All points and all
+parts of the displacement at full precision: `table.csv`; all joint forces: `reactions.csv`. SI units."""
+
+PARAVIEW = """\
+Open `trajectory.pvd`: one step a pose; time is {time}. {how}"""
+BEAMS = """\
+Apply *Warp By Vector* with `displacement`, then *Extract Surface* and *Tube*; *Clean to Grid* first merges the twin
+nodes of the joints. Poses without a solution have `solved` = 0 and no displacement."""
+LINKS = "No link has a beam: the links are drawn as lines between their points, with `velocity` and `acceleration`."
+
+
+def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
+    """The report in Markdown.
+
+    Parameters
+    ----------
+    result
+        The run.
+    pictures
+        Caption of each figure by the name of its file.
+    notes
+        What the reader should know of this run, such as what could not be drawn.
+    seconds
+        Time that each stage took.
+
+    Returns
+    -------
+    str
+        The text.
+    """
+    increasing = np.all(np.diff(result.drive) > 0.0)
+    time = f"the value of drive {next(iter(result.inputs.drives))}" if increasing else "the number of the pose"
+    paragraphs = [
+        f"# {result.inputs.source.data.get('title', result.inputs.source.file.stem)}",
+        *_summary(result),
+        *notes,
+        "## The linkage",
+        *_linkage(result),
+        "## Table",
+        TABLE.format(point=result.inputs.points[0]),
+        as_markdown(result),
+        "## Figures",
+        *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
+        "## In ParaView",
+        PARAVIEW.format(time=time, how=BEAMS if result.has_beams else LINKS),
+        "## Time",
+        spent(seconds),
+    ]
+    return "\n\n".join(paragraphs) + "\n"
+
+
+def _summary(result: Result) -> Iterable[str]:
+    inputs = result.inputs
+    drawn = f" × {inputs.samples} samples, seed {inputs.rng}" if inputs.tolerances else ""
+    yield f"{result.poses} poses{drawn}, from `{inputs.source.file.name}`."
+    told = [status for status in dict.fromkeys(result.status.tolist()) if status != "regular"]
+    for status in told[:20]:
+        at = np.flatnonzero(result.status == status)
+        places = ", ".join(result.where(int(k)) for k in at[:8]) + (" ..." if len(at) > 8 else "")
+        yield f"At {places}: {status}."
+    if len(told) > 20:
+        yield f"{len(told) - 20} more in `table.csv`."
+    methods = sorted(set(np.atleast_1d(result.reactions.method).tolist()) - {NONE})
+    yield f"Joint reactions: {', '.join(methods)}."
+    pose = result.pose
+    yield f"Displacement of {inputs.points[0]} at {result.where(pose)}, in mm:"
+    parts = {"compliance": result.main.compliance, "clearance": result.main.clearance, "all": result.main.total}
+    rows = [[name, *_millimetres(result, values)] for name, values in parts.items()]
+    if inputs.points[0] in result.spread:
+        spread = result.spread[inputs.points[0]]
+        rows += [[name, *_millimetres(result, v)] for name, v in (("mean of samples", spread.mean), ("σ", spread.std))]
+    yield markdown(["part", *(f"u_{'xyz'[k]}" for k in result.shown)], rows, left=1)
+
+
+def _millimetres(result: Result, values: Array) -> list[str]:
+    at = np.broadcast_to(values, (result.poses, values.shape[-1]))[result.pose]
+    return [f"{1e3 * at[k]:.4g}" for k in result.shown]
+
+
+def _linkage(result: Result) -> Iterable[str]:
+    linkage = result.inputs.linkage
+    yield str(linkage.mobility()).replace("\n", "; ")
+    links = [[k.name, ", ".join(k.points), str(len(k.beams) or "rigid")] for k in linkage.links.values()]
+    yield markdown(["link", "points", "beams"], links, left=2)
+    driven = {name: " ".join(components) for name, components in linkage.drives.items()}
+    joints = [
+        [pair.name, pair.kind.name, pair.point, f"{pair.first}, {pair.second}", driven.get(pair.name, "")]
+        for pair in linkage.joints.values()
+    ]
+    yield markdown(["joint", "kind", "point", "links", "driven"], joints, left=5)
+    if result.inputs.tolerances:
+        yield markdown(
+            ["tolerance", "law", "of"],
+            [
+                [name, tolerance.told, ", ".join(".".join(map(str, path)) for path in tolerance.of)]
+                for name, tolerance in result.inputs.tolerances.items()
+            ],
+            left=3,
+        )

@@ -1,0 +1,197 @@
+"""The job computed: every number that its table, figures and report show."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError, MechanismWarning
+from ....framework.solution import Solution
+from ...propagation import Propagation, propagate
+from ...spread import Spread
+from ..accuracy import PointAccuracy
+from ..linkage import Linkage
+from ..motion import Motion
+from ..plane import plane
+from ..reactions import Reactions
+from .inputs import Inputs
+
+# How large the drawn displacements are, as a share of the linkage.
+DRAWN = 0.06
+# Samples in one go, so that memory stays bounded.
+CHUNK = 1024
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Outcome of the job. Poses without results hold NaN.
+
+    Attributes
+    ----------
+    inputs
+        What was asked for.
+    """
+
+    inputs: Inputs
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Motion of the nominal linkage, (poses,)."""
+        return self.move(self.inputs.linkage)
+
+    def move(self, linkage: Linkage, *, column: bool = False) -> Motion:
+        """Motion of a linkage over the poses; as a column, (poses, 1), beside samples."""
+        drives = self.inputs.drives
+        shape = (-1, 1) if column else (-1,)
+        values = {name: (drive.factor * drive.values).reshape(shape) for name, drive in drives.items()}
+        rates = {name: drive.factor * drive.rate for name, drive in drives.items()}
+        gains = {name: drive.factor * drive.acceleration for name, drive in drives.items()}
+        return linkage.move(values, rates=rates, accelerations=gains, branch=self.inputs.branch)
+
+    @property
+    def poses(self) -> int:
+        """Number of poses."""
+        return int(np.prod(self.motion.shape))
+
+    @property
+    def drive(self) -> Array:
+        """Values of the first drive, in its unit, (poses,)."""
+        return np.broadcast_to(self.inputs.first.values, (self.poses,))
+
+    @cached_property
+    def accuracy(self) -> dict[str, PointAccuracy]:
+        """By point to report."""
+        return {point: self.motion.accuracy(point, inertia=self.inputs.moves) for point in self.inputs.points}
+
+    @property
+    def main(self) -> PointAccuracy:
+        """Of the first point."""
+        return self.accuracy[self.inputs.points[0]]
+
+    @property
+    def solution(self) -> Solution:
+        """The loaded frame at all poses."""
+        return self.main.solution
+
+    @property
+    def has_beams(self) -> bool:
+        """Whether there is a beam to show."""
+        return bool(self.solution.frame.members)
+
+    @cached_property
+    def reactions(self) -> Reactions:
+        """Joint reactions and drive forces."""
+        return self.motion.reactions()
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """That of the motion, or where it is regular that of the frame, (poses,)."""
+        frame = np.broadcast_to(self.main.status, self.motion.shape)
+        return np.where(self.motion.status == "regular", frame, self.motion.status)
+
+    @cached_property
+    def plane(self) -> tuple[int, int] | None:
+        """The two global axes of the plane in which the linkage moves; None where it moves in space."""
+        return plane(self.motion)
+
+    @property
+    def shown(self) -> tuple[int, ...]:
+        """Components that the tables show: two in a plane, three in space."""
+        return (0, 1, 2) if self.plane is None else self.plane
+
+    @cached_property
+    def propagation(self) -> Propagation | None:
+        """Displacement of all points from their nominal rigid positions, (samples, points, poses, 3)."""
+        if not self.inputs.tolerances:
+            return None
+        nominal = np.stack([found.rigid for found in self.accuracy.values()])
+
+        def displaced(**draws: Array) -> Array:
+            motion = self.move(self.inputs.varied(draws), column=True)
+            each = [motion.accuracy(point, inertia=self.inputs.moves) for point in self.inputs.points]
+            size = len(next(iter(draws.values())))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MechanismWarning)
+                places = [found.rigid + found.total[..., :3] for found in each]
+            shape = (self.poses, size, 3)
+            return np.stack([np.broadcast_to(place, shape) for place in places]) - nominal[:, :, None]
+
+        laws = {name: tolerance.law for name, tolerance in self.inputs.tolerances.items()}
+        count, seed, sampler = self.inputs.samples, self.inputs.rng, self.inputs.sampler
+        return propagate(displaced, laws, n=count, rng=seed, sampler=sampler, axis=2, chunk=CHUNK)
+
+    @cached_property
+    def spread(self) -> dict[str, Spread]:
+        """Samples of the displacement of each point, (poses, samples, 3); none without tolerances."""
+        if self.propagation is None:
+            return {}
+        samples = np.moveaxis(self.propagation.samples, 0, 2).copy()
+        # Where the nominal linkage has no answer, that of its neighbours by linear mechanics has no meaning.
+        samples[:, ~np.isfinite(self.main.total).all(axis=-1)] = np.nan
+        return {point: Spread(samples[index]) for index, point in enumerate(self.inputs.points)}
+
+    @cached_property
+    def pose(self) -> int:
+        """Number of the pose that the figures show: as asked, or the regular one nearest to a third of the way."""
+        good = np.isfinite(self.main.total).all(axis=-1)
+        if self.inputs.pose is not None:
+            return int(np.argmin(np.abs(self.drive - self.inputs.pose)))
+        if not good.any():
+            good = self.motion.is_assembled
+        if not good.any():
+            raise FrameError("no pose can be assembled: check the drawing, the drives and their unit")
+        away = np.abs(np.arange(self.poses) - self.poses / 3.0)
+        return int(np.argmin(np.where(good, away, np.inf)))
+
+    @cached_property
+    def size(self) -> float:
+        """Largest extent of the linkage over its motion."""
+        points = [self.motion.position(point) for point in self.inputs.linkage.points if self._has(point)]
+        flat = np.stack(points).reshape(-1, 3)
+        return float(np.ptp(flat[np.isfinite(flat).all(axis=-1)], axis=0).max())
+
+    @cached_property
+    def magnify(self) -> float:
+        """Factor on drawn displacements, a round number."""
+        if self.inputs.magnify is not None:
+            return self.inputs.magnify
+        moved = self.spread[self.inputs.points[0]].samples if self.spread else self.main.total[..., :3]
+        lengths = np.linalg.norm(moved, axis=-1)
+        largest = float(np.quantile(lengths[np.isfinite(lengths)], 0.9)) if np.isfinite(lengths).any() else 0.0
+        if largest == 0.0:
+            return 1.0
+        factor = DRAWN * self.size / largest
+        decade = 10.0 ** np.floor(np.log10(factor))
+        return float(max(1.0, decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= factor)))
+
+    def where(self, pose: int) -> str:
+        """A pose in words, such as ``"A = 30°"``."""
+        name, drive = next(iter(self.inputs.drives.items()))
+        unit = {"deg": "°", "rad": " rad"}.get(drive.unit, " m")
+        return f"{name} = {self.drive[pose]:g}{unit}"
+
+    def _has(self, point: str) -> bool:
+        return any(point in link.points for link in self.inputs.linkage.links.values())
+
+
+def compute(inputs: Inputs) -> Result:
+    """Compute the job, so that nothing is left to fail when it is written.
+
+    Raises
+    ------
+    FrameError
+        If no pose can be assembled, or something cannot be solved.
+    """
+    result = Result(inputs)
+    with warnings.catch_warnings():
+        # Singular poses are part of the answer: their status says so.
+        warnings.simplefilter("ignore", MechanismWarning)
+        _ = result.pose, result.status, result.reactions
+        for found in result.accuracy.values():
+            _ = found.compliance, found.total
+    return result

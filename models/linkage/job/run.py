@@ -1,0 +1,91 @@
+"""The job of ``linkframe run``: check, compute, and then write everything or nothing."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ....framework.errors import MechanismWarning
+from ...job.output import results
+from ...job.rendered import rendered
+from ...job.stages import Stages
+from .figures import captions, draw
+from .inputs import Inputs
+from .report import report
+from .result import compute
+from .table import as_csv, as_text, reactions_csv
+
+if TYPE_CHECKING:
+    from .result import Result
+
+# What an earlier run may have left: of more poses, with tolerances, or where rendering works.
+EARLIER = ("figure3d.png", "histogram.png", "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
+
+
+def run(inputs: Inputs, out: Path) -> None:
+    """Run the job and print its table.
+
+    Parameters
+    ----------
+    inputs
+        What to compute.
+    out
+        Directory for the results; made if it does not exist. Files of an earlier run are replaced, others stay.
+
+    Raises
+    ------
+    FrameError
+        If no pose can be assembled, something cannot be solved, or `out` cannot be written; then nothing is.
+    """
+    stages = Stages(7 if inputs.tolerances else 6)
+    with results(out, EARLIER) as stage, warnings.catch_warnings():
+        # Singular poses are part of the answer: their status says so.
+        warnings.simplefilter("ignore", MechanismWarning)
+        with stages("solution"):
+            result = compute(inputs)
+        if inputs.tolerances:
+            with stages("samples"):
+                _save_samples(result, stage / "samples.npz")
+        with stages("tables"):
+            (stage / "table.csv").write_text(as_csv(result), encoding="utf-8")
+            (stage / "reactions.csv").write_text(reactions_csv(result), encoding="utf-8")
+        with stages("figures"):
+            for name, figure in draw(result).items():
+                figure.savefig(stage / name)
+        with stages("ParaView files"):
+            _save(result, stage / "trajectory.pvd")
+        with stages("3-D picture"):
+            notes = rendered(result.solution, stage / "figure3d.png", result.pose) if result.has_beams else []
+        with stages("report"):
+            pictures = {name: text for name, text in captions(result).items() if (stage / name).exists()}
+            text = report(result, pictures, notes, stages.seconds)
+            (stage / "report.md").write_text(text, encoding="utf-8")
+        stages.bar.close()
+    _tell(result, out, notes, stages)
+
+
+def _save_samples(result: Result, path: Path) -> None:
+    found = result.propagation
+    assert found is not None
+    arrays: dict[str, Any] = {"drive": result.drive, "displacement": found.samples}
+    np.savez_compressed(path, **arrays)
+
+
+def _save(result: Result, path: Path) -> None:
+    times = result.drive if np.all(np.diff(result.drive) > 0.0) else None
+    if result.has_beams:
+        result.solution.save(path, times=times, axis=0)
+    else:
+        result.motion.save(path, times=times)
+
+
+def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
+    print(as_text(result))
+    for note in notes:
+        print(f"\n{note}")
+    split = ", ".join(f"{name} {seconds:.2f}" for name, seconds in stages.seconds.items())
+    print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
+    print(f"{sum(stages.seconds.values()):.2f} s: {split}")

@@ -1,0 +1,95 @@
+"""The table of the job, one row a pose: drives, rigid position, displacement, spread, drive forces, status."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.dofs import FORCES
+from ...job.tables import aligned, markdown, readable, separated
+
+if TYPE_CHECKING:
+    from .result import Result
+
+AXES = "xyz"
+
+
+def as_csv(result: Result) -> str:
+    """All points and all components at full precision."""
+    names, columns = _columns(result)
+    numbers = np.column_stack(columns).tolist()
+    rows = ([*row, status] for row, status in zip(numbers, result.status.tolist(), strict=True))
+    return separated([*names, "status"], rows)
+
+
+def reactions_csv(result: Result) -> str:
+    """Force and moment of every joint on its second link, and the force of every drive."""
+    found, linkage = result.reactions, result.inputs.linkage
+    names, columns = _drives(result)
+    for joint in linkage.joints:
+        names += [f"{joint}_{component}" for component in FORCES]
+        columns += list(np.moveaxis(_spread(result, found.force(joint)), -1, 0))
+    for joint, driven in linkage.drives.items():
+        names += [f"{joint}_drive_{component}" for component in driven]
+        columns += list(np.moveaxis(_spread(result, found.drive(joint)), -1, 0))
+    method = np.broadcast_to(found.method, (result.poses,)).tolist()
+    rows = ([*row, how] for row, how in zip(np.column_stack(columns).tolist(), method, strict=True))
+    return separated([*names, "method"], rows)
+
+
+def as_text(result: Result) -> str:
+    """For a terminal: the first point."""
+    return aligned(list(_cells(result)))
+
+
+def as_markdown(result: Result) -> str:
+    """For the report: the first point."""
+    heading, *body = _cells(result)
+    return markdown(heading, body)
+
+
+def _drives(result: Result) -> tuple[list[str], list[Array]]:
+    drives = result.inputs.drives
+    names = [f"{name}_{drive.unit}" if drive.unit else name for name, drive in drives.items()]
+    return names, [np.broadcast_to(drive.values, (result.poses,)) for drive in drives.values()]
+
+
+def _columns(result: Result) -> tuple[list[str], list[Array]]:
+    names, columns = _drives(result)
+    for point, found in result.accuracy.items():
+        parts = {"": found.rigid, "compliance_": found.compliance, "clearance_": found.clearance, "total_": found.total}
+        if point in result.spread:
+            spread = result.spread[point]
+            parts |= {"mu_": found.rigid + spread.mean, "sigma_": spread.std}
+        for kind, values in parts.items():
+            names += [f"{point}_{kind}{axis}" for axis in AXES]
+            columns += list(np.moveaxis(_spread(result, values[..., :3]), -1, 0))
+    return names, columns
+
+
+def _cells(result: Result) -> Iterator[list[str]]:
+    """A heading, then a row a pose."""
+    shown, point = result.shown, result.inputs.points[0]
+    drives = {joint: result.reactions.drive(joint) for joint in result.inputs.linkage.drives}
+    heads = list(result.inputs.drives) + [AXES[k] for k in shown] + [f"u_{AXES[k]}" for k in shown]
+    columns = _drives(result)[1]
+    columns += [_spread(result, result.main.rigid)[:, k] for k in shown]
+    columns += [_spread(result, result.main.total)[:, k] for k in shown]
+    forms = ["g"] * len(result.inputs.drives) + ["z.6f"] * len(shown) + [".3e"] * len(shown)
+    if point in result.spread:
+        heads += [f"σ_{AXES[k]}" for k in shown]
+        columns += [result.spread[point].std[:, k] for k in shown]
+        forms += [".2e"] * len(shown)
+    heads += [f"drive {joint}" for joint in drives]
+    columns += [_spread(result, force)[:, 0] for force in drives.values()]
+    forms += [".4g"] * len(drives)
+    yield [*heads, "status"]
+    for row, status in zip(np.column_stack(columns).tolist(), result.status.tolist(), strict=True):
+        yield [*(readable(value, form) for value, form in zip(row, forms, strict=True)), status]
+
+
+def _spread(result: Result, values: Array) -> Array:
+    return np.broadcast_to(values, (result.poses, values.shape[-1]))
