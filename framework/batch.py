@@ -70,9 +70,9 @@ def aligned(array: Array, ndim: int, trailing: int = 0) -> Array:
 
 def turned(axes: Array, vectors: Array) -> Array:
     """Each three components of `vectors` (..., 3 n) multiplied by the matrices `axes` (..., 3, 3)."""
-    split = vectors.reshape(*vectors.shape[:-1], -1, 3)
+    split = vectors.reshape(*vectors.shape[:-1], vectors.shape[-1] // 3, 3)
     out: Array = np.einsum("...ij,...kj->...ki", axes, split)
-    return out.reshape(*out.shape[:-2], -1)
+    return out.reshape(*out.shape[:-2], 3 * out.shape[-2])
 
 
 def block_diagonal(parts: Sequence[Array]) -> Array:

@@ -85,10 +85,19 @@ class Bounds:
         with np.errstate(all="ignore"):
             return _upwards(np.abs(computed - value) + doubt)
 
+    def distance(self) -> Array:
+        """Least singular value of the scaled deformations, (...)."""
+        out: Array = np.ones(self.solution.shape)
+        with np.errstate(all="ignore"):
+            for index in range(self._count):
+                where, state = self._state(index)
+                out[where] = self._inverted(state).distance()
+        return out
+
     def adjoints(self, name: str, kind: str) -> Iterator[tuple[Any, Adjoint]]:
         """Part by part of the batch: where it is, and the adjoint of results there."""
         with np.errstate(all="ignore"):
-            for part in self._parts():
+            for part in self.parts():
                 yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind))
 
     def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
@@ -102,16 +111,30 @@ class Bounds:
 
     # -- parts of the batch -----------------------------------------------------------------------------------------
 
-    def _parts(self) -> Iterator[Part]:
-        shape = self.plan.frame.shape
-        count = -(-shape[self.axis] // self.step) if shape else 1
-        for index in range(count):
+    def parts(self) -> Iterator[Part]:
+        """The batch part by part; later parts stand for what earlier ones could not settle."""
+        for index in range(self._count):
             parts = self._kept[index] if index in self._kept else list(self._part(index))
-            if count <= _KEEP:
+            if self._count <= _KEEP:
                 self._kept[index] = parts
             yield from parts
 
+    @property
+    def _count(self) -> int:
+        """Number of parts."""
+        shape = self.plan.frame.shape
+        return -(-shape[self.axis] // self.step) if shape else 1
+
     def _part(self, index: int) -> Iterator[Part]:
+        where, state = self._state(index)
+        compliance = self._inverted(state)
+        yield Part(where, state.corrected(compliance) if compliance.near else state, compliance)
+        if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
+            shape = state.values.shape[:-1]
+            yield from self._hard(where, np.broadcast_to(compliance.least, shape) <= 0.0)
+
+    def _state(self, index: int) -> tuple[tuple[slice, ...], Equilibrium]:
+        """Where a part is, and the solution in it."""
         shape = self.plan.frame.shape
         where = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),) if shape else ()
 
@@ -120,14 +143,12 @@ class Bounds:
             return array[where] if whole else array
 
         unknowns, values = self._values
-        state = Equilibrium(self._statics, cut, unknowns, cut(values, 1))
+        return where, Equilibrium(self._statics, cut, unknowns, cut(values, 1))
+
+    def _inverted(self, state: Equilibrium) -> Compliance:
         if not isinstance(self.solution.solver, BroadcastSolver):
-            yield Part(where, state.corrected(self._sparse) if self._sparse.near else state, self._sparse)
-            return
-        compliance = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
-        yield Part(where, state.corrected(compliance) if compliance.near else state, compliance)
-        if len(unknowns) <= MOST:
-            yield from self._hard(where, np.broadcast_to(compliance.least, values[where].shape[:-1]) <= 0.0)
+            return self._sparse
+        return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
 
     def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[Part]:
         """What double precision cannot tell from singular, in extended precision."""

@@ -45,6 +45,10 @@ class Compliance(ABC):
     least: Array
     fuzz: Array
 
+    @abstractmethod
+    def distance(self) -> Array:
+        """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""
+
     @property
     def near(self) -> bool:
         """Whether something is so close to singular that one more step of refinement is worth it."""
@@ -122,7 +126,7 @@ class DenseCompliance(Compliance):
         self.least = least if size else np.ones(())
 
     def distance(self) -> Array:
-        """Least singular value of ``sqrt(k) B D``, whose columns have length one, (...)."""
+        """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""
         finite = np.where(np.isfinite(self.scaled), self.scaled, 0.0).astype(np.float64)
         found: Array = np.linalg.svd(finite, compute_uv=False).min(axis=-1, initial=1.0)
         return found
@@ -159,9 +163,14 @@ class SparseCompliance(Compliance):
                 growth = np.inf
                 break
             vector, growth = found, float(np.sqrt(np.sum(found**2, axis=0)).max())
+        self._growth = growth
         width = np.max(np.diff(factor.scaled.indptr))
         self.fuzz = np.asarray(_DEFORMATION * ROUNDING * float(width))
         self.least = np.asarray(max(1.0 / (_SAFETY * growth) - self.fuzz, 0.0))
+
+    def distance(self) -> Array:
+        """Least singular value of the deformations by the unknowns, scaled to columns of length one, estimated, ()."""
+        return np.asarray(1.0 / np.sqrt(self._growth))
 
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""

@@ -67,7 +67,10 @@ class Springs:
 
     def forces(self, pulls: Real, count: int) -> Real:
         """Forces (..., count, 6) on the nodes for forces (..., n, 6) that work on the deformations."""
-        acting = np.einsum("...nij,...ni->...nj", self.rows, pulls)
+        return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, pulls), count)
+
+    def gathered(self, acting: Real, count: int) -> Real:
+        """Sum on the nodes, (..., count, 6), of forces on both ends of the members (..., n, 12), global."""
         shape = acting.shape[:-2]
         acting = acting.reshape(*shape, -1, 6)
         out = np.zeros((*shape, count, 6), acting.dtype)

@@ -114,15 +114,3 @@ def groups(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.int64], ...] | None
         return [None] if mask else []
     index = np.nonzero(mask)
     return [tuple(each[k : k + _CHUNK] for each in index) for k in range(0, len(index[0]), _CHUNK)]
-
-
-def distances(plan: Plan) -> Array:
-    """Least singular value of ``sqrt(k) B D`` of what the loads reach, whose columns have length one, (...)."""
-    statics, unknowns = Statics(plan), excited(plan)
-    out: Array = np.ones(plan.frame.shape)
-    with np.errstate(all="ignore"):
-        for index in groups(np.ones(plan.frame.shape, dtype=bool)):
-            state = hard_state(statics, index, unknowns, None)
-            found = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns).distance()
-            out[() if index is None else index] = found
-    return out

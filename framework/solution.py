@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .bounds import Bounds
     from .resolved import Resolved
     from .sensitivity import Sensitivity
+    from .singular import FreeMotion
 
 
 class Solution:
@@ -354,6 +355,43 @@ class Solution:
         from .status import describe
 
         return describe(self.plan, entry)
+
+    def free_motion(self, *entry: int) -> FreeMotion:
+        """Motions that nothing resists at a batch entry: shapes, turning joints, work of the loads on them.
+
+        Parameters
+        ----------
+        *entry
+            Indices of a batch entry.
+        """
+        from .singular import free_motion
+
+        return free_motion(self.plan, entry)
+
+    def distance_to_singularity(self) -> Array:
+        """Least singular value of the deformations by the unknowns, their columns scaled to length one, (...).
+
+        With the stiffness as springs k on deformations B q it is that of ``sqrt(k) B``, the square root of the least
+        eigenvalue of the scaled stiffness: rounding (1e-15) where nothing resists some motion. For a four-bar it falls
+        in proportion to the angle from a singular pose.
+        """
+        return self._read("distance", lambda: self.bounds.distance())
+
+    def nonlinearity(self) -> Array:
+        """Estimated relative error of the displacements by their being linear, (...); inf where a mechanism.
+
+        From the forces out of balance in the displaced shape, see `linkframe.framework.validity`.
+        """
+        from .validity import nonlinearity
+
+        return self._read("nonlinearity", lambda: nonlinearity(self))
+
+    @property
+    def linear(self) -> NDArray[np.bool_]:
+        """Whether linear mechanics holds, (...): where `nonlinearity` is below 0.05."""
+        from .validity import LINEAR
+
+        return self.nonlinearity() < LINEAR
 
     def condition_number(self) -> Array:
         """2-norm condition number of K, assembled in the usual way with joints as springs between nodes, (...)."""

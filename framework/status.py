@@ -74,7 +74,7 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
 def describe(plan: Plan, entry: tuple[int, ...]) -> str:
     """Each free motion of a batch entry as a list of nodes and directions."""
     names = list(plan.frame.nodes)
-    size = _size(plan)
+    size = reach(plan)
     sentences = []
     for motion in free_motions(plan, entry):
         weighed = motion * np.array([1.0, 1.0, 1.0, size, size, size])
@@ -94,7 +94,8 @@ def _direction(weighed: Array, largest: float) -> str:
     )
 
 
-def _size(plan: Plan) -> float:
+def reach(plan: Plan) -> float:
+    """Length of the longest member."""
     lengths = [float(np.max(plan.frame.length(member))) for member in plan.frame.members]
     return max(lengths, default=1.0)
 
