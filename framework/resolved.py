@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .batch import Array
 from .compliance import DenseCompliance
 from .dense import Entries
 from .equilibrium import Equilibrium, Statics
