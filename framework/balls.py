@@ -28,6 +28,7 @@ _BALANCED = 1e-12
 _RESIDUAL = 1e-6
 _MOST = 100
 _STEPS = 12
+_PATIENCE = 3
 _ROUNDING = 1e-15
 
 
@@ -163,16 +164,21 @@ def _newton(stiffness: Array, force: Array, groups: Groups, x: Array, multiplier
     size = 1.0 + np.abs(stiffness).max(axis=(0, 1))
     least = np.full(size.shape, np.inf)
     best = x, multiplier
+    going, failed = np.ones(size.shape, dtype=bool), np.zeros(size.shape)
     for _ in range(_STEPS):
         inside = 0.5 * (1.0 - groups.dot(x, x))
         touched = multiplier > inside
         multiplier = np.where(touched, multiplier, 0.0)
         residual = force - _times(stiffness, x) - multiplier[groups.own] * x
-        error = np.maximum(np.abs(residual).max(axis=0) / size, np.where(touched, np.abs(inside), 0.0).max(axis=0))
-        better = error < least
+        off = np.maximum(np.where(touched, np.abs(inside), -inside), -multiplier).max(axis=0)
+        error = np.maximum(np.abs(residual).max(axis=0) / size, off)
+        better = going & (error < least)
         least = np.where(better, error, least)
         best = np.where(better, x, best[0]), np.where(better, multiplier, best[1])
-        if not better.any() or np.all(least <= _ROUNDING):
+        failed = np.where(better, 0, failed + 1)
+        # each entry ends for reasons of its own, so that it does not depend on the others
+        going &= (least > _ROUNDING) & (failed < _PATIENCE)
+        if not going.any():
             break
         step, change = _corrected(stiffness, groups, x, multiplier, residual, inside, touched)
         x, multiplier = x + step, multiplier + change
@@ -199,11 +205,16 @@ def _corrected(
     schur = np.stack([groups.dot(normals[b], pushed[c])[b] + (b == c) * ~touched[b] for b in balls for c in balls])
     gap = np.where(touched, groups.dot(x, free) - inside, 0.0)
     (change,) = _solved(schur.reshape(len(balls), len(balls), -1), gap)
-    return free - np.sum([change[b] * pushed[b] for b in balls], axis=0), change
+    for b in balls:
+        free -= change[b] * pushed[b]
+    return free, change
 
 
 def _times(matrix: Array, x: Array) -> Array:
-    out: Array = np.einsum("ijn,jn->in", matrix, x)
+    """Product by entry; its terms are added in one order however many entries there are."""
+    out: Array = matrix[:, 0] * x[0]
+    for j in range(1, len(x)):
+        out += matrix[:, j] * x[j]
     return out
 
 
