@@ -1,0 +1,111 @@
+"""Any number may be an array: members of a batch are what they are alone, to the last bit, however they are cut."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linkframe.models import FourBar, Linkage
+from linkframe.models.linkage import blocks
+from numpy.testing import assert_allclose, assert_array_equal
+from reference.linkages import bennett, four_bar, rssr
+from reference.spatial import stewart
+
+
+def tolerant(count, spread=1e-2, seed=0):
+    """A four-bar whose lengths are random, drawn with one set of them; and the lengths."""
+    rng = np.random.default_rng(seed)
+    a, b, c, d = (nominal * (1.0 + spread * rng.standard_normal(count)) for nominal in (0.1, 0.25, 0.2, 0.22))
+    linkage = Linkage(
+        A=(0, 0), B=(0.05, 0.05 * np.sqrt(3.0)), D=(0.2, 0.24), E=np.stack([d, 0.0 * d], axis=-1), P=(0.1, 0.3)
+    )
+    linkage.link("crank", "A", "B", length=a)
+    linkage.link("coupler", "B", "D", length=b)
+    linkage.link("rocker", "D", "E", length=c)
+    linkage.revolute("A", "ground", "crank", drive=True, at=np.pi / 3)
+    linkage.revolute("B", "crank", "coupler")
+    linkage.revolute("D", "coupler", "rocker")
+    linkage.revolute("E", "rocker", "ground")
+    return linkage, (a, b, c, d)
+
+
+def test_random_lengths_are_the_closed_form():
+    theta = np.linspace(0.0, 2.0 * np.pi, 37)[:, None]
+    linkage, (a, b, c, d) = tolerant(50)
+    motion = linkage.move(A=theta, rates={"A": 2.0})
+    closed = FourBar(a, b, c, d, branch="open").move(theta, rate=2.0)
+    assert motion.shape == (37, 50)
+    for point in "BDE":
+        assert_allclose(motion.position(point), closed.position(point), atol=1e-15)
+        assert_allclose(motion.velocity(point), closed.velocity(point), atol=1e-14)
+    assert motion.gap.max() < 1e-13 * 0.25
+
+
+def test_wide_spread_is_reached_step_by_step():
+    theta = np.linspace(0.0, 2.0 * np.pi, 37)[:, None]
+    linkage, (a, b, c, d) = tolerant(200, spread=0.08)
+    motion = linkage.move(A=theta)
+    four_bars = FourBar(a, b, c, d, branch="open")
+    reach = four_bars.assembles(theta)
+    assert_array_equal(motion.is_assembled[reach], True)
+    safe = np.broadcast_to(reach.all(axis=0), reach.shape)
+    closed = FourBar(*(x[reach.all(axis=0)] for x in (a, b, c, d)), branch="open").move(theta)
+    found = motion.position("D")[safe].reshape(37, -1, 3)
+    assert_allclose(found, closed.position("D"), atol=1e-13)
+
+
+@pytest.mark.parametrize("members", [1, 7, 10**6])
+def test_bits_do_not_depend_on_the_blocks(members, monkeypatch):
+    theta = np.linspace(0.0, 6.0, 23)[:, None]
+    expected = tolerant(40)[0].move(A=theta, rates={"A": 1.0})
+    monkeypatch.setattr(blocks.blocks, "__defaults__", (members,))
+    motion = tolerant(40)[0].move(A=theta, rates={"A": 1.0})
+    for point in "BD":
+        assert_array_equal(motion.position(point), expected.position(point))
+        assert_array_equal(motion.velocity(point), expected.velocity(point))
+
+
+def test_blocks_cover_the_batch_once():
+    for shape in ((), (5,), (3, 4), (7, 1, 11), (2, 3, 5)):
+        for members in (1, 4, 6, 100):
+            count = np.zeros(shape, dtype=int)
+            for block in blocks.blocks(shape, members):
+                assert count[block].size <= members
+                count[block] += 1
+            assert np.all(count == 1)
+
+
+@pytest.mark.parametrize(
+    "linkage",
+    [four_bar(2, 7, 9, 6, 0.5), bennett(0.5, 1.2, 1.0), rssr(0.4, 1.2, 1.0, (0.7, 0.9, 0.3), 0.8, universal=True)],
+)
+def test_a_pose_alone_is_the_pose_of_the_sweep(linkage):
+    (joint,) = linkage.drives
+    values = float(linkage.joint(joint).at[0]) + np.linspace(-0.4, 0.4, 9)
+    sweep = linkage.move({joint: values})
+    for k, value in enumerate(values):
+        alone = linkage.move({joint: value})
+        assert alone.shape == ()
+        for name, link in linkage.links.items():
+            assert_allclose(alone.position(link.points[0], name), sweep.position(link.points[0], name)[k], atol=1e-14)
+            assert_allclose(alone.axes(name), sweep.axes(name)[k], atol=1e-14)
+
+
+def test_grid_of_several_drives_broadcasts():
+    linkage = stewart()[0]
+    first, second = np.linspace(-0.05, 0.05, 4)[:, None], np.linspace(0.0, 0.1, 3)
+    motion = linkage.move(M0=first, M1=second)
+    assert motion.shape == (4, 3)
+    assert_allclose(motion.coordinate("M0")[..., 0], np.broadcast_to(first, (4, 3)))
+    assert_allclose(motion.coordinate("M1")[..., 0], np.broadcast_to(second, (4, 3)))
+    assert_allclose(motion.coordinate("M2")[..., 0], 0.0)
+    for i in range(4):
+        for j in range(3):
+            alone = linkage.move(M0=first[i, 0], M1=second[j])
+            assert_allclose(motion.position("O")[i, j], alone.position("O"), atol=1e-13)
+
+
+def test_rates_may_have_axes_of_their_own():
+    motion = four_bar(2, 7, 9, 6, 0.5).move(A=np.array([0.5, 0.6])[:, None], rates={"A": [1.0, 2.0, 3.0]})
+    assert motion.velocity("D").shape == (2, 3, 3)
+    assert motion.position("D").shape == (2, 3, 3)
+    assert_allclose(motion.velocity("D")[:, 2], 3.0 * motion.velocity("D")[:, 0])
