@@ -71,7 +71,7 @@ def draw_trajectory(
     if not regular.all():
         left.plot(*places[~regular].T, "x", color=ORANGE, ms=7, mew=1.6, zorder=5, label="singular pose", ls="")
     left.plot(*places[pose], "o", mfc="none", mec=ORANGE, ms=9, mew=1.2, zorder=6)
-    name, (x, y) = point
+    name, x, y = point[0], point[1][0], point[1][1]
     left.set(xlabel=f"{x} of {name} [mm]", ylabel=f"{y} of {name} [mm]", aspect="equal", adjustable="datalim")
     left.set_title(f"displacements × {magnify:g}", loc="left")
     left.legend(loc="best", handlelength=1.6)

@@ -125,7 +125,7 @@ def stiffness(motion: Motion, point: str, link: str | None) -> Array:
     """Inverse of the flexibility, (..., 6, 6); see `Motion.stiffness`."""
     compliance = flexibility(motion, point, link)
     compliance = 0.5 * (compliance + np.swapaxes(compliance, -1, -2))
-    known = np.isfinite(compliance).all(axis=(-2, -1))
+    known = np.asarray(np.isfinite(compliance).all(axis=(-2, -1)))
     # Lengths and angles are brought to like size before the rank is judged.
     size = np.sqrt(np.abs(np.diagonal(compliance, axis1=-2, axis2=-1)))
     scaled = compliance / np.where(size > 0.0, size, 1.0)[..., :, None] / np.where(size > 0.0, size, 1.0)[..., None, :]

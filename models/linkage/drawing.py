@@ -92,7 +92,7 @@ def _outline(motion: Motion, link: str, pose: int) -> Iterator[Array]:
 
 def _at(motion: Motion, point: str, link: str | None, pose: int) -> Array:
     """Position of a point at one pose, (3,)."""
-    return np.broadcast_to(motion.position(point, link), (*motion.shape, 3))[pose]
+    return np.asarray(np.broadcast_to(motion.position(point, link), (*motion.shape, 3))[pose])
 
 
 def _springs(axes: Any, motion: Motion, pose: int, shown: tuple[int, ...]) -> None:

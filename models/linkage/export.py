@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from ...framework.batch import Array
 from ...framework.errors import FrameError
 from ...framework.export import increasing
 from ...framework.files import whole_or_nothing
@@ -34,10 +35,12 @@ def save(motion: Motion, path: str | Path, times: ArrayLike | None) -> None:
         write_names(stage / path.name, {"link": list(motion.linkage.links)})
 
 
-def _links(motion: Motion, poses: np.ndarray) -> Part:
+def _links(motion: Motion, poses: NDArray[np.int64]) -> Part:
     """Links as lines from point to point, closed where a link has more than two."""
-    points, cells, owner = [], [], []
-    data: dict[str, list[np.ndarray]] = {"velocity": [], "acceleration": []}
+    points: list[Array] = []
+    cells: list[tuple[int, int]] = []
+    owner: list[int] = []
+    data: dict[str, list[Array]] = {"velocity": [], "acceleration": []}
     for number, (name, link) in enumerate(motion.linkage.links.items()):
         first = len(points)
         numbers = {point: first + index for index, point in enumerate(link.points)}
@@ -49,7 +52,7 @@ def _links(motion: Motion, poses: np.ndarray) -> Part:
         cells += [(numbers[a], numbers[b]) for a, b in lines]
         owner += [number] * len(lines)
 
-    def taken(vectors: list[np.ndarray]) -> np.ndarray:
+    def taken(vectors: list[Array]) -> Array:
         return np.stack([np.broadcast_to(v, (*motion.shape, 3)).reshape(-1, 3)[poses] for v in vectors], axis=1)
 
     links = np.broadcast_to(np.array(owner, dtype=np.int32), (len(poses), len(owner)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -233,7 +233,7 @@ def _parts(beam: Beam, chain: list[str], at: dict[str, Array]) -> list[Beam]:
     for index, (here, there) in enumerate(pairwise(cuts)):
         ends = {"start": index == 0, "end": index == len(cuts) - 2}
         release = tuple(name for name in beam.release if ends[name.split()[0]])
-        sections = {}
+        sections: dict[str, Any] = {}
         if beam.end is not None:
             sections = {"section": beam.section.between(beam.end, here), "end": beam.section.between(beam.end, there)}
         parts.append(replace(beam, release=release, **sections))

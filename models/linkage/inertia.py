@@ -44,7 +44,7 @@ def place(linkage: Linkage, link: str, point: str) -> Array:
         return drawn
     start = linkage.points[given.points[0]]
     chord = drawn - start
-    return start + chord * (given.length / np.linalg.norm(chord, axis=-1))[..., None]
+    return np.asarray(start + chord * (given.length / np.linalg.norm(chord, axis=-1))[..., None])
 
 
 def is_given(link: Link) -> bool:
@@ -94,8 +94,8 @@ def _of_beams(linkage: Linkage, link: Link) -> Inertia:
     massive = _massive(link)
     total = np.zeros((6, 6))
     for pair, beam in link.beams.items():
-        ends = [place(linkage, link.name, point) for point in pair]
-        total = total + _rigid_mass(beam if massive else with_density(beam, 1.0), *ends, places[0])
+        start, end = (place(linkage, link.name, point) for point in pair)
+        total = total + _rigid_mass(beam if massive else with_density(beam, 1.0), start, end, places[0])
     mass = total[..., 0, 0]
     arm = np.stack([total[..., 5, 1], total[..., 3, 2], total[..., 4, 0]], axis=-1) / mass[..., None]
     turn = cross_matrix(arm)

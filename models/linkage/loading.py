@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,7 +45,8 @@ def add_inertia_loads(frame: Frame, motion: Motion, nodes: Nodes, pieces: Pieces
                 forces = _force(motion, link, beam, start, 0.0), _force(motion, link, beam, end, 1.0)
                 names = [k for k in range(3) if any(np.any(force[..., k]) for force in forces)]
                 if names:
-                    frame.line_load(member, **{FORCES[k]: (forces[0][..., k], forces[1][..., k]) for k in names})
+                    given: dict[str, Any] = {FORCES[k]: (forces[0][..., k], forces[1][..., k]) for k in names}
+                    frame.line_load(member, **given)
                 places = motion.position_on(link, start), motion.position_on(link, end)
                 rest = rest - _resultant(places, forces, whole.place)
         point = nodes.heart(motion.linkage, link, inertia(motion.linkage, link).centre)

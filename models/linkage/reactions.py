@@ -151,11 +151,11 @@ def reactions(motion: Motion) -> Reactions:
     rows, columns = matrix.shape[-2:]
     flat, loads = matrix.reshape(-1, rows, columns), side.reshape(-1, rows)
     there = np.isfinite(flat).all(axis=(-2, -1)) & np.isfinite(loads).all(axis=-1)
-    values, unique = np.full((len(flat), columns), np.nan), np.ones(len(flat), dtype=bool)
+    rows_of_values, is_unique = np.full((len(flat), columns), np.nan), np.ones(len(flat), dtype=bool)
     if there.any():
         found = solved(flat[there], loads[there])
-        values[there], unique[there] = found.values, found.unique
-    values, unique = values.reshape(*shape, columns), unique.reshape(shape)
+        rows_of_values[there], is_unique[there] = found.values, found.unique
+    values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
     held = np.isfinite(values).all(axis=-1)
     shared = ~unique & held
     wrenches, drives = _split(equations, values)

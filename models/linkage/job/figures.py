@@ -81,7 +81,7 @@ def draw_reactions(result: Result) -> Figure:
     drawn_on, (left, right) = figure(7.6, 3.4, ratios=(1.0, 1.0))
     linkage, found = result.inputs.linkage, result.reactions
     name, drive = next(iter(result.inputs.drives.items()))
-    style = {"marker": "o"} if result.poses == 1 else {}
+    style: Any = {"marker": "o"} if result.poses == 1 else {}
     for index, joint in enumerate(linkage.joints):
         force = np.linalg.norm(_rows(result, found.force(joint))[:, :3], axis=-1)
         dashes = "-" if index < len(COLOURS) else "--"

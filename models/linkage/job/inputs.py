@@ -189,8 +189,8 @@ def _drive(source: Source, linkage: Linkage, joint: str) -> Drive:
             if key not in table:
                 source.fail(path, f"has no {key}: give start, stop and steps, or values")
         steps = int(_number(source, (*path, "steps"), int, "a whole number of poses, 1 or more"))
-        ends = (float(_number(source, (*path, key), float, "a number")) for key in ("start", "stop"))
-        values = np.linspace(*ends, steps)
+        start, stop = (float(_number(source, (*path, key), float, "a number")) for key in ("start", "stop"))
+        values = np.linspace(start, stop, steps)
     speeds = (
         float(_number(source, (*path, key), float, "a number")) if key in table else 0.0
         for key in ("rate", "acceleration")
@@ -214,7 +214,7 @@ def _number(source: Source, path: tuple[str | int, ...], kind: type, wanted: str
         good = good and isinstance(value, int) and value >= least
     if not good or (path[-1] == "magnify" and value <= 0.0):
         source.fail(path, f"is {value!r}: give {wanted}")
-    return value
+    return kind(value)  # type: ignore[no-any-return]
 
 
 def _loaded(linkage: Linkage) -> tuple[str, ...]:
