@@ -128,3 +128,19 @@ def test_stiffness_to_infinity_is_smooth() -> None:
     rigid = displacement(np.inf)
     off = [np.abs(displacement(10.0**k) - rigid).max() for k in range(9, 18)]
     np.testing.assert_allclose(np.divide(off[:-1], off[1:]), 10.0, rtol=0.01)
+
+
+def test_loads_of_all_sizes_are_resolved_or_announced() -> None:
+    """With 10⁷ N/m against closing 10⁻⁴ m, rounding hides the contact under 10⁻⁶ N: the status says so."""
+    clearance = {"A": 3e-4, "C": 2e-4, "B": 1e-4, "G": 4e-4}
+    direction = np.array([1.0, -2.0, 0.3, 0.4])
+    limit = structure(1e9, clearance, 1e-4 * direction).solve()
+    for size in 10.0 ** np.arange(-3, 4):
+        assert states(structure(1e9, clearance, size * direction).solve(), clearance)[:3] == ["closed"] * 3
+    for size in 10.0 ** np.arange(-12, -6):
+        small = structure(1e9, clearance, size * direction).solve()
+        assert small.status == "unresolved"
+        assert np.isnan(small.contact("pin A").force)
+    force = np.array([limit.contact("pin " + name).force for name in "ACB"])
+    twice = structure(1e9, clearance, 2e-4 * direction).solve()
+    np.testing.assert_allclose([twice.contact("pin " + name).force for name in "ACB"], 2.0 * force, rtol=1e-3)
