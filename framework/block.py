@@ -311,7 +311,8 @@ class Factor:
         """What the shared steps leave to the chunks."""
         stage = self.shared.outer
         left = [k for k in self.block.orders[1].pivots if k not in stage.pivots]
-        return Remainder.of(stage, left, self.shared.knowns, self.block.grid)
+        done = {step.mask for each in (self.shared.inner, stage) for step in each.pivots.values()}
+        return Remainder.of(stage, left, self.shared.knowns, self.block.grid, done)
 
     def _finished(self, index: int) -> Tail:
         cut = functools.partial(self._cut, part=self._part(index))

@@ -19,6 +19,8 @@ from .stage import Stage, reciprocal
 # A coupling smaller than this share of the two diagonal entries is less than the rounding of what it came from, in
 # extended precision. There are such: forces in a statically determinate linkage do not depend on its springs.
 _NOTHING = 2.0**-60
+# Least ratio of pivots to their scale from which on nothing needs to be watched.
+_SOUND = 1e-6
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class Remainder:
         Parts of the entries by place: of each row the diagonal and what is above it, room for the fill included.
     scale
         Parts of the stiffness whose rounding the diagonal carries.
+    margin
+        What no ratio of a pivot to its scale falls below; 0.0 where that is not known beforehand.
     loads
         Loads on the unknowns, over the known numbers.
     knowns
@@ -44,13 +48,14 @@ class Remainder:
     pivots: list[int]
     matrix: list[dict[int, Parts]]
     scale: list[Parts]
+    margin: float
     loads: Combination
     knowns: list[Value]
     negligible: int
 
     @classmethod
-    def of(cls, stage: Stage, pivots: list[int], knowns: list[Value], grid: Grid) -> Remainder:
-        """What `stage` leaves of `pivots`."""
+    def of(cls, stage: Stage, pivots: list[int], knowns: list[Value], grid: Grid, done: set[int]) -> Remainder:
+        """What `stage` leaves of `pivots` after steps that vary over the masks `done`."""
         matrix = _upper(stage, pivots)
         left = set(pivots)
         coupled = sum(len(left & stage.matrix.get(k, {}).keys() - {k}) for k in pivots) // 2
@@ -61,7 +66,8 @@ class Remainder:
         scale = [{mask: _double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
         columns = {-1 - s: s for s in range(len(knowns))}
         combined = Combination.of(loads, columns, grid.shape)
-        return cls(pivots, matrix, scale, combined, [_double(v) for v in knowns], negligible)
+        margin = _margin(stage, pivots, done)
+        return cls(pivots, matrix, scale, margin, combined, [_double(v) for v in knowns], negligible)
 
     @property
     def columns(self) -> Mapping[int, int]:
@@ -104,6 +110,28 @@ def _negligible(parts: Parts, first: float, second: float) -> bool:
     return min(first, second) > 0.0 and most <= _NOTHING * np.sqrt(first) * np.sqrt(second)
 
 
+def _margin(stage: Stage, pivots: list[int], done: set[int]) -> float:
+    """Least ratio of a pivot d to its scale s, from below; 0.0 where it may be less than `_SOUND`.
+
+    On the diagonal stand springs D, coupled with nothing, and the rest A, which is positive semidefinite as a whole. So
+    ``d_i >= D_i``, the pivots before take ``sum l_ik^2 d_k <= A_ii`` from it, and with ``s_i = w_i + sum l_ik^2 s_k``
+    every ``s_i / d_i <= (w_i + A_ii max_k<i s_k / d_k) / D_i``.
+    """
+    worst = 1.0
+    for k in pivots:
+        row = stage.matrix.get(k, {})
+        diagonal, others = row.get(k, {}), {mask for j, parts in row.items() if j != k for mask in parts} | done
+        # A part of the diagonal that varies as no coupling, no step and no other part does.
+        alone = {m for m in diagonal if not any(m & other == m for other in others | diagonal.keys() - {m})}
+        springs = sum(float(np.min(diagonal[mask])) for mask in alone)
+        rest = sum(float(np.max(np.abs(value))) for mask, value in diagonal.items() if mask not in alone)
+        weight = sum(float(np.max(value)) for value in stage.scale.get(k, {}).values())
+        if not (springs > 0.0 and (weight + rest * worst) * _SOUND < springs):
+            return 0.0
+        worst = max(worst, (weight + rest * worst) / springs)
+    return 1.0 / worst
+
+
 def _fill(matrix: list[dict[int, Parts]]) -> None:
     """Make room for what the elimination adds."""
     for k, row in enumerate(matrix):
@@ -135,14 +163,16 @@ class Tail:
         self._x = [self._all[..., k, :] for k in range(size)]
         self._loaded = {k for k, row in enumerate(rest.loads.rows) if row}
         self._rows = [{j: _summed(parts) for j, parts in row.items()} for row in rest.matrix]
-        self._scale = [_summed(parts) for parts in rest.scale]
+        self._watched = not rest.margin
+        self._scale = [_summed(parts) for parts in rest.scale] if self._watched else []
         for k in range(size):
             self._step(k)
         for k in reversed(range(size)):
             for j, low in self._rows[k].items():
                 _reduce(self._x[k], low, self._x[j])
         # Least ratio of a pivot to its scale; a negative one is less than any other.
-        self.margin = reciprocal(np.where(self._least < 0.0, self._least, self._most))
+        watched = np.where(self._least < 0.0, self._least, self._most)
+        self.margin: Value = reciprocal(watched) if self._watched else rest.margin
         del self._x, self._rows, self._scale, self._most, self._least
 
     def values(self, rows: Combination, out: Array) -> None:
@@ -151,18 +181,19 @@ class Tail:
 
     def _step(self, k: int) -> None:
         """Eliminate k: its row becomes the column of L below it, its load that of ``D^-1 L^-1 f``."""
-        row, weight = self._rows[k], self._scale[k]
-        pivot = row.pop(k)
-        inverse = reciprocal(pivot)
-        share = weight * inverse
-        self._most, self._least = np.maximum(self._most, share), np.minimum(self._least, share)
+        row = self._rows[k]
+        inverse = reciprocal(row.pop(k))
+        share: Value = 0.0
+        if self._watched:
+            share = self._scale[k] * inverse
+            self._most, self._least = np.maximum(self._most, share), np.minimum(self._least, share)
         lower = {j: value * inverse for j, value in row.items()}
         for i, low in lower.items():
             target = self._rows[i]
             for j in target.keys() & row.keys():
                 term = low * row[j]
                 target[j] = _into(np.subtract, target[j], term)
-                if i == j:
+                if i == j and self._watched:
                     self._scale[i] = _into(np.add, self._scale[i], term * share)
             if k in self._loaded:
                 _reduce(self._x[i], low, self._x[k])

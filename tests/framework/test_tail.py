@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from linkframe.elements import Joint
 from linkframe.framework import Frame
+from linkframe.framework.batch import Array
 from linkframe.framework.block import Factor
 from linkframe.framework.chunks import CHUNK, FEWEST, steps
 from linkframe.framework.combination import BLOCK, Combination
@@ -18,12 +21,12 @@ SPRINGS = np.linspace(1e8, 3e8, 200)
 RNG = np.random.default_rng(4)
 
 
-def linkage(*, overconstrained: bool) -> Frame:
+def linkage(stay: float, theta: Array = THETA, springs: Array = SPRINGS) -> Frame:
     """The four-bar loaded in its plane; a second, elastic ground joint makes its forces depend on the stiffness."""
-    frame = FourBar(stiffness=np.stack([SPRINGS] * 5 + [0.0 * SPRINGS], axis=-1)).move(THETA).frame()
-    if overconstrained:
+    frame = FourBar(stiffness=np.stack([springs] * 5 + [0.0 * springs], axis=-1)).move(theta).frame()
+    if stay:
         frame.node("held", frame.position("P"))
-        frame.add("stay", Joint(stiffness=(1e6, 1e6, 0.0, 0.0, 0.0, 0.0)), "held", "P")
+        frame.add("stay", Joint(stiffness=(stay, stay, 0.0, 0.0, 0.0, 0.0)), "held", "P")
         frame.fix("held")
     frame.load("P", fy=100.0)
     return frame
@@ -37,28 +40,41 @@ def couplings(frame: Frame) -> int:
 
 def test_springs_of_a_determinate_linkage_do_not_meet() -> None:
     """Forces follow from equilibrium alone, so springs stand for themselves; not so where P is held too."""
-    assert couplings(linkage(overconstrained=False)) == 0
-    assert couplings(linkage(overconstrained=True)) > 0
-    solution = linkage(overconstrained=False).solve()
+    assert couplings(linkage(0.0)) == 0
+    assert couplings(linkage(1.0)) > 0
+    solution = linkage(0.0).solve()
     assert "less than rounding" not in solution.explain()
     solution.displacement("P")
     assert "15 couplings turned out to be less than rounding" in solution.explain()
 
 
-@pytest.mark.parametrize("overconstrained", [False, True])
-def test_as_one_by_one(overconstrained: bool) -> None:
+@pytest.mark.parametrize("stay", [0.0, 1.0, 1e6, 1e12])
+def test_as_one_by_one(stay: float) -> None:
     """Entries of the batch are the same frames solved alone, where nothing is left out."""
-    whole = linkage(overconstrained=overconstrained).solve().displacement("P")
+    whole = linkage(stay).solve().displacement("P")
     for pose, sample in ((0, 0), (4, 77), (10, 199)):
-        k = np.array([SPRINGS[sample]] * 5 + [0.0])
-        frame = FourBar(stiffness=k).move(THETA[pose, 0]).frame()
-        if overconstrained:
-            frame.node("held", frame.position("P"))
-            frame.add("stay", Joint(stiffness=(1e6, 1e6, 0.0, 0.0, 0.0, 0.0)), "held", "P")
-            frame.fix("held")
-        frame.load("P", fy=100.0)
-        alone = frame.solve().displacement("P")
+        alone = linkage(stay, THETA[pose, 0], SPRINGS[sample]).solve().displacement("P")
         np.testing.assert_allclose(whole[pose, sample], alone, rtol=0.0, atol=1e-13 * np.abs(alone).max())
+
+
+def watched(frame: Frame) -> tuple[float, float]:
+    """Least ratio of a pivot to its scale: as it is bounded beforehand, and as it comes out where it is watched."""
+    plan = frame.solve().plan
+    factors = [Factor(plan.block(name)) for name in plan.excited]
+    before = min(factor._rest.margin for factor in factors)
+    for factor in factors:
+        factor.__dict__["_rest"] = replace(factor._rest, margin=0.0)
+        factor.margin()
+    return before, float(min(np.min(least) for factor in factors for least in factor._margins.values()))
+
+
+def test_margin_beforehand() -> None:
+    """Where stiff springs stand alone on the diagonal, pivots are bounded without being watched, from below."""
+    before, found = watched(linkage(1.0))
+    assert 0.0 < before <= found
+    before, found = watched(linkage(1.0, springs=1e-9 * SPRINGS))
+    assert before == 0.0
+    assert found < 0.5
 
 
 @pytest.mark.parametrize("shape", [(3, 700), (700,), (2, 3, 20), (5, 4)])
