@@ -12,12 +12,13 @@ from ...framework.batch import Array, Shape
 from .blocks import blocks, cut, cut_all
 from .change_point import Patch, patched
 from .drives import Drives
+from .guess import Guess
 from .loops import Closed, Loops
 from .mechanism import Mechanism
 from .nearest import nearest, open_by
 from .start import nominal_parameters, started
 from .tape import Value
-from .ways import Guess, guesses
+from .ways import guesses
 
 Mask = NDArray[np.bool_]
 # Closed means a residual below this share of the size.

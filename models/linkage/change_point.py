@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from ...framework.batch import Array
 from .follow import Guide
+from .guess import Guess
 from .loops import Loops
 from .nearest import open_by
 from .tape import Value
-from .ways import Guess
 
 if TYPE_CHECKING:
     from .assemble import Assembly

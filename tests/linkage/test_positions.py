@@ -113,7 +113,7 @@ def test_spatial_slider_crank_is_its_closed_form(both_balls):
 
 
 def test_bennett_angles_keep_their_relation():
-    """tan(θ/2) tan(φ/2) = sin((β+α)/2) / sin((β-α)/2) (Bennett 1903): five equations, of which three are independent."""
+    """tan(θ/2) tan(φ/2) = sin((β+α)/2) / sin((β-α)/2) (Bennett 1903): five equations, three independent."""
     alpha, beta = np.radians(30.0), np.radians(70.0)
     theta = np.linspace(0.2, 6.0, 117)
     motion = bennett(alpha, beta, 1.0).move(H0=theta)
@@ -204,3 +204,28 @@ def test_drive_where_a_loop_closes_is_the_same_as_one_on_the_tree():
         both.drive(joint)
     motion = both.move({joint: expected.coordinate(joint)[:, 0] for joint in "ABC"})
     assert_allclose(motion.position("C"), expected.position("C"), atol=1e-14)
+
+
+def test_sweep_of_two_drives_goes_on_behind_a_gap():
+    """A five-bar whose elbows come too far apart and back again."""
+    linkage = Linkage(A=(0, 0), B=(-0.3, 0.8), C=(0.5, 1.6), D=(1.3, 0.8), E=(1, 0))
+    for name, ends in (("a", "AB"), ("b", "BC"), ("c", "CD"), ("d", "DE")):
+        linkage.link(name, *ends)
+    linkage.revolute("A", "ground", "a", drive=True)
+    linkage.revolute("E", "ground", "d", drive=True)
+    for point, first, second in (("B", "a", "b"), ("C", "b", "c"), ("D", "c", "d")):
+        linkage.revolute(point, first, second)
+    t = np.radians(np.arange(0.0, 361.0, 5.0))
+    first, second = 0.9 * np.sin(t), -0.9 * np.sin(t)
+    motion = linkage.move(A=first, E=second)
+    elbow = (-0.3 + 0.8j) * np.exp(1j * first)
+    other = 1.0 + (0.3 + 0.8j) * np.exp(1j * second)
+    half = 0.5 * (other - elbow)
+    reach = np.abs(half) <= np.sqrt(1.28)
+    assert 15 < np.count_nonzero(~reach) < 30
+    assert_array_equal(motion.is_assembled, reach)
+    assert_array_equal(motion.closure_status[reach], "regular")
+    top = (elbow + half + 1j * half / np.abs(half) * np.sqrt(np.maximum(1.28 - np.abs(half) ** 2, 0.0)))[reach]
+    assert_allclose(motion.position("C")[reach, :2], np.stack([top.real, top.imag], axis=-1), atol=1e-13)
+    # the gap is shared out between the joints: the least there can be is what the two rods lack
+    assert_allclose(motion.gap[~reach], 2.0 * (np.abs(half)[~reach] - np.sqrt(1.28)), rtol=1e-5)
