@@ -103,6 +103,17 @@ class Accuracy:
         is_open = np.isnan(self.clearance_exact[..., 0]) & (self.status == "regular")
         return np.where(is_open, OPEN_LOOP, self.status)
 
+    @property
+    def error_bound(self) -> Array:
+        """Bound on the numerical error of `total`, (..., 3); inf where `status` is not regular."""
+        each: Array = self._cases.error_bound("P")[..., :3]
+        return np.broadcast_to(each.sum(axis=0), (*self.shape, 3))
+
+    @property
+    def nonlinearity(self) -> Array:
+        """Estimated relative error of `compliance` by its being linear, (...); inf where `status` is not regular."""
+        return np.broadcast_to(self._under_load.nonlinearity(), self.shape)
+
     def condition_number(self) -> Array:
         """2-norm condition number of the stiffness matrix as the paper assembles it, (...)."""
         return np.broadcast_to(self._under_load.condition_number(), self.shape)

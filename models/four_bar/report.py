@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..job.tables import markdown, spent
-from . import against_paper
+from . import against_paper, digits
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -28,8 +28,9 @@ UNITS = {
 TABLE = """\
 Position of P: `x`, `y` with rigid links and no clearance; mean `μ` and standard deviation `σ` over the samples, in
 metres. `κ` is the condition number (2-norm) of the stiffness matrix as the paper assembles it, `κ scaled` that of the
-matrix that is solved, with its diagonal scaled to ones. Printed values stand under the headings that fit them (see
-below). Full precision: `table1.csv`."""
+matrix that is solved, with its diagonal scaled to ones. *Beyond linear* marks poses whose displaced shape is out of
+balance, so that the numbers of linear mechanics do not hold there. Printed values stand under the headings that fit
+them (see below). Full precision: `table1.csv`."""
 
 PARAVIEW = """\
 Open `trajectory.pvd`: beams and joints, one step a pose, time is the drive angle in degrees. Apply *Warp By Vector*
@@ -66,6 +67,9 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
         "## Table 1",
         TABLE,
         as_markdown(result),
+        "### Certain digits",
+        digits.EXPLAINED,
+        digits.as_markdown(result),
         "## Figures",
         *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
         "## In ParaView",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
+from ...framework.validity import LINEAR
 from .four_bar import JOINTS, FourBar
 from .inputs import Inputs
 from .motion import LINKS, FourBarMotion
@@ -67,6 +68,25 @@ class Result:
     def regular(self) -> NDArray[np.bool_]:
         """Poses that have statistics, (poses,)."""
         return np.asarray(self.status == "regular")
+
+    @property
+    def nonlinearity(self) -> Array:
+        """Estimated relative error of the compliance under the mean load by its being linear, (poses,)."""
+        return self.study.nominal.nonlinearity
+
+    @property
+    def marked_status(self) -> NDArray[np.str_]:
+        """`status`, and ``"beyond linear: off by 20 %"`` where the linear displacements do not hold, (poses,)."""
+        beyond = self.regular & ~(self.nonlinearity < LINEAR)
+        marks = [f"beyond linear: off by {100 * each:.2g} %" for each in self.nonlinearity]
+        return np.where(beyond, marks, self.status)
+
+    @cached_property
+    def error_bound(self) -> Array:
+        """Bound on the numerical error of every sample at a pose, (poses, 3); NaN where there are none."""
+        out = np.full((self.degrees.size, 3), np.nan)
+        out[self.study.kept] = self.study.sampled.error_bound.max(axis=1)
+        return out
 
     @property
     def rigid(self) -> Array:

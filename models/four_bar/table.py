@@ -96,7 +96,7 @@ def rows(result: Result) -> Iterator[tuple[float | str | None, ...]]:
     numbers = np.column_stack(
         [result.degrees, result.rigid[:, :2], result.mean[:, :2], result.std[:, :2], result.kappa, result.kappa_scaled]
     )
-    for values, status in zip(numbers.tolist(), result.status.tolist(), strict=True):
+    for values, status in zip(numbers.tolist(), result.marked_status.tolist(), strict=True):
         beside = table.row(values[0]) if table else None
         yield (*values, status, *(beside or (None,) * len(PRINTED_COLUMNS)))
 
