@@ -28,12 +28,12 @@ class BandedFactor(Factor):
         self.order = order
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
-        entries = self.scaled.tocoo()
-        row, column = place[entries.row], place[entries.col]
-        lower = row >= column
-        below, column = (row - column)[lower], column[lower]
+        # Column by column, as the band lies in memory.
+        entries = self.scaled[order].tocoo()
+        below = place[entries.col] - entries.row
+        lower = below >= 0
         band = np.zeros((int(below.max(initial=0)) + 1, len(order)), order="F")
-        band[below, column] = entries.data[lower]
+        band[below[lower], entries.row[lower]] = entries.data[lower]
         self.instead: Factor | None = None
         try:
             self.factor: Array = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)

@@ -25,17 +25,17 @@ PROGRAM = "import json, sys\nfrom benchmarks.large_ways import measure\nprint(js
 WAYS = {
     "linkframe, plain install": ("plain", ("",), "linkframe", 1.5),
     "linkframe, with extra": ("extra", ("",), "cvxopt", 1.5),
-    "linkframe banded": ("plain", ("banded",), "linkframe", 2.5),
+    "linkframe banded": ("plain", ("banded",), "linkframe", 2.0),
     "linkframe sparse": ("plain", ("sparse",), "linkframe", 2.0),
     "linkframe cholesky": ("extra", ("cholesky",), "cvxopt", 2.0),
     "linkframe iterative": ("plain", ("iterative",), "linkframe", 1.5),
     "bare SuperLU, symmetric": ("raw", ("superlu",), "scipy", 2.0),
     "bare SuperLU, default": ("raw", ("superlu_default",), "scipy", 2.5),
-    "bare banded Cholesky": ("raw", ("banded",), "scipy", 2.5),
+    "bare banded Cholesky": ("raw", ("banded",), "scipy", 2.0),
     "bare CHOLMOD": ("raw", ("cholmod",), "cvxopt", 2.0),
     "bare PARDISO": ("raw", ("pardiso",), "pypardiso", 2.0),
     "bare CG, Jacobi": ("raw", ("gradients",), "scipy", 1.5),
-    "openseespy BandSPD": ("opensees", ("RCM", "BandSPD"), "openseespy", 2.5),
+    "openseespy BandSPD": ("opensees", ("RCM", "BandSPD"), "openseespy", 2.0),
     "openseespy UmfPack": ("opensees", ("RCM", "UmfPack"), "openseespy", 2.0),
     "openseespy SparseSYM": ("opensees", ("RCM", "SparseSYM"), "openseespy", 2.2),
     "openseespy Mumps": ("opensees", ("AMD", "Mumps"), "openseespy", 2.0),
@@ -51,7 +51,7 @@ QUICK = (
     "openseespy BandSPD",
 )
 # Seconds that a way may be expected to take, and after which it is stopped.
-PATIENCE, LIMIT = 12.0, 60.0
+PATIENCE, LIMIT = 16.0, 60.0
 
 
 def run(out: Path, quick: bool) -> list[Target]:

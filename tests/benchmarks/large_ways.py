@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import sys
@@ -266,6 +267,7 @@ def measure(kind: str, *arguments: str) -> dict[str, Any]:
     size: Size = tuple(json.loads(arguments[0]))
 
     def once() -> tuple[Seconds, Array, str, *tuple[float, ...]]:
+        gc.collect()  # lest a run pays for memory that the one before still holds
         if kind == "opensees":
             return opensees(size, *arguments[1:])
         if kind == "raw":
