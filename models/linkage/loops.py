@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from .equations import Equations
 from .linear import Linear
 from .mechanism import Mechanism
 from .tape import Value
+
+if TYPE_CHECKING:
+    from .march import Track
 
 # A step below this ends the iteration: the next would be below rounding.
 LAST_STEP = 1e-9
@@ -64,12 +68,18 @@ class Loops:
         The compiled linkage.
     rank
         Rank of the equations; full where None.
+
+    Attributes
+    ----------
+    kept
+        The last ways of a single drive, ahead (True) and back, and what they depended on.
     """
 
     def __init__(self, mechanism: Mechanism, rank: int | None = None) -> None:
         self.mechanism = mechanism
         self.linear = Linear(mechanism.pattern, rank)
         self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
+        self.kept: dict[bool, tuple[object, Track]] = {}
         self.singles: list[tuple[int, int]] = []
         self.balls: list[tuple[int, int]] = []
         self.driven_states: list[int] = []

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...framework.batch import Shape
 from .drives import Drives
-from .guess import NEAR, Guess
+from .guess import NEAR, Guess, guess_of
 from .loops import Loops, Pose
 from .march import LONGEST
 from .several_drives import through_poses
-from .single_drive import along_line
+from .single_drive import SingleDrive
 
 # Refinements of the longest step where the poses in between do not bear out the nodes.
 FINER = (1.0, 0.2, 0.04)
@@ -21,15 +22,23 @@ def guesses(loops: Loops, nominal: Sequence[float], start: Pose, drives: Drives,
     """States of the nominal linkage at all values of the drives, solved and borne out, or the last before them."""
     drawn = [loops.drawn[place] for place in loops.driven_states]
     moving = [k for k, x in enumerate(drives.states) if np.any(x != drawn[k])]
-    alone = len(moving) <= 1 and not loops.driven_balls
     for finer in FINER:
-        if alone:
-            guess = along_line(loops, nominal, start, drives, moving, switch, LONGEST * finer)
+        if not moving:
+            guess = _drawing(loops, start, drives.shape)
+        elif len(moving) == 1 and not loops.driven_balls:
+            s = np.broadcast_to(drives.states[moving[0]], drives.shape)
+            guess = SingleDrive(loops, nominal, start, moving[0], switch, LONGEST * finer).guess(s)
         else:
             guess = through_poses(loops, nominal, start, drives, switch, LONGEST * finer)
         if _borne_out(loops, guess, nominal, drives):
             break
     return guess
+
+
+def _drawing(loops: Loops, start: Pose, shape: Shape) -> Guess:
+    states = np.broadcast_to(np.array(start.state), (*shape, len(start.state)))
+    signs = np.broadcast_to(np.sign(start.determinants), (*shape, len(start.determinants)))
+    return guess_of(states, signs, np.ones(shape, dtype=bool))
 
 
 def _borne_out(loops: Loops, guess: Guess, nominal: Sequence[float], drives: Drives) -> bool:
