@@ -29,12 +29,18 @@ class Linear:
         Which entries of J can differ from zero, rows by columns.
     rank
         Rank of J.
+
+    Attributes
+    ----------
+    projection
+        Combinations (n, m) of too many equations whose determinant tells in which sense the unknowns follow.
     """
 
     def __init__(self, pattern: Sequence[Sequence[bool]], rank: int | None = None) -> None:
         self.pattern = np.array(pattern, dtype=bool).reshape(len(pattern), len(pattern[0]) if len(pattern) else 0)
         self.rows, self.columns = self.pattern.shape
         self.rank = min(self.rows, self.columns) if rank is None else rank
+        self.projection: Array | None = None
 
     @cached_property
     def compact(self) -> bool:
@@ -69,14 +75,19 @@ class Linear:
         return blocks
 
     @property
-    def determinants_of(self) -> Blocks:
-        """Blocks that have a determinant: none where the equations are not square."""
-        return self.blocks if self.square else []
+    def signs(self) -> int:
+        """Number of determinants."""
+        return len(self.blocks) if self.square else int(self.projection is not None)
 
     def determinants(self, entries: Sequence[Any]) -> list[Any]:
-        """Determinant of each block; none where the equations are not square."""
+        """Determinant of each block; of more equations than unknowns, that of their `projection`."""
         n = self.columns
-        return [self._determinant([[entries[i * n + j] for j in cs] for i in rs]) for rs, cs in self.determinants_of]
+        if self.projection is not None:
+            a = matrices([list(entries[i * n : i * n + n]) for i in range(self.rows)])
+            return [np.linalg.det(self.projection @ a)]
+        if not self.square:
+            return []
+        return [self._determinant([[entries[i * n + j] for j in cs] for i in rs]) for rs, cs in self.blocks]
 
     @staticmethod
     def _determinant(block: list[list[Any]]) -> Any:
@@ -126,7 +137,16 @@ class Linear:
 
     def determinants_of_floats(self, jacobian: Array) -> list[float]:
         """As `determinants`, of one matrix (m, n)."""
-        return [float(np.linalg.det(jacobian[np.ix_(rows, columns)])) for rows, columns in self.determinants_of]
+        if self.projection is not None:
+            return [float(np.linalg.det(self.projection @ jacobian))]
+        if not self.square:
+            return []
+        return [float(np.linalg.det(jacobian[np.ix_(rows, columns)])) for rows, columns in self.blocks]
+
+    def project(self, jacobian: Array) -> None:
+        """Take the equations' projection from one of their matrices (m, n), where they are too many but determine x."""
+        if not self.square and self.rank == self.columns > 0:
+            self.projection = np.linalg.pinv(jacobian)
 
     def _known(
         self, entries: Sequence[Any], right: Sequence[Any], out: Sequence[Any], solved: list[int], i: int

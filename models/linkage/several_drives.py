@@ -50,7 +50,7 @@ class Line:
     def followed(self, values: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
         """States (poses, n), signs (poses, blocks), and whether each pose was reached, for driven states (poses, f)."""
         states = np.empty((len(values), len(self.loops.mechanism.state_names)))
-        signs = np.zeros((len(values), len(self.loops.linear.determinants_of)))
+        signs = np.zeros((len(values), self.loops.linear.signs))
         reached = np.zeros(len(values), dtype=bool)
         begin, done = self.start, 0
         while done < len(values):

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...framework.batch import Array
 from ...framework.errors import FrameError
-from .linear import matrices
 from .loops import Loops, Pose
 from .mechanism import Mechanism
 from .nearest import nearest, open_by
@@ -48,6 +48,7 @@ def started(mechanism: Mechanism, nominal: Sequence[float]) -> tuple[Loops, Pose
                 "draw it in another pose of the branch that is meant"
             )
         loops = Loops(mechanism, rank)
+    loops.linear.project(jacobian_at(loops, state, nominal))
     start = loops.close(state, nominal)
     if start is None:
         raise FrameError("the linkage is drawn in a pose next to a singular one: draw it in another pose")
@@ -85,9 +86,11 @@ def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]
 
 def rank_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> int:
     """Rank of the closing equations in the unknowns at one state."""
-    n, m = loops.columns, loops.rows
-    if not (n and m):
-        return 0
-    entries = loops.mechanism.newton[0](state, parameters)[m:]
-    values = np.linalg.svd(matrices([list(entries[i * n : i * n + n]) for i in range(m)]), compute_uv=False)
-    return int(np.count_nonzero(values > INDEPENDENT * max(values[0], 1e-300)))
+    values = np.linalg.svd(jacobian_at(loops, state, parameters), compute_uv=False)
+    return int(np.count_nonzero(values > INDEPENDENT * max(values.max(initial=0.0), 1e-300)))
+
+
+def jacobian_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> Array:
+    """Jacobian (m, n) of the closing equations by the unknowns at one state."""
+    entries = loops.mechanism.newton[0](state, parameters)[loops.rows :]
+    return np.array(entries, dtype=np.float64).reshape(loops.rows, loops.columns)
