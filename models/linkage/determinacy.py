@@ -34,17 +34,40 @@ class Found:
         Unknowns, (n, k); NaN where no solution exists.
     unique
         Whether they are the only ones, (n,).
+    lost
+        Whether there is none, (n,).
     """
 
     values: Array
     unique: Bools
+    lost: Bools
 
 
-def solved(matrix: Array, side: Array) -> Found:
+@dataclass(frozen=True)
+class Idle:
+    """Freedoms that nothing drives and no joint holds, such as the spin of a rod between two balls.
+
+    Attributes
+    ----------
+    count
+        How many there are.
+    inertia
+        What resists their acceleration: mass matrices in the units of the equations, (n, m, m).
+    """
+
+    count: int
+    inertia: Array
+
+    def cut(self, entries: slice | Bools) -> Idle:
+        """At some of the poses."""
+        return Idle(self.count, self.inertia[entries])
+
+
+def solved(matrix: Array, side: Array, idle: Idle) -> Found:
     """Solve ``matrix x = side`` at every pose; of many solutions the one with the least sum of squares.
 
     Blocks of equations and unknowns that do not meet are solved apart, and not at all where nothing loads them: a
-    planar linkage has its planar equations solved.
+    planar linkage has its planar equations solved. What is left unbalanced accelerates the idle freedoms.
 
     Parameters
     ----------
@@ -52,29 +75,32 @@ def solved(matrix: Array, side: Array) -> Found:
         (n, m, k).
     side
         (n, m).
+    idle
+        The linkage's idle freedoms.
     """
     count, rows, columns = matrix.shape
     step = max(1, CHUNK // max(rows * columns, 1))
-    parts = [_solved(matrix[at : at + step], side[at : at + step]) for at in range(0, max(count, 1), step)]
-    return Found(np.concatenate([p.values for p in parts]), np.concatenate([p.unique for p in parts]))
+    cuts = [slice(at, at + step) for at in range(0, max(count, 1), step)]
+    parts = [_solved(matrix[cut], side[cut], idle.cut(cut)) for cut in cuts]
+    return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("values", "unique", "lost")))
 
 
-def _solved(matrix: Array, side: Array) -> Found:
+def _solved(matrix: Array, side: Array, idle: Idle) -> Found:
     values = np.zeros((len(matrix), matrix.shape[-1]))
-    unique = np.ones(len(matrix), dtype=bool)
+    unique, lost = np.ones(len(matrix), dtype=bool), np.zeros(len(matrix), dtype=bool)
     loads = np.max(np.abs(side), axis=-1, initial=0.0)
     for rows, columns in blocks(matrix):
         own = side[:, rows]
         loaded = np.max(np.abs(own), axis=-1, initial=0.0) > ZERO * loads
         if loaded.any():
-            part = _least(matrix[loaded][:, rows[:, None], columns], own[loaded], loads[loaded])
+            inertia = idle.inertia[loaded][:, rows[:, None], rows]
+            block = matrix[loaded][:, rows[:, None], columns]
+            part = _least(block, own[loaded], loads[loaded], Idle(idle.count, inertia))
             values[np.ix_(loaded, columns)] = part.values
             unique[loaded] &= part.unique
-            lost = (
-                np.flatnonzero(loaded)[np.isnan(part.values).any(axis=-1)] if len(columns) else np.flatnonzero(loaded)
-            )
-            values[lost] = np.nan
-    return Found(values, unique)
+            lost[loaded] |= part.lost
+    values[lost] = np.nan
+    return Found(values, unique, lost)
 
 
 def blocks(matrix: Array) -> list[Block]:
@@ -91,20 +117,40 @@ def blocks(matrix: Array) -> list[Block]:
     ]
 
 
-def _least(matrix: Array, side: Array, loads: Array) -> Found:
+def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> Found:
     """Least solution of one block at every pose."""
     _, rows, columns = matrix.shape
-    if not columns:
-        return Found(np.zeros((len(matrix), 0)), np.ones(len(matrix), dtype=bool))
-    values, regular = _full_rank(matrix, side)
-    unique = regular & (rows >= columns)
-    if not regular.all():
-        odd = ~regular
-        values[odd], unique[odd] = _by_singular_values(matrix[odd], side[odd])
+    values, unique = np.zeros((len(matrix), columns)), np.ones(len(matrix), dtype=bool)
+    if columns:
+        values, regular = _full_rank(matrix, side)
+        unique = regular & (rows >= columns)
+        if not regular.all():
+            values[~regular], unique[~regular] = _by_singular_values(matrix[~regular], side[~regular])
+    lost = _misses(matrix, values, side, loads)
+    if idle.count and lost.any():
+        values[lost], fits = _moving(matrix[lost], side[lost], loads[lost], idle.cut(lost))
+        lost[lost] = ~fits
+    return Found(values, unique, lost)
+
+
+def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:
+    """Poses at which the equations do not hold."""
     missed = np.max(np.abs((matrix @ values[..., None])[..., 0] - side), axis=-1, initial=0.0)
-    rounding = ROUNDING * np.max(np.abs(values), axis=-1)
-    values[~(missed <= MISSED * loads + rounding)] = np.nan
-    return Found(values, unique)
+    rounding = ROUNDING * np.max(np.abs(values), axis=-1, initial=0.0)
+    return np.asarray(~(missed <= MISSED * loads + rounding))
+
+
+def _moving(matrix: Array, side: Array, loads: Array, idle: Idle) -> tuple[Array, Bools]:
+    """Solution with the accelerations of the idle freedoms as further unknowns, and whether there is one.
+
+    Idle motions are those on which no unknown works, the left null space; where it is larger, the pose is singular.
+    """
+    rows, columns = matrix.shape[-2:]
+    left, size, _ = np.linalg.svd(matrix)
+    rank = (size * DEPENDENT > size[:, :1]).sum(axis=-1)
+    whole = np.concatenate([matrix, -idle.inertia @ left[..., rows - idle.count :]], axis=-1)
+    values, _ = _by_singular_values(whole, side)
+    return values[:, :columns], (rank == rows - idle.count) & ~_misses(whole, values, side, loads)
 
 
 def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:

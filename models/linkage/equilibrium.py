@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...framework.batch import Array
-from .actions import applied, centre_of, inertia_force, moved, weight
+from .actions import applied, centre_of, inertia_force, moved, turned_tensor, weight
+from .inertia import inertia
 from .joints import COMPONENTS
 from .parts import Pair
 
@@ -117,6 +118,23 @@ class Equilibrium:
             loads[action.link] = loads.get(action.link, np.zeros(6)) - about
         shape = np.broadcast_shapes(self.motion.shape, *(load.shape[:-1] for load in loads.values()))
         return np.concatenate([np.broadcast_to(loads[link], (*shape, 6)) for link in self.links], axis=-1)
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Mass matrices of all links, (..., 6 links, 6 links), in the units of the equations."""
+        matrix = np.zeros((*self.motion.shape, 6 * len(self.links), 6 * len(self.links)))
+        for row, link in enumerate(self.links):
+            own = inertia(self.motion.linkage, link)
+            at, turn = slice(6 * row, 6 * row + 3), slice(6 * row + 3, 6 * row + 6)
+            matrix[..., at, at] = own.mass[..., None, None] * np.eye(3)
+            matrix[..., turn, turn] = turned_tensor(self.motion.axes(link), own.tensor) / self.size**2
+        return matrix
+
+    @cached_property
+    def idle(self) -> int:
+        """Number of freedoms that nothing drives."""
+        driven = sum(len(names) for names in self.motion.linkage.drives.values())
+        return max(0, self.motion.linkage.mobility().true - driven)
 
     def scaled(self, wrench: Array) -> Array:
         """Forces and moments (..., 6), the moments divided by the size."""

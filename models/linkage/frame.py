@@ -18,10 +18,11 @@ from .inertia import inertia, is_given, place, with_density
 from .joints import COMPONENTS
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
-from .parts import GROUND, Link, Pair
+from .parts import GROUND, Link, Pair, joint_axes
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
+    from .linkage import Linkage
     from .motion import Motion
 
 # Components in which a joint's clearance leaves play, in its own axes.
@@ -32,6 +33,8 @@ PLAY = {
 }
 # A slider stands on a beam when it is off its line by less, as a share of the beam's length.
 OFF_LINE = 1e-9
+# Rotation about z.
+ABOUT = 5
 
 
 def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
@@ -63,6 +66,7 @@ class Builder:
         self.frame = Frame()
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
+        self.spins = _spins(self.linkage)
         self.lost = ~motion.is_assembled
         if self.lost.any():
             self.frame.exclude(self.lost)
@@ -110,9 +114,14 @@ class Builder:
         driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
         stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
         gap = pair.clearance if clearance and pair.clearance is not None else 0.0
+        axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
+        if pair.name in self.spins:
+            # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
+            axes = self._along(*self.spins[pair.name])
+            stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
         element = Joint(
             stiffness,
-            self._there(self.motion.joint_axes(pair.name), pair.axes, 2),
+            axes,
             clearance=gap,
             play=PLAY[pair.kind.name] if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
@@ -122,6 +131,11 @@ class Builder:
             there = self.motion.position(pair.point, pair.second)
             self._ground(first, self._there(there, self.linkage.points[pair.point]))
         self.frame.add(pair.name, element, first, self.nodes.of(pair.second, pair.point))
+
+    def _along(self, link: str, start: str, end: str) -> Array:
+        """Axes with z along the line between two points of a link, (..., 3, 3)."""
+        chord = place(self.linkage, link, end) - place(self.linkage, link, start)
+        return self.frame.bodies[link].axes @ joint_axes(link, chord)
 
     def name_points(self) -> None:
         """Let the bare name of a point mean its node on the first link that has it."""
@@ -191,6 +205,20 @@ class Builder:
             own.mass, turned_tensor(axes, own.tensor), turned(axes, own.centre - place(self.linkage, name, point))
         )
         self.frame.add(f"{name}.mass", mass, self.nodes.of(name, point))
+
+
+def _spins(linkage: Linkage) -> dict[str, tuple[str, str, str]]:
+    """By joint: links that two balls alone hold, which can spin about the line between them, and both points.
+
+    The first of both balls is named, where neither has a stiffness against turning.
+    """
+    found = {}
+    for link in linkage.links:
+        pairs = [pair for pair in linkage.joints.values() if link in (pair.first, pair.second)]
+        balls = [p for p in pairs if p.kind.name == "spherical" and not p.full_stiffness[..., 3:].any()]
+        if len(pairs) == len(balls) == 2 and not any(pair.name in linkage.drives for pair in pairs):
+            found[pairs[0].name] = link, pairs[0].point, pairs[1].point
+    return found
 
 
 def _reached(link: Link, point: str) -> set[str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...framework.batch import Array, turned
 from ...framework.errors import FrameError
 from .actions import inertia_force
-from .determinacy import solved
+from .determinacy import Idle, solved
 from .equilibrium import Equilibrium
 from .joints import COMPONENTS
 
@@ -139,6 +139,8 @@ def reactions(motion: Motion) -> Reactions:
     motion
         Motion of the linkage, (...), with its rates and accelerations.
 
+    Freedoms that nothing drives, such as the spin of a rod between two balls, accelerate as they please.
+
     Returns
     -------
     Reactions
@@ -147,13 +149,13 @@ def reactions(motion: Motion) -> Reactions:
     equations = Equilibrium(motion)
     side = equations.side
     shape = side.shape[:-1]
-    matrix = np.broadcast_to(equations.matrix, (*shape, *equations.matrix.shape[-2:]))
-    rows, columns = matrix.shape[-2:]
-    flat, loads = matrix.reshape(-1, rows, columns), side.reshape(-1, rows)
+    flat, loads = _flat(equations.matrix, shape), side.reshape(-1, side.shape[-1])
+    columns = flat.shape[-1]
     there = np.isfinite(flat).all(axis=(-2, -1)) & np.isfinite(loads).all(axis=-1)
     rows_of_values, is_unique = np.full((len(flat), columns), np.nan), np.ones(len(flat), dtype=bool)
     if there.any():
-        found = solved(flat[there], loads[there])
+        idle = Idle(equations.idle, _flat(equations.inertia, shape)[there])
+        found = solved(flat[there], loads[there], idle)
         rows_of_values[there], is_unique[there] = found.values, found.unique
     values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
     held = np.isfinite(values).all(axis=-1)
@@ -168,10 +170,15 @@ def reactions(motion: Motion) -> Reactions:
     return Reactions(motion, wrenches, drives, method)
 
 
+def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:
+    """Matrices over the whole batch, one after the other."""
+    return np.broadcast_to(matrix, (*shape, *matrix.shape[-2:])).reshape(-1, *matrix.shape[-2:])
+
+
 def _compliant(motion: Motion) -> bool:
     """Whether links or joints everywhere have a stiffness by which they may share a load."""
     linkage = motion.linkage
-    links = all(link.beams for link in linkage.links.values())
+    links = all(link.beams or len(link.points) == 1 for link in linkage.links.values())
     return links or all(np.isfinite(pair.full_stiffness).all() for pair in linkage.joints.values())
 
 
