@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..framework.contact import law
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, JointElement
 from .parameters import array_of, common_shape, require
@@ -124,6 +125,35 @@ class Joint(JointElement):
     def typical(self) -> Joint:
         """The joint without clearance, each spring the stiffest of its batch, (6,)."""
         return Joint(self.stiffness.reshape(-1, 6).max(axis=0), self.axes, pitch=self.pitch)
+
+    def resistance(self, displacement: Array, pick: Callable[[Array, int], Array]) -> tuple[Array, Array, Array]:
+        """Energy, force and tangent at a displacement in the joint's axes: springs, and contact in what has play.
+
+        Parameters
+        ----------
+        displacement
+            Displacement (m, 6) of the second node from the first, or from an imposed offset.
+        pick
+            ``pick(array, trailing)`` takes the m rows of a parameter that belong to the displacements.
+
+        Returns
+        -------
+        energy, force, tangent
+            (m,), (m, 6) and (m, 6, 6), see `linkframe.framework.contact.law`; nothing from ideal components.
+        """
+        springs = np.where(np.isinf(self.stiffness), 0.0, self.stiffness)
+        free = list(self.play)
+        stiffness = pick(springs, 1) + 0.0 * displacement
+        contact = stiffness[:, free[0]].copy() if free else np.zeros(len(displacement))
+        stiffness[:, free] = 0.0
+        energy, force = 0.5 * np.sum(stiffness * displacement**2, axis=-1), stiffness * displacement
+        tangent = stiffness[:, :, None] * np.eye(6)
+        if free:
+            pull, turning, stored = law(displacement[:, free], pick(self.clearance[..., None], 1)[:, 0], contact)
+            force[:, free] = pull
+            tangent[np.ix_(range(len(force)), free, free)] = turning
+            energy = energy + stored
+        return energy, force, tangent
 
 
 def _checked_axes(axes: ArrayLike) -> Array:

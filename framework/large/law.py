@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+
 from ..batch import Array
+from ..errors import FrameError
 from ..protocol import JointElement
 
 Pick = Callable[[Array, int], Array]
@@ -29,5 +32,18 @@ class Law(Protocol):
 
 
 def law_of(element: JointElement) -> Law | None:
-    """The law of a joint element; None where it has springs only."""
-    return element if isinstance(element, Law) else None
+    """The law of a joint element with clearance; None where it has springs only.
+
+    Raises
+    ------
+    FrameError
+        Where the joint is ideal in the components in which it has play: a rigid contact has no energy.
+    """
+    if not (isinstance(element, Law) and element.clearance.any()):
+        return None
+    if np.isinf(element.stiffness[..., list(element.play)]).any():
+        raise FrameError(
+            "a joint with clearance is ideal (inf) where it has play: large displacement needs a finite contact "
+            "stiffness, such as 2e11; or leave clearances out with clearance=False"
+        )
+    return element
