@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import harness, paper_job, run, samples, segments, size, start_up, work_precision
+from benchmarks import harness, kinematics, paper_job, run, samples, segments, size, start_up, work_precision
 from benchmarks.fifty_digits import displacements
 from benchmarks.job import error, job
 from benchmarks.monte_carlo import INPUTS, displacement, mean
@@ -113,6 +113,19 @@ def test_stiff_joints() -> None:
 def test_first_solution_is_right() -> None:
     printed = subprocess.run([sys.executable, "-c", start_up.FIRST], capture_output=True, text=True, check=True).stdout
     assert float(printed) < 1e-14
+
+
+def test_everybody_moves_the_same_linkages() -> None:
+    rows = kinematics.sweep_rows(24, 1)
+    assert {row["contender"] for row in rows} >= {kinematics.OURS, kinematics.ANEW}
+    assert all(row["closure_error"] < (1e-14 if "linkframe" in row["contender"] else 1e-12) for row in rows)
+    assert all(row["apart_from_linkframe"] < 1e-12 for row in rows)
+
+
+def test_batches_of_linkages_close() -> None:
+    rows = kinematics.batch_rows(0.005)
+    assert [row["poses"] for row in rows] == [500, 50, 50]
+    assert all(row["closure_error"] < kinematics.ERROR for row in rows)
 
 
 def test_summary_and_figures(tmp_path: Path) -> None:

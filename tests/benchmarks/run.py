@@ -18,7 +18,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import perf_counter
 
-BENCHMARKS = ("paper_job", "samples", "segments", "size", "large_frames", "work_precision", "start_up")
+BENCHMARKS = ("paper_job", "samples", "segments", "size", "large_frames", "work_precision", "start_up", "kinematics")
 PACKAGES = (
     "linkframe",
     "numpy",
@@ -29,6 +29,8 @@ PACKAGES = (
     "calfem-python",
     "cvxopt",
     "pypardiso",
+    "pylinkage",
+    "exudyn",
 )
 
 
