@@ -24,8 +24,8 @@ CLOSE = 1e-16
 # Pivots in units of the diagonal that count as zero.
 ZERO = 1e-11
 _ITERATIONS = 30
-# Largest rotation (radians) in one step, and displacement, in sizes of the frame.
-_TURN, _SHIFT = 1.0, 1.0
+# Longest step, and one that is nothing, in radians or sizes of the frame.
+_LONGEST, _NOTHING = 1.0, 1e-13
 
 
 class Newton:
@@ -115,13 +115,21 @@ class Newton:
 
     def limited(self, step: Array) -> Array:
         """Share of a step that turns and moves no more than is allowed (m,)."""
-        turn = np.abs(step[self.turning]).max(axis=0, initial=0.0) / _TURN
-        shift = np.abs(step[~self.turning]).max(axis=0, initial=0.0) / (_SHIFT * self.size)
-        most: Array = np.maximum(turn, shift)
-        return 1.0 / np.maximum(most, 1.0)
+        return 1.0 / np.maximum(self.largest(step) / _LONGEST, 1.0)
+
+    def largest(self, step: Array) -> Array:
+        """Largest component of a step, in radians or sizes of the frame (m,)."""
+        turn = np.abs(step[self.turning]).max(axis=0, initial=0.0)
+        shift = np.abs(step[~self.turning]).max(axis=0, initial=0.0)
+        most: Array = np.maximum(turn, shift / self.size)
+        return most
 
     def is_close(self, at: Linear, step: Array) -> Mask:
-        """Whether the work of the unbalanced forces on the step is nothing beside the strain energy."""
+        """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.
+
+        Both are so small that what the step leaves open, of second order, lies below rounding.
+        """
         work = np.abs(np.einsum("im,im->m", at.forces, step))
-        near: Mask = work <= CLOSE * at.energy
+        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) == 0.0
+        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= _NOTHING)
         return near

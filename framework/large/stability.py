@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..batch import Array
+from . import rotation
 from .elimination import LARGE, Elimination
 from .equations import Equations, State
 from .model import Model
@@ -24,9 +25,21 @@ def least_pivot(march: March, state: State, flat: Model) -> Array:
     for begin in range(0, march.count, march.chunk):
         index = np.arange(begin, min(begin + march.chunk, march.count))
         equations = Equations(model, march.where(index), len(index))
-        values = equations.linearised(state.taken(index)).values
+        values = equations.linearised(_state(model, flat, state.taken(index))).values
         if elimination.size > LARGE:
             out[index] = elimination.factor(values).pivots.min(axis=0)
             continue
         out[index] = elimination.spectrum(values)[1][:, 0]
     return out
+
+
+def _state(model: Model, flat: Model, state: State) -> State:
+    """The state with the links of `model`, which has some supports more that hold motion out of the plane."""
+    place = {joint.child: number for number, joint in enumerate(flat.joints)}
+    own = [
+        state.own[:, place[joint.child]]
+        if joint.child in place
+        else np.concatenate([state.moved[:, joint.child], rotation.logarithm(state.turned[:, joint.child])])
+        for joint in model.joints
+    ]
+    return State(state.moved, state.turned, np.stack(own, axis=1) if own else state.own)

@@ -1,0 +1,250 @@
+"""What must hold of any frame: forces are derivatives of the energy, the tangent of the forces; batches; small loads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle
+from linkframe.framework import Frame, FrameError
+from linkframe.framework.large.equations import Equations, State
+from linkframe.framework.large.model import Model
+from linkframe.framework.large.planar import FlatEquations, FlatModel
+from linkframe.framework.plan import Plan
+
+STEEL = Material(E=200e3, nu=0.3, density=1.0)
+BAR = Rectangle(y=0.2, z=0.3)
+
+
+def turn(*axis: float) -> np.ndarray:
+    v = np.array(axis)
+    angle = np.linalg.norm(v)
+    x, y, z = v / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
+
+
+def frame(scale: float = 1.0) -> Frame:
+    """Joints of every kind seen from both sides, a rigid link, a taper, prescribed motion, all kinds of dead loads."""
+    built = Frame()
+    places = {"A": (0, 0, 0), "B": (1, 0.2, 0.1), "C": (1, 0.2, 0.1), "E": (2.2, 0.5, 0.1), "H": (3, 0, 0)}
+    for name, place in places.items():
+        built.node(name, place)
+    for name in "DG":
+        built.node(name, [(2.0, 0.5, -0.3), (2.0, 0.5, -0.2)])
+    built.add("AB", Beam(BAR, STEEL, end=Rectangle(y=0.1, z=0.2), segments=2), "A", "B")
+    built.add("CD", Beam(BAR, STEEL, shear=True, segments=2), "C", "D")
+    built.add("GH", Beam(BAR, STEEL, release="end rx"), "G", "H")
+    built.add("EH", Beam(BAR, STEEL, segments=2), "E", "H")
+    built.add("first", Joint((2e4, 2e4, np.inf, 1e3, 2e3, 0.0), axes=turn(0.3, 0.9, -0.4)), "B", "C")
+    built.add("second", Joint((2e4, np.inf, 2e4, 1e3, 10.0, 3.0)), "G", "D")
+    built.rigid("D", "E")
+    built.fix("A", "ux", "uy", "uz", "rx")
+    built.fix("H", "rz")
+    built.prescribe("H", ux=0.1 * scale, uz=scale * np.array([0.05, 0.02]), ry=0.02 * scale)
+    built.offset("first", uz=0.1 * scale, rx=0.02 * scale)
+    built.load("D", fy=10.0 * scale, fz=30.0 * scale)
+    built.line_load("CD", fy=10.0 * scale)
+    built.point_load("EH", at=0.3, fz=4.0 * scale)
+    built.gravity((0.0, 0.0, -9.0 * scale))
+    built.add("mass", PointMass(2.0, offset=(0.1, 0.2, 0.3)), "E")
+    return built
+
+
+@pytest.fixture(scope="module")
+def bent() -> tuple[Model, Equations, State]:
+    model = Model(Plan(frame(), cut=True))
+    equations = Equations(model, (np.arange(2),), 2)
+    step = 0.3 * np.random.default_rng(1).standard_normal((model.size, 2))
+    return model, equations, equations.advanced(State.start(model, 2), step)
+
+
+def test_forces_are_the_derivative_of_the_energy(bent: tuple[Model, Equations, State]) -> None:
+    model, equations, state = bent
+    forces = equations.linearised(state).forces
+    for k in range(model.size):
+        unit = np.zeros((model.size, 2))
+        unit[k] = 1e-6
+        ahead, behind = (equations.energy(equations.advanced(state, sign * unit)) for sign in (1.0, -1.0))
+        assert (ahead - behind) / 2e-6 == pytest.approx(forces[k], abs=1e-8 * np.abs(forces).max())
+
+
+def test_tangent_is_the_derivative_of_the_forces(bent: tuple[Model, Equations, State]) -> None:
+    model, equations, state = bent
+    _, rows, columns = model.pattern
+    tangent = np.zeros((model.size, model.size, 2))
+    tangent[rows, columns] = equations.linearised(state).values
+    for k in range(model.size):
+        unit = np.zeros((model.size, 2))
+        unit[k] = 1e-6
+        ahead, behind = (equations.linearised(equations.advanced(state, sign * unit)).forces for sign in (1.0, -1.0))
+        assert (ahead - behind) / 2e-6 == pytest.approx(tangent[:, k], abs=2e-9 * np.abs(tangent).max())
+
+
+def test_tangent_is_symmetric_in_equilibrium() -> None:
+    solution = frame().solve(large=True, steps=2)
+    model, at = solution.model, solution.equations.linearised(solution.state)
+    _, rows, columns = model.pattern
+    tangent = np.zeros((model.size, model.size, 2))
+    tangent[rows, columns] = at.values
+    free = slice(model.free)
+    assert np.abs(at.forces[free]).max() < 1e-9
+    assert tangent[free, free] == pytest.approx(np.swapaxes(tangent[free, free], 0, 1), abs=1e-9)
+
+
+def test_small_loads_give_the_linear_solution() -> None:
+    scale = 1e-6
+    described = frame(scale)
+    linear, large = described.solve(), described.solve(large=True)
+    results = [("displacement", name) for name in described.nodes] + [("reaction", name) for name in "AH"]
+    results += [("end_forces", name) for name in described.members]
+    results += [(kind, name) for kind in ("joint_force", "joint_displacement") for name in described.joints]
+    for kind, name in results:
+        expected = getattr(linear, kind)(name)
+        assert getattr(large, kind)(name) == pytest.approx(expected, abs=2e-5 * np.abs(expected).max()), (kind, name)
+    for member in described.members:
+        at = np.linspace(0.0, 1.0, 4) * described.length(member)[..., None]
+        for kind in ("forces", "stress", "displacement_along"):
+            expected = getattr(linear, kind)(member, at)
+            found = getattr(large, kind)(member, at)
+            assert found == pytest.approx(expected, abs=3e-4 * np.abs(expected).max()), (kind, member)
+
+
+def test_energy_balance_along_load_steps() -> None:
+    """The work of loads, prescribed motion and offsets equals the strain energy, to the square of the step."""
+    error = []
+    for steps in (4, 8):
+        solution = frame().solve(large=True, steps=steps)
+        assert solution.load_factor[-1] == 1.0
+        error.append(np.abs(solution.work[-1] - solution.strain_energy[-1]).max())
+    assert error[1] < 1e-2 * solution.strain_energy[-1].max()
+    assert error[0] / error[1] == pytest.approx(4.0, rel=0.2)
+
+
+def test_a_batch_equals_its_members() -> None:
+    whole = frame().solve(large=True)
+    for entry, height in enumerate((-0.3, -0.2)):
+        single = frame()
+        for name in "DG":
+            del single.nodes[name]
+        alone = Frame()
+        for name, node in frame().nodes.items():
+            place = (2.0, 0.5, height) if name in "DG" else node.coordinates
+            alone.node(name, place)
+        for field in ("members", "joints", "masses", "ties", "supports", "offsets", "loads", "member_loads", "weight"):
+            setattr(alone, field, getattr(frame(), field))
+        alone.prescribe("H", uz=(0.05, 0.02)[entry])
+        found = alone.solve(large=True)
+        assert found.shape == ()
+        for node in "BDEG":
+            assert found.displacement(node) == pytest.approx(whole.displacement(node)[entry], rel=1e-9, abs=1e-10)
+        assert found.iterations == whole.iterations[entry]
+
+
+@pytest.mark.parametrize("normal", [2, 1, 0])
+def test_a_plane_gives_what_space_gives(normal: int) -> None:
+    """A frame in one of the coordinate planes, in three coordinates a node and in six."""
+    order = np.roll(np.arange(3), normal - 2)
+    x, y, z = np.eye(3)[:, order].T
+    flat = Frame()
+
+    def place(along: float, up: float) -> np.ndarray:
+        return np.asarray(along * x + up * y)
+
+    for name, point in {"A": (0, 0), "B": (1, 0.2), "C": (1, 0.2), "D": (2, 0.5), "E": (2.2, 0.6), "G": (2, 0.5)}.items():
+        flat.node(name, place(*point))
+    flat.node("H", place(3, 0))
+    bar = Beam(BAR, STEEL, segments=2)
+    for ends in ("AB", "CD", "GH", "EH"):
+        flat.add(ends, bar, *ends)
+    c, s = np.cos(0.3), np.sin(0.3)
+    axes = np.stack([c * x + s * y, z, s * x - c * y], axis=-1)
+    flat.add("first", Joint((2e4, 2e4, 3e4, 1e3, 20.0, 1e3), axes=axes), "B", "C")
+    flat.add("second", Joint((2e4,) * 3 + (5.0,) * 3), "G", "D")
+    flat.rigid("D", "E")
+    names = ["xyz"[int(np.argmax(v))] for v in (x, y, z)]
+    flat.fix("A", f"u{names[0]}", f"u{names[1]}")
+    flat.prescribe("H", **{f"u{names[0]}": np.array([0.1, -0.1]), f"u{names[1]}": 0.0})
+    flat.load("D", **{f"f{names[1]}": 10.0})
+    flat.load("B", **{f"m{names[2]}": 3.0})
+    model = Model(Plan(flat, cut=True))
+    assert len(model.components) == 3
+    assert FlatModel.suits(model)
+    space, plane = Equations(model, (np.arange(2),), 2), FlatEquations(FlatModel(model), (np.arange(2),), 2)
+    step = 0.2 * np.random.default_rng(2).standard_normal((model.size, 2))
+    there = space.advanced(State.start(model, 2), step)
+    here = plane.advanced(FlatEquations.start(model, 2), step)
+    in_space = plane.flat.space(here)
+    for one, other in zip(
+        (there.moved, np.abs(there.turned), there.own), (in_space.moved, np.abs(in_space.turned), in_space.own), strict=True
+    ):
+        assert one == pytest.approx(other, abs=1e-14)
+    first, second = space.linearised(there), plane.linearised(here)
+    assert second.forces == pytest.approx(first.forces, abs=1e-12 * np.abs(first.forces).max())
+    tangents = np.zeros((2, model.size, model.size, 2))
+    tangents[0][model.pattern[1:]] = first.values
+    tangents[1][plane.flat.pattern[1:]] = tangents[1][plane.flat.pattern[:0:-1]] = second.values
+    assert tangents[1] == pytest.approx(tangents[0], abs=1e-12 * np.abs(first.values).max())
+
+
+def test_rotation_beyond_a_turn_by_a_prescribed_angle() -> None:
+    """A crank turned through two turns carries its free end round."""
+    angles = np.linspace(0.0, 4.0 * np.pi, 9)
+    crank = Frame()
+    crank.node("A", (0.0, 0.0, 0.0))
+    crank.node("B", (1.0, 0.0, 0.0))
+    crank.add("AB", Beam(BAR, STEEL), "A", "B")
+    crank.fix("A", "ux", "uy", "uz", "rx", "ry")
+    crank.prescribe("A", rz=angles)
+    moved = crank.solve(large=True, steps=16).displacement("B")
+    assert moved[:, 0] == pytest.approx(np.cos(angles) - 1.0, abs=1e-12)
+    assert moved[:, 1] == pytest.approx(np.sin(angles), abs=1e-12)
+
+
+def test_moments_in_space_keep_their_axis() -> None:
+    """A moment about x at the end of a rod along x, after bending: the reaction is the moment itself."""
+    rod = Frame()
+    rod.node("A", (0.0, 0.0, 0.0))
+    rod.node("B", (2.0, 0.0, 0.0))
+    rod.add("AB", Beam(Rectangle(y=0.03, z=0.03), STEEL, segments=6), "A", "B")
+    rod.fix("A")
+    rod.load("B", mx=1.0e-3, my=6e-3, fz=4e-4)
+    solution = rod.solve(large=True)
+    assert solution.status == "stable"
+    end = np.array([2.0, 0.0, 0.0]) + solution.displacement("B")[:3]
+    moment = np.array([1e-3, 6e-3, 0.0]) + np.cross(end, [0.0, 0.0, 4e-4])
+    assert solution.reaction("A")[3:] == pytest.approx(-moment, rel=1e-9, abs=1e-12)
+    assert solution.residual < 1e-9
+
+
+def test_bad_input_is_refused() -> None:
+    described = frame()
+    with pytest.raises(FrameError, match="steps is 0"):
+        described.solve(large=True, steps=0)
+    with pytest.raises(FrameError, match="'Q' is unknown"):
+        described.solve(large=True).displacement("Q")
+    with pytest.raises(FrameError, match="no support"):
+        described.solve(large=True).reaction("B")
+    described.add("slide", Beam(BAR, STEEL, release="end uy"), "A", "H")
+    with pytest.raises(FrameError, match="'slide' slides"):
+        described.solve(large=True)
+
+
+def test_a_moment_between_nodes_is_refused() -> None:
+    described = frame()
+    described.point_load("AB", at=0.5, mz=1.0)
+    with pytest.raises(FrameError, match="has a moment"):
+        described.solve(large=True)
+
+
+def test_files_for_paraview(tmp_path: object) -> None:
+    pytest.importorskip("pyvista")
+    solution = frame().solve(large=True)
+    solution.save(f"{tmp_path}/bent.pvd")
+    from pathlib import Path
+
+    import meshio
+
+    mesh = meshio.read(next(Path(f"{tmp_path}").rglob("beams_001.vtu")))
+    tip = np.abs(mesh.points - np.array([3.0, 0.0, 0.0])).sum(axis=1).argmin()
+    assert mesh.point_data["displacement"][tip] == pytest.approx(solution.displacement("H")[1, :3], abs=1e-12)

@@ -1,0 +1,127 @@
+"""The four-bar of the accuracy paper at and near its singular poses, against rods met by shooting.
+
+Links are extensible elasticas between pins of finite stiffness; the five unknowns are the force and moment at the drive
+and the angles at which coupler and rocker leave their pins.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from reference.rod import PlaneRod, solved
+
+from linkframe.elements import Beam, Material, Rectangle
+from linkframe.framework import MechanismWarning
+from linkframe.framework.large.solution import LargeSolution
+from linkframe.models import FourBar
+
+STEEL = Material(E=200e9, nu=0.3)
+SECTION = Rectangle(y=12.7e-3, z=6.35e-3)
+L, PIN, FORCE = 0.1, 2e11, 100.0
+
+
+def large(theta: float | np.ndarray, segments: int = 8, pin: float = PIN) -> LargeSolution:
+    beam = Beam(SECTION, STEEL, segments=segments)
+    four_bar = FourBar(beam=beam, stiffness=(pin,) * 5 + (0.0,))
+    frame = four_bar.move(np.radians(theta)).frame()
+    frame.load("P", fy=FORCE)
+    return frame.solve(large=True)
+
+
+def shot(theta: float, near: LargeSolution, pin: float = PIN) -> np.ndarray:
+    """Displacement of P; `near` gives the first guess."""
+    rod = PlaneRod(STEEL.E * SECTION.A, STEEL.E * SECTION.Iz)
+    angle = np.radians(theta)
+    rest = {"crank": angle, "coupler": 0.0, "rocker": angle + np.pi}
+    load = np.array([0.0, FORCE])
+    force0, moment0 = FORCE, FORCE * L
+    place = [2.0 * L, 0.0]
+
+    def walk(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        n = force0 * x[:2]
+        crank = rod.shot(np.array([0.0, 0.0, rest["crank"], moment0 * x[2]]), n, L)
+        first = rod.shot(np.array([*(crank[:2] + n / pin), x[3], 0.0]), n, L)
+        after = n - load
+        second = rod.shot(first, after, L)
+        rocker = rod.shot(np.array([*(second[:2] + after / pin), x[4], 0.0]), after, L)
+        gap = rocker[:2] + after / pin - place
+        return np.array([crank[3] / moment0, second[3] / moment0, rocker[3] / moment0, *(gap / L)]), first
+
+    reaction = -near.reaction("A")
+    turns = near.displacement("B.coupler")[5], near.displacement("D.rocker")[5] + rest["rocker"]
+    # the reaction holds A against the rod: the rod's force on what lies behind is its opposite
+    guess = np.array([*(reaction[:2] / force0), reaction[5] / moment0, *turns])
+    found = solved(lambda x: walk(x)[0], guess)
+    at_rest = np.array([np.cos(angle) * L + L, np.sin(angle) * L])
+    return np.asarray(walk(found)[1][:2] - at_rest)
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.01, 0.1, 1.0, 5.0, 30.0, 180.0])
+def test_against_shooting(theta: float) -> None:
+    coarse, fine = large(theta, 4), large(theta, 8)
+    exact = shot(theta, fine)
+    size = np.abs(exact).max()
+    error = [np.abs(s.displacement("P")[:2] - exact).max() / size for s in (coarse, fine)]
+    assert fine.status == "stable"
+    assert error[1] < 5e-5
+    # the error of the pieces falls with the square of their length, down to that of the shooting
+    assert error[1] < 0.27 * error[0] + 1e-9
+    extrapolated = (4.0 * fine.displacement("P") - coarse.displacement("P"))[:2] / 3.0
+    assert np.abs(extrapolated - exact).max() < 1e-6 * size
+
+
+def test_soft_pins() -> None:
+    solution = large(1.0, 8, pin=1e6)
+    exact = shot(1.0, solution, pin=1e6)
+    assert solution.displacement("P")[:2] == pytest.approx(exact, rel=1e-4, abs=1e-4 * np.abs(exact).max())
+
+
+def test_smooth_through_the_singularity() -> None:
+    theta = np.linspace(-1.5, 2.0, 71)
+    moved = large(theta, 2).displacement("P")[:, 1]
+    assert np.isfinite(moved).all()
+    assert np.abs(np.diff(moved, 3)).max() < 1e-4 * np.ptp(moved)
+    assert moved.max() < 7e-3
+
+
+def test_snaps_through_where_the_load_exceeds_the_limit() -> None:
+    """Below the line of coupler and rocker the load pushes D towards it: the linkage resists at -3 degrees, and snaps
+    through to the other side at -1."""
+    moved = large(np.array([-3.0, -1.0]), 2).displacement("P")[:, 1]
+    height = 0.1 * np.sin(np.radians([3.0, 1.0]))
+    assert 2.0 * moved[0] < height[0]
+    assert 2.0 * moved[1] > 2.0 * height[1]
+
+
+def test_equals_the_linear_solution_where_that_is_valid() -> None:
+    """At 90 degrees the loads stretch and bend little: what is left is of second order."""
+    frame = FourBar(beam=Beam(SECTION, STEEL)).move(np.radians(90.0)).frame()
+    ratio = []
+    for force in (1.0, 1e-2):
+        frame.loads.clear()
+        frame.load("P", fx=force, fy=force)
+        linear, nonlinear = frame.solve(), frame.solve(large=True)
+        for node in ("P", "D.coupler", "E.rocker"):
+            scale = np.abs(linear.displacement(node)).max()
+            ratio.append(np.abs(nonlinear.displacement(node) - linear.displacement(node)).max() / scale)
+        assert nonlinear.joint_force("D") == pytest.approx(linear.joint_force("D"), rel=1e-4 * force, abs=1e-4 * force)
+        assert nonlinear.reaction("A") == pytest.approx(linear.reaction("A"), rel=1e-4 * force, abs=1e-4 * force)
+    assert max(ratio[:3]) < 1e-4
+    assert max(ratio[3:]) < 1.1e-2 * max(ratio[:3]) + 1e-13
+
+
+def test_stiff_and_ideal_pins_agree_to_the_last_digits() -> None:
+    """Joints are coordinates: springs of 1e20 beside beams of 1e3 cost nothing."""
+    moved = [large(np.array([0.0, 2.0, 40.0]), 2, pin).displacement("P") for pin in (1e20, np.inf)]
+    assert moved[0][:, :2] == pytest.approx(moved[1][:, :2], rel=1e-11)
+
+
+def test_linear_solution_has_no_number_where_this_has() -> None:
+    frame = FourBar(beam=Beam(SECTION, STEEL)).move(0.0).frame()
+    frame.load("P", fy=FORCE)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)
+        assert np.isnan(frame.solve().displacement("P")).all()
+    assert frame.solve(large=True).displacement("P")[1] == pytest.approx(2.39e-3, rel=1e-2)
