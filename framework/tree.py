@@ -318,7 +318,7 @@ def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
 def _entries(grid: Grid, axes: Array | None) -> Matrix3:
     if axes is None:
         return None
-    flat: list[Value] = axes.reshape(-1).tolist() if axes.size == 9 else grid.components(axes, trailing=2)
+    flat = grid.components(axes, trailing=2) if axes.size > 9 else list[Value](axes.reshape(-1).tolist())
     return [flat[0:3], flat[3:6], flat[6:9]]
 
 
