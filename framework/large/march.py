@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from .equations import Equations, State
-from .found import Found
+from .found import Found, Place
 from .model import Model
 from .newton import Newton
-from .numbers import Where
+from .numbers import Numbers, Where
 from .search import Search
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
@@ -54,7 +54,7 @@ class March:
         history = History(factors, np.zeros((self.steps, self.count)), np.zeros((self.steps, self.count)))
         for begin in range(0, self.count, self.chunk):
             index = np.arange(begin, min(begin + self.chunk, self.count))
-            found = Found.nothing(self.newton.start(len(index)))
+            found = Found.nothing(self._start(self.where(index), len(index), factors[0]))
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
                 old = found.state
@@ -70,6 +70,27 @@ class March:
     def where(self, index: NDArray[np.int64]) -> Where:
         """Indices of entries along each batch axis."""
         return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
+
+    def _start(self, where: Where, count: int, factor: float) -> Place:
+        """The state at rest; where joints have clearance, their journals where the load will press them."""
+        state = self.newton.start(count)
+        loose = [number for number, joint in enumerate(self.model.joints) if joint.law is not None]
+        if not loose:
+            return state
+        tight = March(Model(self.model.plan, clearance=False), 1)
+        found = tight.search.solve(where, tight.newton.start(count), 0.0, factor)
+        state = tight.newton.space(found.state)
+        own = Equations(tight.model, where, count, factor).linearised(state).own
+        for number in loose:
+            joint = self.model.joints[number]
+            element = self.model.frame.joints[str(joint.edge.name)].element
+            play = list(element.play)
+            push = -own[play, number]
+            size = np.sqrt((push**2).sum(axis=0))
+            radius = Numbers.of(element.clearance, self.model.ndim, 0).at(where)
+            state.own[play, number] += radius * push / np.where(size > 0.0, size, 1.0)
+        Equations(self.model, where, count, factor).follow(state)
+        return state
 
     def _step(self, where: Where, begin: Found, low: float, high: float) -> Found:
         found = self.search.solve(where, begin.state, low, high)

@@ -130,6 +130,6 @@ class Newton:
         Both are so small that what the step leaves open, of second order, lies below rounding.
         """
         work = np.abs(np.einsum("im,im->m", at.forces, step))
-        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) == 0.0
+        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= _NOTHING * min(1.0, self.size)
         near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= _NOTHING)
         return near
