@@ -170,14 +170,16 @@ def test_a_batch_is_its_members() -> None:
         assert solution.contact("pin2").state[entry] == one.contact("pin2").state
 
 
-def test_turning_the_frame_turns_the_answer() -> None:
-    """A frame in a body that is turned, its load with it: clearance displacement is a vector."""
-    turn = Rotation.from_rotvec([0.3, -0.8, 1.1]).as_matrix()
-    plain, turned = (hanging(np.eye(3)), hanging(turn))
-    first, second = (frame.solve() for frame in (plain, turned))
-    assert_allclose(second.displacement("B")[..., :3], first.displacement("B")[..., :3] @ turn.T, atol=1e-13)
-    assert_allclose(second.contact("2").normal, first.contact("2").normal @ turn.T, atol=1e-9)
+@settings(max_examples=20)
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 3))
+def test_turning_the_frame_turns_the_answer(angles: tuple[float, ...]) -> None:
+    """The frame and its load turned in space: the displacement is a vector, and so is the contact."""
+    turn = Rotation.from_rotvec(angles).as_matrix()
+    first, second = (hanging(axes).solve() for axes in (np.eye(3), turn))
+    moved = first.displacement("B")[..., :3]
+    assert_allclose(second.displacement("B")[..., :3], moved @ turn.T, atol=1e-9 * np.abs(moved).max())
     assert_array_equal(second.contact("2").state, first.contact("2").state)
+    assert_allclose(second.contact("2").normal, first.contact("2").normal @ turn.T, atol=1e-7)
 
 
 def hanging(turn: np.ndarray) -> Frame:
