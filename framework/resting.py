@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,8 @@ UNLOADED = 1e-12
 _SOFT = 1e-12
 # A joint's share of a free motion below which it does not take part.
 _STILL = 1e-6
+# Entries whose matrices are held at a time.
+_MOST = 2**16
 # Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
 _BALANCED = 1e-6
 
@@ -123,15 +126,18 @@ class Rest:
         size = self.play.length(self.tight)
         offset = radius[own] * self.tight / np.where(size > 0.0, size, 1.0)[own]
         held = np.broadcast_to(np.any(self.stiffness != 0.0, axis=(0, 1)), self.tight.shape[1:])
-        if held.any():
-            stiffness = np.broadcast_to(self.stiffness, (len(own), *self.tight.shape))[:, :, held]
-            reach = radius[:, held][own]
-            x, multiplier = resting_points(stiffness * reach[:, None] * reach, self.tight[:, held] * reach, own)
-            offset[:, held] = reach * x
-            left = self.play.length(self.tight[:, held] - np.einsum("ijn,jn->in", stiffness, reach * x))
-            near = radius[:, held]
-            size[:, held] = np.where(near > 0.0, multiplier / np.where(near > 0.0, near, 1.0), left)
+        for part in _parts(held):
+            offset[:, part], size[:, part] = self._least(part)
         return offset, size
+
+    def _least(self, part: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Offset (n, N) and size of the force (joints, N) of least energy, at some entries."""
+        own, near, tight = self.play.own, self.radius[:, part], self.tight[:, part]
+        stiffness = np.broadcast_to(self.stiffness, (len(own), *self.tight.shape))[:, :, part]
+        reach = near[own]
+        x, multiplier = resting_points(stiffness * reach[:, None] * reach, tight * reach, own)
+        left = self.play.length(tight - np.einsum("ijn,jn->in", stiffness, reach * x))
+        return reach * x, np.where(near > 0.0, multiplier / np.where(near > 0.0, near, 1.0), left)
 
     def _free(self, loose: NDArray[np.bool_], some: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Which of the `loose` joints, (joints, N), take part in a motion that no force resists, at `some` entries."""
@@ -146,3 +152,10 @@ class Rest:
         values, vectors = np.linalg.eigh(np.moveaxis(matrix, -1, 0))
         part = np.where((values <= _SOFT)[:, None, :], np.abs(vectors), 0.0).max(axis=-1).T
         return np.stack([(part[own == j] > _STILL).any(axis=0) for j in range(len(self.play.names))]) & loose
+
+
+def _parts(held: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
+    """The entries that are `held`, some at a time, so that their matrices do not fill the memory."""
+    number = np.cumsum(held).reshape(held.shape)
+    for start in range(0, int(held.sum()), _MOST):
+        yield np.asarray(held & (number > start) & (number <= start + _MOST))

@@ -440,3 +440,12 @@ def test_absent_entries_have_no_contact() -> None:
     assert_array_equal(solution.status, ["regular", "absent", "free"])
     assert np.isnan(solution.contact("pin").force[1])
     assert np.isnan(solution.displacement("C")[1]).all()
+
+
+def test_the_same_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Entries are handled some at a time, with the same bits."""
+    rng = np.random.default_rng(5)
+    given = (rng.uniform(0.0, 1e-3, (4, 1)), 10 ** rng.uniform(5, 11, (4, 1)), np.linspace(0.0, 6.0, 7))
+    whole = batch_frame(*given).solve().displacement("P1")
+    monkeypatch.setattr("linkframe.framework.resting._MOST", 5)
+    assert_array_equal(batch_frame(*given).solve().displacement("P1"), whole)
