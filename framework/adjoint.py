@@ -32,6 +32,8 @@ class Adjoint:
         Inverse of its stiffness.
     result
         What is asked for, m results.
+    steps
+        Steps of refinement at least, where the adjoint itself is wanted.
 
     Attributes
     ----------
@@ -39,7 +41,7 @@ class Adjoint:
         Displacements for unit forces, (m, ..., nodes, 6), as coordinates.
     """
 
-    def __init__(self, state: Equilibrium, compliance: Compliance, result: Asked) -> None:
+    def __init__(self, state: Equilibrium, compliance: Compliance, result: Asked, steps: int = 0) -> None:
         self.state, self.compliance, self.result = state, compliance, result
         kinematics, links = state.kinematics, range(len(state.kinematics.links))
         imposed = [extended(result.imposed[k]) if k in result.imposed else None for k in links]
@@ -49,7 +51,7 @@ class Adjoint:
         self.answer: Real = compliance.solve(self.right)
         self.coordinates = kinematics.coordinates(state.unknowns, extended(self.answer), imposed)
         self._fine = compliance.near
-        for _ in range(compliance.steps):
+        for _ in range(max(steps, compliance.steps)):
             left = self._unbalanced(self.coordinates, kinematics, state.springs)
             self.answer = extended(self.answer) + compliance.solve(left.astype(compliance.root.dtype))
             self.coordinates = kinematics.coordinates(state.unknowns, self.answer, imposed)

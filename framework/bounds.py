@@ -94,11 +94,11 @@ class Bounds:
                 out[where] = self._inverted(state).distance()
         return out
 
-    def adjoints(self, name: str, kind: str) -> Iterator[tuple[Any, Adjoint]]:
-        """Part by part of the batch: where it is, and the adjoint of results there."""
+    def adjoints(self, name: str, kind: str, steps: int = 0) -> Iterator[tuple[Any, Adjoint]]:
+        """Part by part of the batch: where it is, and the adjoint of results there, refined in `steps` at least."""
         with np.errstate(all="ignore"):
             for part in self.parts():
-                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind))
+                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind), steps)
 
     def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
         """Results refined in extended precision, and what they may be off, (..., m)."""

@@ -174,12 +174,12 @@ class SparseCompliance(Compliance):
 
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""
-        flat = load.reshape(-1, load.shape[-1]).T
+        flat = load.astype(np.float64).reshape(-1, load.shape[-1]).T
         return self.factor.solve(flat).T.reshape(load.shape)
 
     def apply(self, displacement: Array) -> Array:
         """Loads (..., n) for displacements (..., n)."""
-        flat = (displacement / self.root).reshape(-1, displacement.shape[-1]).T
+        flat = (displacement.astype(np.float64) / self.root).reshape(-1, displacement.shape[-1]).T
         out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
         return out
 

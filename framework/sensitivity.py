@@ -69,7 +69,7 @@ def sensitivity(solution: Solution, name: str, what: str, kind: str) -> Sensitiv
         raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
     index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)
     out: dict[tuple[str, str], Array] = {}
-    for where, adjoint in solution.bounds.adjoints(name, kind):
+    for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
         for key, value in _derivatives(adjoint, name, kind, index):
             out.setdefault(key, np.zeros((*solution.shape, 6)))[where] = value
     singular = solution.status == "mechanism"

@@ -1,0 +1,132 @@
+"""Sensitivities of a result, from its adjoint: closed forms, and finite differences of whole solutions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Circle, Joint, Material
+from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
+from numpy.testing import assert_allclose
+from reference.as_frame import as_frame
+from reference.four_bar import coordinates, four_bar
+from reference.random_structures import random_frame, random_linkage
+from reference.structure import COMPONENTS, Structure
+
+E, LENGTH, DIAMETER = 2e11, 1.5, 0.02
+INERTIA, AREA = np.pi * DIAMETER**4 / 64, np.pi * DIAMETER**2 / 4
+READ: dict[str, Callable[[Solution, str], np.ndarray]] = {
+    "displacement": Solution.displacement,
+    "reaction": Solution.reaction,
+    "joint_displacement": Solution.joint_displacement,
+    "joint_force": Solution.joint_force,
+}
+
+
+def cantilever() -> Solution:
+    """A bar clamped at its root, on a torsion spring at mid-length, under a tip force that varies over a batch."""
+    beam = Beam(Circle(diameter=DIAMETER), Material(E=E, nu=0.3))
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": LENGTH / 2, "C": LENGTH / 2, "D": LENGTH}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("AB", beam, "A", "B")
+    frame.add("CD", beam, "C", "D")
+    frame.add("hinge", Joint(stiffness=(np.inf,) * 5 + (2e3,)), "B", "C")
+    frame.fix("A")
+    frame.load("D", fy=[10.0, -20.0, 40.0])
+    return frame.solve()
+
+
+def test_a_hinged_cantilever_in_closed_form() -> None:
+    """u = F L^3 / 3 E I + F (L/2)^2 / k at the tip, by each of F, k, E, a root settlement and rotation, a misfit."""
+    force, k = np.array([10.0, -20.0, 40.0]), 2e3
+    found = cantilever().sensitivity("D", "uy")
+    per_force = LENGTH**3 / (3 * E * INERTIA) + (LENGTH / 2) ** 2 / k
+    assert_allclose(found.loads["D"][:, 1], np.full(3, per_force), rtol=1e-12)
+    assert_allclose(found.loads["D"][:, 5], LENGTH**2 / (2 * E * INERTIA) + LENGTH / 2 / k, rtol=1e-12)
+    assert_allclose(found.joints["hinge"][:, 5], -force * (LENGTH / 2) ** 2 / k**2, rtol=1e-12)
+    assert_allclose(found.joints["hinge"][:, :5], 0.0, atol=0.0)
+    by_modulus = sum(found.members[name].sum(axis=-1) for name in ("AB", "CD"))
+    assert_allclose(by_modulus, -force * LENGTH**3 / (3 * E * INERTIA), rtol=1e-11)
+    assert_allclose(found.supports["A"], [[0.0, 1.0, 0.0, 0.0, 0.0, LENGTH]] * 3, rtol=1e-12, atol=1e-12)
+    assert_allclose(found.offsets["hinge"], [[0.0, 1.0, 0.0, 0.0, 0.0, LENGTH / 2]] * 3, rtol=1e-12, atol=1e-12)
+
+
+def test_of_forces_in_closed_form() -> None:
+    """The moment at the root is F L whatever the stiffness."""
+    found = cantilever().sensitivity("A", "mz", "reaction")
+    assert_allclose(found.loads["D"], [[0.0, -LENGTH, 0.0, 0.0, 0.0, -1.0]] * 3, rtol=1e-12, atol=1e-9)
+    assert_allclose(found.joints["hinge"], 0.0, atol=1e-12)
+    assert_allclose(found.members["AB"].sum(axis=-1), 0.0, atol=1e-8)
+    hinge = cantilever().sensitivity("hinge", "mz", "joint_force")
+    assert_allclose(hinge.loads["D"][:, 1], LENGTH / 2, rtol=1e-12)
+    assert_allclose(hinge.joints["hinge"], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("make", [random_frame, random_linkage])
+@pytest.mark.parametrize("kind", READ)
+def test_finite_differences(make: Callable[[int], Structure], kind: str) -> None:
+    """By central differences of the inputs, to 1e-6 of the result."""
+    structure = make(3)
+    name = {"displacement": list(structure.loads)[-1], "reaction": next(iter(structure.supports))}.get(
+        kind, next(iter(structure.joints))
+    )
+    component = ("fy" if kind in ("reaction", "joint_force") else "uy", 1)
+    found = as_frame(structure).solve().sensitivity(name, component[0], kind)
+    value = abs(READ[kind](as_frame(structure).solve(), name)[1])
+
+    def difference(change: Callable[[float], Structure], step: float) -> float:
+        up, down = (READ[kind](as_frame(change(s)).solve(), name)[component[1]] for s in (step, -step))
+        return float((up - down) / (2 * step))
+
+    node = next(iter(structure.loads))
+    for k in range(6):
+
+        def loaded(step: float, k: int = k) -> Structure:
+            load = list(structure.loads[node])
+            load[k] += step
+            return replace(structure, loads={**structure.loads, node: tuple(load)})
+
+        assert_allclose(found.loads[node][k], difference(loaded, 1.0), atol=1e-8 * value, rtol=1e-6)
+    joint = next(iter(structure.joints))
+    for k, stiffness in enumerate(structure.joints[joint].stiffness):
+        if stiffness > 0.0:
+
+            def softer(step: float, k: int = k) -> Structure:
+                springs = list(structure.joints[joint].stiffness)
+                springs[k] *= 1.0 + step
+                return replace(
+                    structure,
+                    joints={**structure.joints, joint: replace(structure.joints[joint], stiffness=tuple(springs))},
+                )
+
+            assert_allclose(found.joints[joint][k] * stiffness, difference(softer, 1e-3), atol=1e-6 * value)
+    member = next(iter(structure.members))
+
+    def stiffer(step: float) -> Structure:
+        one = structure.members[member]
+        other = replace(one, E=one.E * (1.0 + step), G=one.G * (1.0 + step))
+        return replace(structure, members={**structure.members, member: other})
+
+    assert_allclose(found.members[member].sum(), difference(stiffer, 1e-3), atol=1e-6 * value)
+    support = list(structure.supports)[-1]
+    for k, held in enumerate(COMPONENTS):
+
+        def settled(step: float, held: str = held) -> Structure:
+            values = {**structure.supports[support], held: step}
+            return replace(structure, supports={**structure.supports, support: values})
+
+        expected = difference(settled, 1e-3)
+        assert_allclose(found.supports[support][k], expected, atol=1e-6 * max(value, abs(expected)))
+
+
+def test_mechanisms_and_what_is_not_offered() -> None:
+    solution = as_frame(four_bar(coordinates(0.0), (0.0, 100.0, 0.0, 0.0, 0.0, 0.0))).solve()
+    with pytest.warns(MechanismWarning):
+        assert np.isnan(solution.sensitivity("P", "uy").loads["P"]).all()
+    with pytest.raises(FrameError, match="end forces"):
+        solution.sensitivity("crank", "fx", "end_forces")
+    with pytest.raises(FrameError, match="uw"):
+        solution.sensitivity("P", "uw")
