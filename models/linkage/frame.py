@@ -104,7 +104,7 @@ class Builder:
             else:
                 chains[pair] = _sorted([*chains[pair], guide], at)
         self._beams(name, link, chains, at)
-        self._rigid(name, link)
+        self._rigid(name, link, places)
         if is_given(link):
             self._mass(name, link)
 
@@ -185,16 +185,17 @@ class Builder:
             self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
             self.pieces.setdefault(name, []).append((member, beam, at[ends[0]], at[ends[1]]))
 
-    def _rigid(self, name: str, link: Link) -> None:
-        """What no beam joins to the first point is rigid with it."""
-        first = link.points[0]
-        joined = {first}
+    def _rigid(self, name: str, link: Link, at: dict[str, Array]) -> None:
+        """What no beam joins to the first beam is rigid with the nearest point that one does; all is without beams."""
+        main = _reached(link, next(iter(link.beams), link.points)[0])
+        joined = set(main)
         for point in link.points:
             if point not in joined:
-                reached = _reached(link, point)
-                if first not in reached:
-                    self.frame.rigid(self.nodes.of(name, first), self.nodes.of(name, point))
-                joined |= reached
+                part = _reached(link, point)
+                pairs = [(_apart(at[there], at[here]), there, here) for there in sorted(main) for here in sorted(part)]
+                _, there, here = min(pairs)
+                self.frame.rigid(self.nodes.of(name, there), self.nodes.of(name, here))
+                joined |= part
 
     def _mass(self, name: str, link: Link) -> None:
         """A given mass, rigid with the link's nearest point."""
@@ -228,6 +229,10 @@ def _reached(link: Link, point: str) -> set[str]:
         more = {other for pair in link.beams if reached & set(pair) for other in pair} - reached
         reached, grown = reached | more, bool(more)
     return reached
+
+
+def _apart(one: Array, other: Array) -> float:
+    return float(np.max(np.linalg.norm(other - one, axis=-1)))
 
 
 def _inside(start: Array, end: Array, local: Array) -> bool:
