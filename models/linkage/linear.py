@@ -146,7 +146,7 @@ class Linear:
     def project(self, jacobian: Array) -> None:
         """Take the equations' projection from one of their matrices (m, n), where they are too many but determine x."""
         if not self.square and self.rank == self.columns > 0:
-            self.projection = np.linalg.pinv(jacobian)
+            self.projection = np.asarray(np.linalg.pinv(jacobian), dtype=np.float64)
 
     def _known(
         self, entries: Sequence[Any], right: Sequence[Any], out: Sequence[Any], solved: list[int], i: int

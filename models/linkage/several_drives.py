@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...framework.batch import Array
 from .drives import Drives
+from .fan import fanned, scattered
 from .follow import Guide
 from .guess import NEAR, Guess, guess_of
 from .loops import Loops, Pose
@@ -53,6 +54,11 @@ class Line:
         signs = np.zeros((len(values), self.loops.linear.signs))
         reached = np.zeros(len(values), dtype=bool)
         begin, done = self.start, 0
+        whole = Path(self.loops, np.concatenate([self._driven(begin)[None], values]))
+        if self.loops.linear.signs and not self.loops.driven_balls and scattered(whole):
+            found = fanned(self.loops, self.nominal, self.start, values, self._straight)
+            if found is not None:
+                return (*found, np.ones(len(values), dtype=bool))
         while done < len(values):
             way = Path(self.loops, np.concatenate([self._driven(begin)[None], values[done:]]))
             track = March(self.loops, self.nominal, way, self.longest).run(begin, self.switch)
@@ -73,13 +79,13 @@ class Line:
         """The first pose from `done` on that can be reached straight, tried in strides that grow, then cut in half."""
         failed = done - 1
         for index in _strides(done, len(values)):
-            found = self._straight(last, values[index])
+            found = self._straight(last, values[index]) or self._straight(self.start, values[index])
             if found is None:
                 failed = index
                 continue
             while index - failed > 1:
                 middle = (index + failed) // 2
-                nearer = self._straight(last, values[middle])
+                nearer = self._straight(last, values[middle]) or self._straight(self.start, values[middle])
                 if nearer is None:
                     failed = middle
                 else:
@@ -87,13 +93,11 @@ class Line:
             return index, found
         return None
 
-    def _straight(self, last: Pose, values: Array) -> Pose | None:
-        for begin in (last, self.start):
-            way = Path(self.loops, np.stack([self._driven(begin), values]))
-            track = March(self.loops, self.nominal, way, self.longest).run(begin, self.switch)
-            if track.complete:
-                return track.nodes[-1].pose
-        return None
+    def _straight(self, begin: Pose, values: Array) -> Pose | None:
+        """The pose at driven states to which the way leads straight from another."""
+        way = Path(self.loops, np.stack([self._driven(begin), values]))
+        track = March(self.loops, self.nominal, way, self.longest).run(begin, self.switch)
+        return track.nodes[-1].pose if track.complete else None
 
 
 def _strides(begin: int, end: int) -> Iterator[int]:
