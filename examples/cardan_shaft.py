@@ -16,12 +16,14 @@ from linkframe.models import Linkage
 BEND, LENGTH = np.radians(30.0), 0.6
 along = np.array([np.cos(BEND), -np.sin(BEND), 0.0])
 across = np.array([np.sin(BEND), np.cos(BEND), 0.0])
-overhang = np.array([0.2, 0.0, 0.0])
+overhang, fork = np.array([0.2, 0.0, 0.0]), 0.05
 first, second = overhang, overhang + LENGTH * along
 
 linkage = Linkage(A=(0, 0, 0), U=first, M=(first + second) / 2, V=second, E=second + overhang)
-linkage.link("input", "A", "U")
-linkage.link("tube", "U", "M")
+linkage.point("I", np.add(first, (0.0, fork, 0.0)))  # tips of the forks of input and tube
+linkage.point("T", np.add(first, (0.0, 0.0, fork)))
+linkage.link("input", "A", "U", "I")
+linkage.link("tube", "T", "U", "M")
 linkage.link("rod", "M", "V")
 linkage.link("output", "V", "E")
 linkage.revolute("A", "ground", "input", axis=(1, 0, 0), drive=True)

@@ -17,6 +17,7 @@ POINTS = {
     **{"I": (5.1, 2.3), "J": (5.65, 1.7), "R": (6.6, -0.7), "T": (6.7, -1.1)},  # on the stick
     **{"K": (7.1, -0.55), "L": (7.15, -1.05), "E": (7.3, -2.5)},  # on rocker and bucket
 }
+SOIL = 50e3
 CYLINDERS = {"boom cylinder": "FG", "stick cylinder": "HI", "bucket cylinder": "JK"}
 
 
@@ -47,6 +48,8 @@ linkage.revolute("K", "rocker", "link", name="rocker end")
 linkage.revolute("L", "link", "bucket")
 linkage.revolute("T", "stick", "bucket")
 
+linkage.load("E", fx=SOIL, link="bucket")  # the soil resists
+
 # Lower the boom, pull the stick in, curl the bucket, lift.
 s = np.linspace(0.0, 1.0, 61)
 stroke = {
@@ -56,10 +59,13 @@ stroke = {
 }
 motion = linkage.move(stroke)
 edge = motion.position("E")
+thrust = {name: motion.reactions().drive(name)[:, 0] for name in CYLINDERS}
 mobility = linkage.mobility()
 
 if __name__ == "__main__":
     print(mobility)
+    for name, force in thrust.items():
+        print(f"{name} from {1e-3 * force.min():.0f} to {1e-3 * force.max():.0f} kN")
     print(
         f"digs {-edge[:, 1].min():.3f} m deep, from {edge[:, 0].max():.3f} to {edge[:, 0].min():.3f} m from its pivot"
     )

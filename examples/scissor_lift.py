@@ -15,7 +15,7 @@ r"""Scissor lift of n stages, pushed by the sliding foot.
 import numpy as np
 from linkframe.models import Linkage
 
-STAGES, LENGTH, START = 5, 1.0, 0.6
+STAGES, LENGTH, START, WEIGHT = 5, 1.0, 0.6, 1000.0
 
 
 def lift(stages):
@@ -46,13 +46,16 @@ def lift(stages):
 
 
 linkage = lift(STAGES)
+linkage.load(f"L{STAGES}", fy=-WEIGHT, link="platform")
 feet = np.linspace(0.98, 0.2, 40)
 motion = linkage.move(push=feet, rates={"push": -0.1})
 height = motion.position(f"L{STAGES}")[:, 1]
 speed = motion.velocity(f"L{STAGES}")[:, 1]
+push = motion.reactions().drive("push")[:, 0]
 flat = linkage.dead_points("push")
 
 if __name__ == "__main__":
     print(f"height from {height[0]:.3f} to {height[-1]:.3f} m, speed from {speed[0]:.3f} to {speed[-1]:.3f} m/s")
+    print(f"push from {push[0]:.0f} to {push[-1]:.0f} N under {WEIGHT:.0f} N")
     for point in flat:
         print(f"dead point at {point.value:.12f} m: {point.status}")

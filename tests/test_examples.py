@@ -143,6 +143,7 @@ def test_scissor_lift() -> None:
     height = 5 * np.sqrt(1.0 - shown.feet**2)
     assert_allclose(shown.height, height, rtol=1e-13)
     assert_allclose(shown.speed, 0.1 * 25 * shown.feet / height, rtol=1e-12)
+    assert_allclose(shown.push, -1000.0 * 25 * shown.feet / height, rtol=1e-10)
     assert_allclose([point.value for point in shown.flat], [-1.0, 0.0, 1.0], rtol=0.0, atol=1e-10)
     assert [point.change_point for point in shown.flat] == [False, True, False]
     for stages in (1, 2):
@@ -206,28 +207,33 @@ def test_stewart_platform() -> None:
 
 
 def test_excavator() -> None:
-    """The bucket's edge by cosine laws alone."""
+    """The bucket's edge by cosine laws alone, and the cylinders' forces by virtual work."""
     shown = example("excavator")
     at = {name: complex(*place) for name, place in shown.POINTS.items()}
-    wanted = [shown.stroke[name] for name in shown.CYLINDERS]
-    for number, (boom, stick, bucket) in enumerate(zip(*wanted, strict=True)):
 
-        def opened(corner: str, foot: str, head: str, length: float) -> complex:
-            """Turn of a corner's triangle as the cylinder across it takes a new length."""
-            first, second = at[foot] - at[corner], at[head] - at[corner]
-            now = np.arccos((abs(first) ** 2 + abs(second) ** 2 - length**2) / (2.0 * abs(first) * abs(second)))
-            drawn = np.angle(second / first)
-            return complex(np.exp(1j * (np.sign(drawn) * now - drawn)))
+    def opened(corner: str, foot: str, head: str, length: float) -> complex:
+        """Turn of a triangle's corner as the cylinder across it takes a new length."""
+        first, second = at[foot] - at[corner], at[head] - at[corner]
+        now = np.arccos((abs(first) ** 2 + abs(second) ** 2 - length**2) / (2.0 * abs(first) * abs(second)))
+        drawn = np.angle(second / first)
+        return complex(np.exp(1j * (np.sign(drawn) * now - drawn)))
 
+    def edge(boom: float, stick: float, bucket: float) -> complex:
         lift = opened("O", "F", "G", boom)
         bend = lift * opened("S", "H", "I", stick)
-        turn = opened("R", "J", "K", bucket)
-        k = at["R"] + turn * (at["K"] - at["R"])
+        k = at["R"] + opened("R", "J", "K", bucket) * (at["K"] - at["R"])
         side = np.sign(((at["L"] - at["K"]) * np.conj(at["T"] - at["K"])).imag)
         corner = k + between(at["T"] - k, abs(at["L"] - at["K"]), abs(at["L"] - at["T"]), side)
-        edge = at["T"] + (at["E"] - at["T"]) * (corner - at["T"]) / (at["L"] - at["T"])
-        found = lift * at["S"] + bend * (edge - at["S"])
-        assert abs(complex(*shown.edge[number, :2]) - found) < 1e-13 * 10.0
+        tip = at["T"] + (at["E"] - at["T"]) * (corner - at["T"]) / (at["L"] - at["T"])
+        return lift * at["S"] + bend * (tip - at["S"])
+
+    strokes = np.stack([shown.stroke[name] for name in shown.CYLINDERS], axis=-1)
+    forces = np.stack([shown.thrust[name] for name in shown.CYLINDERS], axis=-1)
+    for number, stroke in enumerate(strokes):
+        assert abs(complex(*shown.edge[number, :2]) - edge(*stroke)) < 1e-12
+        step = 1e-5 * np.eye(3)
+        moved = [(edge(*(stroke + one)) - edge(*(stroke - one))).real / 2e-5 for one in step]
+        assert_allclose(forces[number], -50e3 * np.array(moved), rtol=1e-6, atol=1e-2)
     assert shown.mobility.true == 3
 
 
@@ -235,6 +241,30 @@ def test_four_bar_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.syspath_prepend(EXAMPLES)
     example("four_bar_picture").draw(tmp_path / "four_bar.png")
     assert (tmp_path / "four_bar.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "cardan_shaft"])
+def test_linkage_pictures(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pyvista
+
+    monkeypatch.syspath_prepend(EXAMPLES)
+    example("linkage_pictures").show(name, tmp_path)
+    assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+    reader = pyvista.PVDReader(tmp_path / f"{name}.pvd")
+    motion = example(name).motion
+    assert len(reader.time_values) == len(motion.gap)
+    reader.set_active_time_point(7)
+    points = reader.read()[0].points
+    wanted = [motion.position(point, link)[7] for link, own in motion.linkage.links.items() for point in own.points]
+    assert_allclose(points, wanted, rtol=0.0, atol=1e-15)
+
+
+def test_every_linkage_has_its_picture() -> None:
+    traced = example("linkage_pictures").TRACED
+    described = {path.stem for path in EXAMPLES.glob("*.py") if "import Linkage" in path.read_text(encoding="utf-8")}
+    assert set(traced) == described
+    for name, points in traced.items():
+        assert set(points) <= set(example(name).linkage.points)
 
 
 @pytest.mark.parametrize("picture", sorted(EXAMPLES.glob("*.png")), ids=lambda path: path.name)
