@@ -1,0 +1,90 @@
+"""Ways through the poses: scattered ones, change points of a whole batch, drives that go round, poses next to a fold."""
+
+from __future__ import annotations
+
+import numpy as np
+from linkframe.models import FourBar, Linkage
+from linkframe.models.linkage import fan
+from numpy.testing import assert_allclose, assert_array_equal
+from reference.linkages import four_bar
+from reference.spatial import stewart
+from scipy.spatial.transform import Rotation
+
+
+def scattered_legs(count, spread, seed=0):
+    """Stewart platform, legs for random places of its platform, and these places."""
+    linkage, base, top = stewart()
+    rng = np.random.default_rng(seed)
+    turn = Rotation.from_rotvec(rng.uniform(-spread, spread, (count, 3))).as_matrix()
+    shift = rng.uniform(-spread, spread, (count, 3))
+    centre = np.array([0.0, 0.0, 1.1])
+    ends = np.einsum("pij,kj->pki", turn, top - centre) + centre + shift[:, None]
+    legs = np.linalg.norm(ends - base, axis=-1) - np.linalg.norm(top - base, axis=-1)
+    return linkage, {f"M{k}": legs[:, k] for k in range(6)}, centre + shift, turn
+
+
+def test_scattered_poses_are_reached_at_once():
+    linkage, legs, centre, turn = scattered_legs(300, 0.2)
+    motion = linkage.move(legs)
+    assert_array_equal(motion.closure_status, "regular")
+    assert_allclose(motion.position("O"), centre, atol=1e-13)
+    assert_allclose(motion.axes("platform"), turn, atol=1e-13)
+
+
+def test_scattered_poses_are_those_of_the_way(monkeypatch):
+    linkage, legs, _, _ = scattered_legs(120, 0.15, seed=4)
+    asked = []
+    whole = fan.fanned
+
+    def fanned(*arguments):
+        found = whole(*arguments)
+        asked.append(found is not None)
+        return found
+
+    monkeypatch.setattr("linkframe.models.linkage.several_drives.fanned", fanned)
+    at_once = linkage.move(legs)
+    assert asked == [True]
+    monkeypatch.setattr(fan, "POSES", 10**9)
+    gone = linkage.move(legs)
+    assert asked == [True]
+    assert_allclose(at_once.position("O"), gone.position("O"), atol=1e-14)
+
+
+def test_change_points_of_a_batch_of_parallelograms():
+    """Parallelograms of several sizes pass their change points together, each to rounding."""
+    theta = np.radians(np.array([0.0, 90.0, 179.0, 180.0, 181.0, 270.0, 360.0]))[:, None]
+    size = np.array([0.5, 1.0, 3.0])
+    linkage = four_bar(1, 2, 1, 2, 1.0)
+    batch = Linkage({name: size[:, None] * place for name, place in linkage.points.items()})
+    for name, link in linkage.links.items():
+        batch.link(name, *link.points)
+    for name, pair in linkage.joints.items():
+        batch.revolute(name, pair.first, pair.second, at=pair.at[0], drive=name == "A")
+    motion = batch.move(A=theta, rates={"A": 1.0})
+    closed = FourBar(size, 2 * size, size, 2 * size, branch="parallel").move(theta, rate=1.0)
+    assert_array_equal(motion.closure_status, "regular")
+    assert_allclose(motion.position("D"), closed.position("D"), atol=3e-13)
+    assert_allclose(motion.velocity("D"), closed.velocity("D"), atol=1e-10)
+
+
+def test_drive_that_turns_goes_round_to_what_lies_behind_its_range():
+    dimensions = (1.0, 1.2, 1.1, 2.5)
+    closed = FourBar(*dimensions, branch="open")
+    theta = np.radians(np.array([-20.0, 10.0, 340.0, 370.0, 700.0, -380.0]))
+    motion = four_bar(*dimensions, np.radians(10.0)).move(A=theta)
+    assert_array_equal(motion.closure_status, "regular")
+    assert_allclose(motion.position("D"), closed.move(theta).position("D"), atol=1e-14)
+    assert_allclose(motion.coordinate("A")[:, 0], theta, atol=1e-14)
+
+
+def test_poses_next_to_a_dead_point_are_closed():
+    """Crank and coupler stretched: s² = (b + c)² at the limit of the drive; the last pose is 1e-9 of it away."""
+    a, b, c, d = 1.0, 1.2, 1.1, 2.5
+    limit = np.arccos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d))
+    theta = limit * (1.0 - np.array([1e-2, 1e-4, 1e-6, 1e-9]))
+    motion = four_bar(a, b, c, d, np.radians(10.0)).move(A=np.append(theta, limit * (1.0 + 1e-6)))
+    assert_array_equal(motion.is_assembled, [True] * 4 + [False])
+    assert motion.gap[:4].max() < 1e-13
+    # so near the end a rounding of the drive moves the pin by its root
+    error = np.abs(motion.position("D")[:4] - FourBar(a, b, c, d, branch="open").move(theta).position("D")).max(axis=1)
+    assert np.all(error < 1e-15 / np.sqrt(1.0 - theta / limit) * 20.0)
