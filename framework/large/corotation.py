@@ -2,7 +2,9 @@
 
 The frame's x axis is the chord and its twist the mean of the ends' (the x components of the ends' quaternions, seen
 from the frame, add up to zero). What the ends do beyond the frame is small where pieces are short: an elongation and
-two rotation vectors, on which the linear stiffness acts. So any linear element takes part in finite motion (Rankin &
+two rotation vectors, on which the linear stiffness acts; the axis is longer than its chord by its bow, for which the
+element's geometric stiffness stands (as in shallow arches: Crisfield, Non-linear Finite Element Analysis of Solids and
+Structures, vol. 1, 1991, sec. 7.3). So any linear element takes part in finite motion (Rankin &
 Nour-Omid, Comput. Struct. 30 (1988) 257-267; Felippa & Haugen, Comput. Methods Appl. Mech. Engrg. 194 (2005)
 2285-2335; local rotation vectors as in Battini & Pacoste, ibid. 191 (2002) 1755-1789).
 
@@ -35,6 +37,9 @@ class Pieces:
         (n, m).
     stiffness
         Of the seven deformations (7, 7, n, m).
+    bow
+        Matrix of the elongation ``1/2 p.G p`` of the bent axis by the six end rotations p (6, 6, n, m): the geometric
+        stiffness of a unit axial force.
     work
         Work of the dead loads between the ends on a unit of each deformation, by component of load in the axes at the
         start and of displacement in the moving frame (3, 3, 7, n, m); None without such loads.
@@ -43,6 +48,7 @@ class Pieces:
     level: Array
     length: Array
     stiffness: Array
+    bow: Array
     work: Array | None
 
 
@@ -95,14 +101,37 @@ def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Arra
 
 
 def stress(pieces: Pieces, deformation: Array) -> Array:
-    """Elongating force and both end moments (7, n, m)."""
-    return times(pieces.stiffness, deformation)
+    """Elongating force and both end moments (7, n, m), gradient of the strain energy by the deformation."""
+    strain, bent = _strain(pieces, deformation)
+    out = times(pieces.stiffness, strain)
+    out[1:] += out[0] * bent
+    return out
+
+
+def stiffness(pieces: Pieces, deformation: Array, pull: Array) -> Array:
+    """Derivative of `stress` (7, 7, n, m); `pull` is the elongating force that resists further bowing."""
+    _, bent = _strain(pieces, deformation)
+    k = pieces.stiffness
+    rows = k + 0.0 * pull
+    rows[1:] += bent[:, None] * k[0]
+    rows[:, 1:] += rows[:, :1] * bent[None]
+    rows[1:, 1:] += pull * pieces.bow
+    return rows
 
 
 def strain_energy(pieces: Pieces, at: Motion) -> Array:
     """Strain energy (n, m)."""
-    out: Array = 0.5 * dot(at.deformation, stress(pieces, at.deformation))
+    strain, _ = _strain(pieces, at.deformation)
+    out: Array = 0.5 * dot(strain, times(pieces.stiffness, strain))
     return out
+
+
+def _strain(pieces: Pieces, deformation: Array) -> tuple[Array, Array]:
+    """Elongation of the axis, its bow included, with the rotations (7, n, m); and the bow's derivative (6, n, m)."""
+    turned = deformation[1:]
+    bent = times(pieces.bow, turned)
+    axis = deformation[0] + 0.5 * dot(turned, bent)
+    return np.concatenate([axis[None], turned]), bent
 
 
 def work(pieces: Pieces, at: Motion) -> Array:
@@ -169,7 +198,7 @@ class Response:
         """
         change, lever = self.change, self.lever
         pull, torque, turning = self._loaded(stress)
-        out = _congruent(change, self.pieces.stiffness)
+        out = _congruent(change, stiffness(self.pieces, self.at.deformation, stress[0]))
         moments = [times(transposed(back), pull[k : k + 3]) for back, k in zip(self.back, (1, 4), strict=True)]
         for end, k in enumerate((1, 4)):
             slope = rotation.inverse_tangent_slope(self.at.deformation[k : k + 3], pull[k : k + 3])

@@ -56,6 +56,8 @@ class SpaceLinear:
         Tangent on the pattern of `Equations.pattern`.
     changes
         By stack, deformations by the ends' displacements and spins (7, 12, n, m).
+    deformations
+        By stack, the deformations (7, n, m).
     stresses
         By stack, the true forces on the deformations.
     jacobians
@@ -71,6 +73,7 @@ class SpaceLinear:
     forces: Array
     values: Array
     changes: list[Array]
+    deformations: list[Array]
     stresses: list[Array]
     jacobians: dict[int, Array]
     energy: Array
@@ -256,7 +259,7 @@ class Equations:
         model = self.model
         nodal = -np.broadcast_to(self.loads, (6, model.count, self.count)).reshape(-1, self.count)
         assumed = nodal.copy()
-        changes, true, data = [], [], []
+        changes, deformations, true, data = [], [], [], []
         energy = np.zeros(self.count)
         jacobians = self._jacobians(state)
         for k, (stack, pieces) in enumerate(zip(model.stacks, self.pieces, strict=True)):
@@ -269,8 +272,9 @@ class Equations:
                 ends = response.forces(used)
             assumed = assumed + model.gather[k] @ ends.reshape(-1, self.count)
             changes.append(response.global_change())
+            deformations.append(response.at.deformation)
             true.append(exact)
-            energy = energy + dot(exact, response.at.deformation).sum(axis=0)
+            energy = energy + 2.0 * corotation.strain_energy(pieces, response.at).sum(axis=0)
             data += self._linked_tangent(k, response.tangent(used), jacobians)
         shape = (6, model.count, self.count)
         nodal, assumed = nodal.reshape(shape).copy(), assumed.reshape(shape).copy()
@@ -280,7 +284,7 @@ class Equations:
         values = self.model.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
         for number, joint in enumerate(model.joints):
             energy = energy + 2.0 * self._resistance(joint, state.own[:, number])[0]
-        return SpaceLinear(forces, values, changes, true, jacobians, energy, nodal, own)
+        return SpaceLinear(forces, values, changes, deformations, true, jacobians, energy, nodal, own)
 
     def step_stresses(self, at: SpaceLinear, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
@@ -292,7 +296,8 @@ class Equations:
         for k, stack in enumerate(self.model.stacks):
             ends = np.concatenate([nodal[:, stack.ends[:, 0]], nodal[:, stack.ends[:, 1]]])
             change = times(at.changes[k], ends)
-            out.append(at.stresses[k] + corotation.stress(self.pieces[k], change))
+            stiffness = corotation.stiffness(self.pieces[k], at.deformations[k], at.stresses[k][0])
+            out.append(at.stresses[k] + times(stiffness, change))
         return out
 
     def _changes(self, state: State) -> list[LinkChange]:

@@ -24,6 +24,7 @@ class Stack:
     level: Numbers
     length: Numbers
     stiffness: Numbers
+    bow: Numbers
     work: Numbers | None
 
     @classmethod
@@ -32,19 +33,23 @@ class Stack:
         ndim = len(topology.frame.shape)
         rows, columns = np.ix_(DEFORMATIONS, DEFORMATIONS)
         stiffness = group.element.stiffness_matrix(group.length)[..., rows, columns]
+        turns = np.ix_(DEFORMATIONS[1:], DEFORMATIONS[1:])
+        bow = group.element.geometric_matrix(group.length, np.ones(()))[..., turns[0], turns[1]]
         work = _work(topology, group)
         return cls(
             topology.ends[group.pieces],
             Numbers.of(group.level, ndim, 2, leading=1),
             Numbers.of(group.length, ndim, 0, leading=1),
             Numbers.of(stiffness, ndim, 2, leading=1),
+            Numbers.of(bow, ndim, 2, leading=1),
             None if work is None else Numbers.of(work, ndim, 3, leading=1),
         )
 
     def at(self, where: Where, factor: float) -> Pieces:
         """The numbers of some entries, with the loads multiplied by `factor`."""
         work = None if self.work is None else factor * self.work.at(where)
-        return Pieces(self.level.at(where), self.length.at(where), self.stiffness.at(where), work)
+        numbers = (each.at(where) for each in (self.level, self.length, self.stiffness, self.bow))
+        return Pieces(*numbers, work)
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class FlatLinear:
 
     forces: Array
     values: Array
-    changes: list[Array]
+    changes: list[tuple[Array, Array, Array]]
     stresses: list[Array]
     transfers: list[Array]
     energy: Array
@@ -59,7 +59,8 @@ class FlatLinear:
 
 @dataclass(frozen=True)
 class FlatStack:
-    """A stack of pieces: ends (n, 2), direction at rest (2, n, ...), length, stiffness k00 k11 k12 k22 (4, n, ...)."""
+    """A stack of pieces: ends (n, 2), direction at rest (2, n, ...), length; stiffness k00 k11 k12 k22 and bow g11 g12
+    g22 (7, n, ...)."""
 
     ends: NDArray[np.int64]
     direction: Numbers
@@ -74,9 +75,10 @@ class FlatStack:
         about = level[:, normal]
         k = stack.stiffness.array
         parts = [k[0, 0]]
-        for i, j in ((1, 1), (1, 4), (4, 4)):
-            block = k[i : i + 3, j : j + 3]
-            parts.append(sum(about[a] * block[a, b] * about[b] for a in range(3) for b in range(3)))
+        for whole, first in ((k, 1), (stack.bow.array, 0)):
+            for i, j in ((0, 0), (0, 3), (3, 3)):
+                block = whole[first + i : first + i + 3, first + j : first + j + 3]
+                parts.append(sum(about[a] * block[a, b] * about[b] for a in range(3) for b in range(3)))
         return cls(stack.ends, Numbers(along, ndim), stack.length, Numbers(np.stack(np.broadcast_arrays(*parts)), ndim))
 
 
@@ -319,7 +321,7 @@ class FlatEquations:
         total = np.zeros(self.count)
         for stack, pieces in zip(self.flat.stacks, self.pieces, strict=True):
             _, _, deformation = _shape(stack, pieces, state)
-            total += 0.5 * np.einsum("inm,inm->m", deformation, _stress(pieces[2], deformation))
+            total += 0.5 * _strain_energy(pieces[2], deformation)
         for number, link in enumerate(self.links):
             total += 0.5 * np.einsum("im,im->m", *link.springs(state.own[:, number]))
         total -= np.einsum("ijm,ijm->m", np.broadcast_to(self.loads[:2], state.moved.shape), state.moved)
@@ -345,13 +347,14 @@ class FlatEquations:
             axes, chord, deformation = _shape(stack, pieces, state)
             exact = _stress(pieces[2], deformation)
             used = exact if stresses is None else stresses[k]
-            energy += np.einsum("inm,inm->m", deformation, exact)
+            energy += _strain_energy(pieces[2], deformation)
             nodal = nodal + self.flat.gather[k] @ _forces(axes, chord, exact).reshape(-1, self.count)
             if stresses is not None:
                 assumed = assumed + self.flat.gather[k] @ _forces(axes, chord, used).reshape(-1, self.count)
-            changes.append(np.concatenate([axes, chord[None]]))
+            stiffness = _stiffness(pieces[2], deformation, used[0])
+            changes.append((axes, chord, stiffness))
             true.append(exact)
-            data += self._tangents(k, _terms(pieces[2], axes, chord, used), transfers)
+            data += self._tangents(k, _terms(stiffness, axes, chord, used), transfers)
         shape = (3, self.model.count, self.count)
         nodal = nodal.reshape(shape)
         assumed = nodal.copy() if stresses is None else assumed.reshape(shape)
@@ -373,11 +376,13 @@ class FlatEquations:
         out = []
         for k, stack in enumerate(self.flat.stacks):
             first, second = stack.ends.T
-            c, s, chord = at.changes[k]
+            (c, s), chord, stiffness = at.changes[k]
             x, y = nodal[:2, second] - nodal[:2, first]
             swing = (c * y - s * x) / chord
-            change = np.stack([c * x + s * y, nodal[2, first] - swing, nodal[2, second] - swing])
-            out.append(at.stresses[k] + _stress(self.pieces[k][2], change))
+            pull, one, two = c * x + s * y, nodal[2, first] - swing, nodal[2, second] - swing
+            k00, k01, k02, k11, k12, k22 = stiffness
+            change = [k00 * pull + k01 * one + k02 * two, k01 * pull + k11 * one + k12 * two]
+            out.append(at.stresses[k] + np.stack([*change, k02 * pull + k12 * one + k22 * two]))
         return out
 
     def _linked(self, state: FlatState) -> list[tuple[FlatJoint, _Link, Array]]:
@@ -553,10 +558,46 @@ def _shape(stack: FlatStack, pieces: tuple[Array, Array, Array], state: FlatStat
     return np.stack([c0 * c - s0 * s, s0 * c + c0 * s]), chord, out
 
 
-def _stress(stiffness: Array, deformation: Array) -> Array:
-    k0, k11, k12, k22 = stiffness
+def _bent(stiffness: Array, deformation: Array) -> tuple[Array, Array, Array]:
+    """Elongation of the axis, its bow included, and the bow's derivatives by the end angles (n, m)."""
+    _, _, _, _, g11, g12, g22 = stiffness
     pull, first, second = deformation
-    return np.stack([k0 * pull, k11 * first + k12 * second, k12 * first + k22 * second])
+    one, two = g11 * first + g12 * second, g12 * first + g22 * second
+    return pull + 0.5 * (first * one + second * two), one, two
+
+
+def _stress(stiffness: Array, deformation: Array) -> Array:
+    """Pull and both end moments (3, n, m)."""
+    k0, k11, k12, k22, *_ = stiffness
+    axis, one, two = _bent(stiffness, deformation)
+    _, first, second = deformation
+    out = np.empty_like(deformation)
+    out[0] = k0 * axis
+    out[1] = k11 * first + k12 * second + out[0] * one
+    out[2] = k12 * first + k22 * second + out[0] * two
+    return out
+
+
+def _strain_energy(stiffness: Array, deformation: Array) -> Array:
+    """Twice the strain energy of all pieces (m,)."""
+    k0, k11, k12, k22, *_ = stiffness
+    axis, _, _ = _bent(stiffness, deformation)
+    _, first, second = deformation
+    each = k0 * axis * axis + k11 * first * first + 2.0 * k12 * first * second + k22 * second * second
+    out: Array = each.sum(axis=0)
+    return out
+
+
+def _stiffness(stiffness: Array, deformation: Array, pull: Array) -> Array:
+    """Derivatives of `_stress` 00 01 02 11 12 22 (6, n, m); `pull` resists further bowing."""
+    k0, k11, k12, k22, g11, g12, g22 = stiffness
+    _, one, two = _bent(stiffness, deformation)
+    out = np.empty((6, *pull.shape))
+    out[0], out[1], out[2] = k0, k0 * one, k0 * two
+    out[3] = k11 + pull * g11 + out[1] * one
+    out[4] = k12 + pull * g12 + out[1] * two
+    out[5] = k22 + pull * g22 + out[2] * two
+    return out
 
 
 def _forces(axes: Array, chord: Array, stress: Array) -> Array:
@@ -568,19 +609,19 @@ def _forces(axes: Array, chord: Array, stress: Array) -> Array:
 
 def _terms(stiffness: Array, axes: Array, chord: Array, stress: Array) -> Array:
     """The ten different entries of the tangent in (x2 - x1, y2 - y1, r1, r2), in the order of `_TERMS` (10, n, m)."""
-    k0, k11, k12, k22 = stiffness
+    k00, k01, k02, k11, k12, k22 = stiffness
     c, s = axes
     bend1, bend2 = (k11 + k12) / chord, (k12 + k22) / chord
     across = (bend1 + bend2 + stress[0]) / chord
-    mixed = (stress[1] + stress[2]) / (chord * chord)
+    mixed = (stress[1] + stress[2]) / (chord * chord) - (k01 + k02) / chord
     cc, ss, cs = c * c, s * s, c * s
     twice = 2.0 * cs * mixed
     out = np.empty((10, *chord.shape))
-    out[0] = k0 * cc + across * ss - twice
-    out[1] = (k0 - across) * cs + mixed * (cc - ss)
-    out[2] = k0 * ss + across * cc + twice
-    out[3], out[4] = bend1 * s, -bend1 * c
-    out[5], out[6] = bend2 * s, -bend2 * c
+    out[0] = k00 * cc + across * ss - twice
+    out[1] = (k00 - across) * cs + mixed * (cc - ss)
+    out[2] = k00 * ss + across * cc + twice
+    out[3], out[4] = k01 * c + bend1 * s, k01 * s - bend1 * c
+    out[5], out[6] = k02 * c + bend2 * s, k02 * s - bend2 * c
     out[7], out[8], out[9] = k11, k12, k22
     return out
 

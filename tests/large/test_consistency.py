@@ -151,7 +151,14 @@ def test_a_plane_gives_what_space_gives(normal: int) -> None:
     def place(along: float, up: float) -> np.ndarray:
         return np.asarray(along * x + up * y)
 
-    for name, point in {"A": (0, 0), "B": (1, 0.2), "C": (1, 0.2), "D": (2, 0.5), "E": (2.2, 0.6), "G": (2, 0.5)}.items():
+    for name, point in {
+        "A": (0, 0),
+        "B": (1, 0.2),
+        "C": (1, 0.2),
+        "D": (2, 0.5),
+        "E": (2.2, 0.6),
+        "G": (2, 0.5),
+    }.items():
         flat.node(name, place(*point))
     flat.node("H", place(3, 0))
     bar = Beam(BAR, STEEL, segments=2)
@@ -176,7 +183,9 @@ def test_a_plane_gives_what_space_gives(normal: int) -> None:
     here = plane.advanced(FlatEquations.start(model, 2), step)
     in_space = plane.flat.space(here)
     for one, other in zip(
-        (there.moved, np.abs(there.turned), there.own), (in_space.moved, np.abs(in_space.turned), in_space.own), strict=True
+        (there.moved, np.abs(there.turned), there.own),
+        (in_space.moved, np.abs(in_space.turned), in_space.own),
+        strict=True,
     ):
         assert one == pytest.approx(other, abs=1e-14)
     first, second = space.linearised(there), plane.linearised(here)

@@ -57,16 +57,14 @@ def test_elliptic_integrals_are_those_of_the_table(load: float, shortening: floa
 @pytest.mark.parametrize("load", [1.0, 4.0, 10.0])
 def test_elastica(load: float) -> None:
     error = []
-    for segments in (8, 16, 32):
+    for segments in (4, 8, 16):
         solution = cantilever(segments, thin=1e-9, fy=load * EI)
         moved = solution.displacement("B")
         assert solution.status == "stable"
         error.append(np.array([-moved[0], moved[1]]) - tip(load))
-    rate = np.log2(np.abs(error[0]) / np.abs(error[1])), np.log2(np.abs(error[1]) / np.abs(error[2]))
-    assert np.abs(error[2]).max() < 2e-4
-    assert np.array(rate)[:, 1] == pytest.approx(2.0, abs=0.1)
-    extrapolated = (4.0 * error[2] - error[1]) / 3.0
-    assert np.abs(extrapolated).max() < 2e-6
+    size = np.abs(error).max(axis=1)
+    assert size[2] < 4e-8 * load**3
+    assert np.log2(size[:-1] / size[1:]) == pytest.approx(4.0, abs=0.4)
 
 
 def test_batch_of_loads_at_once() -> None:
@@ -78,12 +76,12 @@ def test_batch_of_loads_at_once() -> None:
 
 @pytest.mark.parametrize("turns", [0.25, 1.0, 2.0])
 def test_rolled_into_a_circle(turns: float) -> None:
-    """Every piece bends alike, so that even a polygon of a few pieces has its nodes on a circle, exactly."""
+    """Every piece bends alike: an arc of turn 2 b, whose chord is shorter by b^2 / 6 (exactly: sin(b) / b)."""
     count = 12
     solution = cantilever(count, mz=2.0 * np.pi * turns * EI)
     moved = solution.displacement("B")
     bend = np.pi * turns / count
-    chord = 1.0 / count
+    chord = (1.0 - bend**2 / 6.0) / count
     # a chain of equal chords, each turned by 2 bend against the last
     angle = bend * (2.0 * np.arange(count) + 1.0)
     expected = chord * np.cos(angle).sum() - 1.0, chord * np.sin(angle).sum()
@@ -100,10 +98,10 @@ def test_column_beyond_buckling_leaves_the_straight_line() -> None:
 
     m = brentq(lambda m: angle(m) - 1.152, 1e-6, 0.99)
     assert np.degrees(2.0 * np.arcsin(np.sqrt(m))) == pytest.approx(60.0, abs=0.1)
-    solution = cantilever(64, thin=1e-8, fx=-1.152 * np.pi**2 / 4.0 * EI)
+    solution = cantilever(16, thin=1e-8, fx=-1.152 * np.pi**2 / 4.0 * EI)
     moved = solution.displacement("B")
     assert solution.status == "stable beyond a saddle"
-    assert abs(moved[5]) == pytest.approx(2.0 * np.arcsin(np.sqrt(m)), rel=2e-3)
-    below = cantilever(64, thin=1e-8, fx=-0.99 * np.pi**2 / 4.0 * EI)
+    assert abs(moved[5]) == pytest.approx(2.0 * np.arcsin(np.sqrt(m)), rel=1e-4)
+    below = cantilever(16, thin=1e-8, fx=-0.9999 * np.pi**2 / 4.0 * EI)
     assert below.status == "stable"
     assert below.displacement("B")[1] == 0.0
