@@ -1,4 +1,4 @@
-"""Ways through the poses: scattered ones, change points of a whole batch, drives that go round, poses next to a fold."""
+"""Ways through the poses: scattered ones, change points of a batch, drives that go round, poses next to a fold."""
 
 from __future__ import annotations
 
@@ -88,3 +88,41 @@ def test_poses_next_to_a_dead_point_are_closed():
     # so near the end a rounding of the drive moves the pin by its root
     error = np.abs(motion.position("D")[:4] - FourBar(a, b, c, d, branch="open").move(theta).position("D")).max(axis=1)
     assert np.all(error < 1e-15 / np.sqrt(1.0 - theta / limit) * 20.0)
+
+
+def test_other_range_of_the_drive_is_not_taken_for_the_same_branch():
+    """A rocker as drive swings in two ranges, mirror images of each other; no motion leads from one to the other."""
+    theta = np.radians(np.array([50.0, 80.0, 110.0, 250.0, 280.0, 310.0]))
+    linkage = four_bar(1.5, 2.2, 0.8, 2.0, np.radians(80.0))
+    motion = linkage.move(A=theta)
+    assert_array_equal(motion.closure_status[:3], "regular")
+    assert not np.any(motion.closure_status[3:] == "regular")
+    assembled = motion.is_assembled[3:]
+    assert_array_equal(motion.closure_status[3:][assembled], "branch changed")
+    assert assembled.any()
+    assert motion.gap[3:][assembled].max() < 1e-13
+
+
+def test_scattered_poses_out_of_reach_are_not_taken_at_once(monkeypatch):
+    linkage = Linkage(A=(0, 0), B=(-0.3, 0.8), C=(0.5, 1.6), D=(1.3, 0.8), E=(1, 0))
+    for name, ends in (("a", "AB"), ("b", "BC"), ("c", "CD"), ("d", "DE")):
+        linkage.link(name, *ends)
+    linkage.revolute("A", "ground", "a", drive=True)
+    linkage.revolute("E", "ground", "d", drive=True)
+    for point, first, second in (("B", "a", "b"), ("C", "b", "c"), ("D", "c", "d")):
+        linkage.revolute(point, first, second)
+    rng = np.random.default_rng(2)
+    first, second = rng.uniform(-0.3, 0.65, 150), -rng.uniform(-0.3, 0.65, 150)
+    half = 0.5 * (1.0 + (0.3 + 0.8j) * np.exp(1j * second) - (-0.3 + 0.8j) * np.exp(1j * first))
+    reach = np.abs(half) <= np.sqrt(1.28)
+    assert 0 < np.count_nonzero(~reach) < 15
+    asked, whole = [], fan.fanned
+
+    def fanned(*arguments):
+        asked.append(whole(*arguments))
+        return asked[-1]
+
+    monkeypatch.setattr("linkframe.models.linkage.several_drives.fanned", fanned)
+    motion = linkage.move(A=first, E=second)
+    assert asked[0] is None
+    assert_array_equal(motion.closure_status == "regular", reach)
