@@ -593,6 +593,22 @@ class Linkage:
         -------
         Mobility
             Freedoms, idle links, redundant constraints.
+
+        Examples
+        --------
+        Flat, a parallelogram can begin to move in two ways; it has one freedom all the same.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(3, 0), D=(2, 0))
+        >>> for link in ("AB", "BC", "CD"):
+        ...     linkage.link(link, *link)
+        >>> links = ("ground", "AB", "BC", "CD", "ground")
+        >>> for k, pin in enumerate("ABCD"):
+        ...     linkage.revolute(pin, links[k], links[k + 1])
+        >>> print(linkage.mobility())
+        mobility 1; 1 by count in the plane, -2 by count in space
+        as drawn it is singular: velocities have 2 freedoms
+        3 constraints too many: C (uz rx ry)
         """
         from .mobility import mobility
 
@@ -613,6 +629,22 @@ class Linkage:
         -------
         tuple of DeadPoint
             In the order of the drive's coordinate.
+
+        Examples
+        --------
+        A piston is powerless where crank and rod, 1 and 3 long, lie in line.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(0, 1), C=(8**0.5, 0))
+        >>> linkage.link("crank", "A", "B")
+        >>> linkage.link("rod", "B", "C")
+        >>> linkage.link("piston", "C")
+        >>> linkage.revolute("A", "ground", "crank")
+        >>> linkage.revolute("B", "crank", "rod")
+        >>> linkage.revolute("C", "rod", "piston")
+        >>> linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), at=8**0.5, name="slide", drive=True)
+        >>> [(round(point.value, 12), point.joint) for point in linkage.dead_points("slide")]
+        [(2.0, 'B'), (4.0, 'B')]
         """
         from .dead_points import dead_points
 
@@ -630,6 +662,18 @@ class Linkage:
         -------
         DriveRange
             Least and greatest coordinate, and the joints that stop the drive there.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(0, 1), C=(1, 1), D=(1, 0))
+        >>> for link in ("AB", "BC", "CD"):
+        ...     linkage.link(link, *link)
+        >>> links = ("ground", "AB", "BC", "CD", "ground")
+        >>> for k, pin in enumerate("ABCD"):
+        ...     linkage.revolute(pin, links[k], links[k + 1])
+        >>> linkage.drive_range("A").upper
+        inf
         """
         from .dead_points import drive_range
 
