@@ -138,13 +138,13 @@ class Result:
     @cached_property
     def pose(self) -> int:
         """Number of the pose that the figures show: as asked, or the regular one nearest to a third of the way."""
-        good = np.isfinite(self.main.total).all(axis=-1)
+        if not self.motion.is_assembled.any():
+            raise FrameError("no pose can be assembled: check the drawing, the drives and their unit")
         if self.inputs.pose is not None:
             return int(np.argmin(np.abs(self.drive - self.inputs.pose)))
+        good = np.isfinite(self.main.total).all(axis=-1)
         if not good.any():
             good = self.motion.is_assembled
-        if not good.any():
-            raise FrameError("no pose can be assembled: check the drawing, the drives and their unit")
         away = np.abs(np.arange(self.poses) - self.poses / 3.0)
         return int(np.argmin(np.where(good, away, np.inf)))
 

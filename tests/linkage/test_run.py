@@ -1,0 +1,308 @@
+"""``linkframe run``: what it writes is what the linkage does, the same seed, the same bits; bad files leave nothing."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from linkframe.models.command_line import main
+from linkframe.models.linkage.files import read_linkage
+from linkframe.models.linkage.job import run as job
+from linkframe.models.linkage.job.inputs import read_inputs
+from linkframe.models.linkage.job.result import compute
+from numpy.testing import assert_allclose, assert_array_equal
+
+LINKAGE = """\
+title = "A slider-crank"
+gravity = [0.0, -9.81]
+
+[points]
+A = [0.0, 0.0]
+B = [0.1, 0.0]
+C = [0.4, 0.0]
+
+[links.crank]
+points = ["A", "B"]
+beam = "bar"
+
+[links.rod]
+points = ["B", "C"]
+beam = "bar"
+
+[links.piston]
+points = ["C"]
+mass = 2.0
+
+[joints.A]
+kind = "revolute"
+point = "A"
+links = ["ground", "crank"]
+drive = true
+
+[joints.B]
+kind = "revolute"
+point = "B"
+links = ["crank", "rod"]
+stiffness = [2e9, 2e9, 2e9, 2e9, 2e9, 0.0]
+clearance = 1e-5
+
+[joints.C]
+kind = "revolute"
+point = "C"
+links = ["rod", "piston"]
+
+[joints.slide]
+kind = "prismatic"
+point = "C"
+links = ["ground", "piston"]
+axis = [1.0, 0.0, 0.0]
+
+[[loads]]
+point = "C"
+link = "piston"
+fx = -500.0
+
+[beams.bar]
+section = "flat"
+material = "steel"
+
+[sections.flat]
+shape = "rectangle"
+y = 0.02
+z = 0.01
+
+[materials.steel]
+E = 2e11
+nu = 0.3
+density = 7850.0
+"""
+RUN = """
+[run]
+points = ["B", "C"]
+pose = 60.0
+
+[run.drives.A]
+start = 20.0
+stop = 160.0
+steps = 8
+unit = "deg"
+rate = 600.0
+"""
+TOLERANCES = """
+[tolerances.rod]
+of = ["points.C.0"]
+law = "norm"
+loc = 0.4
+scale = 1e-4
+
+[tolerances.gap]
+of = ["joints.B.clearance"]
+law = "uniform"
+loc = 1e-5
+scale = 1e-5
+
+[tolerances.stiffness]
+of = ["joints.B.stiffness"]
+law = "norm"
+loc = 2e9
+scale = 1e8
+
+[tolerances.load]
+of = ["loads.0.fx"]
+law = "norm"
+loc = -500.0
+scale = 25.0
+"""
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "slider.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    with pytest.MonkeyPatch.context() as patch:
+        # The picture in space has tests of its own.
+        patch.setattr(job, "rendered", lambda *_: ["No picture."])
+        path = written(folder, LINKAGE + RUN.replace("[run]", "[run]\nsamples = 40\nrng = 7") + TOLERANCES)
+        assert main(["run", str(path), "--out", str(folder / "out")]) == 0
+    return folder
+
+
+def table(path: Path) -> dict[str, np.ndarray]:
+    with path.open(encoding="utf-8") as file:
+        heading, *rows = csv.reader(file)
+    return {name: np.array(column) for name, column in zip(heading, zip(*rows, strict=True), strict=True)}
+
+
+def test_files(results: Path) -> None:
+    names = {path.name for path in (results / "out").iterdir()}
+    pictures = {"mechanism.png", "trajectory.png", "reactions.png", "histogram.png"}
+    assert names == pictures | {
+        "table.csv",
+        "reactions.csv",
+        "samples.npz",
+        "trajectory.pvd",
+        "trajectory",
+        "report.md",
+    }
+    assert len(list((results / "out" / "trajectory").glob("beams_*.vtu"))) == 8
+
+
+def test_tables_are_what_the_linkage_does(results: Path) -> None:
+    """Against the linkage read from the same file and moved by hand."""
+    motion = read_linkage(results / "slider.toml").move(
+        A=np.radians(np.linspace(20, 160, 8)), rates={"A": np.radians(600)}
+    )
+    found = table(results / "out" / "table.csv")
+    assert_allclose(found["A_deg"].astype(float), np.linspace(20, 160, 8))
+    assert_allclose(found["C_x"].astype(float), motion.position("C")[:, 0], rtol=1e-12)
+    accuracy = motion.accuracy("C", inertia=True)
+    for name, values in (
+        ("compliance", accuracy.compliance),
+        ("clearance", accuracy.clearance),
+        ("total", accuracy.total),
+    ):
+        assert_allclose(found[f"C_{name}_x"].astype(float), values[:, 0], rtol=1e-9, atol=1e-15)
+    assert set(found["status"]) == {"regular"}
+    forces = table(results / "out" / "reactions.csv")
+    assert_allclose(forces["A_drive_rz"].astype(float), motion.reactions().drive("A")[:, 0], rtol=1e-9)
+    assert_allclose(forces["B_fy"].astype(float), motion.reactions().force("B")[:, 1], rtol=1e-9)
+
+
+def test_samples_are_those_of_the_linkage_with_other_numbers(results: Path) -> None:
+    """The first sample by a file that has its numbers written in."""
+    inputs = read_inputs(results / "slider.toml")
+    result = compute(inputs)
+    assert result.propagation is not None
+    saved = np.load(results / "out" / "samples.npz")
+    assert_array_equal(saved["displacement"], result.propagation.samples)
+    assert saved["displacement"].shape == (40, 2, 8, 3)
+    from linkframe.models.sampling import draw
+
+    drawn = draw({name: t.law for name, t in inputs.tolerances.items()}, 40, 7)
+    text = LINKAGE.replace(
+        "C = [0.4, 0.0]", f"C = [{drawn['rod'][3]!r}, 0.0]".replace("np.float64(", "").replace(")", "")
+    )
+    text = text.replace("clearance = 1e-5", f"clearance = {float(drawn['gap'][3])!r}")
+    text = text.replace(
+        "[2e9, 2e9, 2e9, 2e9, 2e9, 0.0]", f"[{', '.join([repr(float(drawn['stiffness'][3]))] * 5)}, 0.0]"
+    )
+    text = text.replace("fx = -500.0", f"fx = {float(drawn['load'][3])!r}")
+    one = results / "one.toml"
+    one.write_text(text, encoding="utf-8")
+    motion = read_linkage(one).move(A=np.radians(np.linspace(20, 160, 8)), rates={"A": np.radians(600)})
+    place = motion.position("C") + motion.accuracy("C", inertia=True).total[:, :3]
+    assert_allclose(saved["displacement"][3, 1], place - result.accuracy["C"].rigid, rtol=0.0, atol=1e-13)
+    spread = table(results / "out" / "table.csv")["C_sigma_x"].astype(float)
+    assert_allclose(spread, saved["displacement"][:, 1, :, 0].std(axis=0, ddof=1), rtol=1e-9)
+
+
+def test_report(results: Path) -> None:
+    text = (results / "out" / "report.md").read_text(encoding="utf-8")
+    assert text.startswith("# A slider-crank\n")
+    for part in (
+        "8 poses × 40 samples, seed 7",
+        "No picture.",
+        "| piston | C | rigid |",
+        "uniform(loc=1e-05, scale=1e-05)",
+    ):
+        assert part in text
+    assert "Joint reactions: determinate" in text
+    for name in ("mechanism.png", "trajectory.png", "reactions.png", "histogram.png"):
+        assert f"]({name})" in text
+
+
+def test_rigid_links_without_tolerances(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """No beam, no sample: tables, drawing, and the links' lines for ParaView; what an earlier run left is gone."""
+    out = tmp_path / "out"
+    out.mkdir()
+    for left in ("histogram.png", "samples.npz", "mine.txt"):
+        (out / left).write_text("old", encoding="utf-8")
+    text = (LINKAGE + RUN).replace('beam = "bar"', "mass = 1.0").replace("stop = 160.0", "stop = 180.0")
+    assert main(["run", str(written(tmp_path, text)), "--out", str(out)]) == 0
+    assert {path.name for path in out.iterdir()} == {
+        *("mechanism.png", "trajectory.png", "reactions.png", "table.csv", "reactions.csv", "report.md", "mine.txt"),
+        *("trajectory", "trajectory.pvd"),
+    }
+    assert len(list((out / "trajectory").glob("links_*.vtu"))) == 8
+    assert "drive A" in capsys.readouterr().out
+
+
+def test_poses_that_cannot_be_assembled_are_told_and_the_others_done(tmp_path: Path) -> None:
+    text = LINKAGE.replace("C = [0.4, 0.0]", "C = [0.17, 0.0]") + RUN.replace('points = ["B", "C"]', "")
+    text = text.replace('beam = "bar"', "mass = 1.0").replace("pose = 60.0", "")
+    assert main(["run", str(written(tmp_path, text)), "--out", str(tmp_path / "out")]) == 0
+    status = table(tmp_path / "out" / "table.csv")["status"]
+    assert status[0] == "regular"
+    assert status[4].startswith("not assembled: gap")
+    assert "not assembled" in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    assert len(list((tmp_path / "out" / "trajectory").glob("links_*.vtu"))) < 8
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at", "key", "told"),
+    [
+        ('unit = "deg"', 'unit = "grad"', None, "run.drives.A.unit", "choose one of rad, deg"),
+        ("steps = 8", "steps = 0", None, "run.drives.A.steps", "whole number of poses, 1 or more"),
+        ("steps = 8", "", "[run.drives.A]", "run.drives.A", "has no steps"),
+        ("start = 20.0", 'start = "20"', None, "run.drives.A.start", "give a number"),
+        ("[run.drives.A]", "[run.drives.B]", "[run]", "run", "joint 'A' is driven: give its values in"),
+        (
+            'points = ["B", "C"]\npose',
+            'points = ["B", "Q"]\npose',
+            'points = ["B", "Q"]',
+            "run.points.1",
+            "no point 'Q'",
+        ),
+        ("pose = 60.0", "posture = 60.0", None, "run.posture", "no such key here"),
+        ("pose = 60.0", "samples = 1", None, "run.samples", "2 or more"),
+        ("pose = 60.0", 'branch = "left"', None, "run.branch", "choose one of keep, switch"),
+        ("pose = 60.0", "magnify = -1.0", None, "run.magnify", "above zero"),
+        ('of = ["joints.B.clearance"]', 'of = ["joints.B.gap"]', None, "tolerances.gap.of.0", "'joints.B.gap' is None"),
+        ('of = ["joints.B.clearance"]', 'of = ["joints.B.kind"]', None, "tolerances.gap.of.0", "name a number"),
+        ('of = ["joints.B.clearance"]', 'of = ["run.pose"]', None, "tolerances.gap.of.0", "no part of the linkage"),
+        ('law = "uniform"', 'law = "square"', None, "tolerances.gap.law", "distribution of scipy.stats"),
+        (
+            "loc = 0.4\nscale = 1e-4",
+            "loc = 0.4\nscale = -1e-4",
+            "[tolerances.rod]",
+            "tolerances.rod",
+            "is no distribution",
+        ),
+        ("loc = 0.4\nscale = 1e-4", "mean = 0.4", "[tolerances.rod]", "tolerances.rod", "norm does not take mean"),
+        ("mass = 2.0", "mass = -2.0", None, "links.piston.mass", "give zero or above"),
+    ],
+)
+def test_bad_jobs_are_told_by_line_and_key_and_leave_nothing(
+    old: str, new: str, at: str | None, key: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = LINKAGE + RUN + TOLERANCES
+    assert text.count(old) == 1
+    text = text.replace(old, new)
+    line = 1 + text.splitlines().index(new if at is None else at)
+    path = written(tmp_path, text)
+    assert main(["run", str(path), "--out", str(tmp_path / "deep" / "out")]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"linkframe run: error: {path}, line {line}, {key}: ")
+    assert told in captured.err
+    assert captured.out == ""
+    assert [entry.name for entry in tmp_path.iterdir()] == ["slider.toml"]
+
+
+def test_a_linkage_that_can_never_be_assembled_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = LINKAGE.replace("C = [0.4, 0.0]", "C = [0.17, 0.0]").replace('beam = "bar"', "mass = 1.0") + RUN
+    text = text.replace("start = 20.0", "start = 80.0").replace("stop = 160.0", "stop = 100.0")
+    assert main(["run", str(written(tmp_path, text)), "--out", str(tmp_path / "out")]) == 2
+    assert "no pose can be assembled" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_drive(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", str(written(tmp_path, LINKAGE.replace("drive = true", ""))), "--out", str(tmp_path / "o")]) == 2
+    assert "moves nothing: drive a joint" in capsys.readouterr().err
