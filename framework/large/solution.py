@@ -65,6 +65,7 @@ class LargeSolution:
             raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
         if not isinstance(steps, int) or steps < 1:
             raise FrameError(f"steps is {steps!r}: give a whole number above zero")
+        frame.refuse_screws("large displacements")
         return cls(frame.copy(), steps, clearance)
 
     @property

@@ -121,3 +121,10 @@ def refused(build: Callable[[], object], told: str) -> None:
 def test_a_pitch_that_is_no_number_is_refused() -> None:
     refused(lambda: Joint((1.0,) * 6, pitch=np.nan), "pitch = nan must be finite")
     refused(lambda: Joint((1.0,) * 6, axes=np.stack([np.eye(3)] * 2), pitch=np.ones(3)), r"pitch \(3,\)")
+
+
+def test_what_does_not_know_screws_says_so() -> None:
+    frame = spindle(np.array([1e7] * 5 + [25.0]), np.eye(3), closed=False)
+    frame.load("D", fz=1.0)
+    refused(lambda: frame.solve().error_bound("D"), "joint 'screw' is a screw, and error bounds")
+    refused(lambda: frame.solve(large=True), "joint 'screw' is a screw, and large displacements")
