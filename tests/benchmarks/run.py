@@ -18,7 +18,17 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import perf_counter
 
-BENCHMARKS = ("paper_job", "samples", "segments", "size", "large_frames", "work_precision", "start_up", "kinematics")
+BENCHMARKS = (
+    "paper_job",
+    "samples",
+    "segments",
+    "size",
+    "large_frames",
+    "work_precision",
+    "start_up",
+    "kinematics",
+    "large_displacement",
+)
 PACKAGES = (
     "linkframe",
     "numpy",

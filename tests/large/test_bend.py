@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reference.rod import Rod, cantilever
-
 from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame
 from linkframe.framework.large.solution import LargeSolution
+from reference.rod import Rod, cantilever
 
 RADIUS, E = 100.0, 1e7
 

@@ -1,10 +1,9 @@
-"""What must hold of any frame: forces are derivatives of the energy, the tangent of the forces; batches; small loads."""
+"""What must hold of any frame: forces are derivatives of the energy, their tangent; batches, planes, small loads."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle
 from linkframe.framework import Frame, FrameError
 from linkframe.framework.large.equations import Equations, State

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
-
 from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame
 from linkframe.framework.large.solution import LargeSolution
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 EI = 200.0
 

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reference.rod import PlaneRod, solved
-
 from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame, FrameError
+from reference.rod import PlaneRod, solved
 
 SIDE, AT, E, A, INERTIA = 120.0, 24.0, 720.0, 6.0, 2.0
 SPAN, RISE, STRETCH, BEND = 12.94, 0.386, 1.885e6, 9.27e3
