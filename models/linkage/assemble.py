@@ -69,15 +69,16 @@ def assembled(mechanism: Mechanism, drives: Drives, switch: bool) -> Assembly:
     nominal, loops, start = mechanism.begun
     guess = guesses(loops, nominal, start, drives, switch)
     shape = np.broadcast_shapes(drives.shape, mechanism.linkage.shape)
-    found = _closed(loops, guess, mechanism.parameters, nominal, shape)
+    found = close_batch(loops, guess, mechanism.parameters, nominal, shape)
     found.patches = patched(loops, guess, mechanism.parameters, found)
     _measure(found, mechanism.parameters)
     return found
 
 
-def _closed(
+def close_batch(
     loops: Loops, guess: Guess, parameters: Sequence[Value], nominal: Sequence[float], shape: Shape
 ) -> Assembly:
+    """Close all members of a batch from their guesses, block by block."""
     unknown = loops.unknown_states
     state: list[Value] = list(guess.state)
     for place in unknown:
@@ -97,10 +98,12 @@ def _closed(
         size = np.broadcast_shapes(*(np.shape(x) for x in begin), *(np.shape(x) for x in dimensions))
         found = loops.close_all(begin, dimensions)
         reached = np.asarray(cut(guess.reached.astype(np.float64), block)) > 0.0
-        good = np.asarray(found.trusted & reached & _same_signs(found, cut_all(guess.signs, block)))
+        signs = cut_all(guess.signs, block)
+        good = np.asarray(found.trusted & reached & _same_signs(found, signs))
         closed = good.copy()
         if not good.all():
-            _gradually(loops, found, good, closed, begin, dimensions, nominal, np.broadcast_to(reached, size))
+            may_be = np.broadcast_to(reached, size) & (_same_signs(found, signs) | ~found.converged)
+            _gradually(loops, found, good, closed, (begin, dimensions, signs), nominal, may_be)
         for place in unknown:
             np.asarray(out.state[place])[block] = found.state[place]
         out.closed[block], out.verified[block] = closed, good
@@ -119,15 +122,18 @@ def _gradually(
     found: Closed,
     good: Mask,
     closed: Mask,
-    begin: Sequence[Value],
-    dimensions: Sequence[Value],
+    given: tuple[Sequence[Value], Sequence[Value], Sequence[Value]],
     nominal: Sequence[float],
-    reached: Mask,
+    may_be: Mask,
 ) -> None:
-    """Second tries for the members of a block that are not `good`: small steps, then the least gap."""
+    """Second tries for the members of a block that are not `good`: small steps, then the least gap.
+
+    `given` are their guesses, dimensions and signs; only where they `may_be` good can they still become it.
+    """
+    begin, dimensions, signs = given
     shape = good.shape
     for stages in STAGES if any(np.ndim(x) for x in dimensions) else ():
-        bad = ~good & reached
+        bad = ~good & may_be
         if not bad.any():
             break
         state, target = _members(begin, bad, shape), _members(dimensions, bad, shape)
@@ -137,6 +143,7 @@ def _gradually(
             step = loops.close_all(state, between)
             state = step.state
             trusted &= step.trusted
+        trusted &= _same_signs(step, _members(signs, bad, shape))
         _put(found.state, bad, trusted, state, shape)
         good[bad] = closed[bad] = trusted
     bad = ~good
@@ -146,7 +153,7 @@ def _gradually(
         _put(found.state, bad, np.ones(error.shape, dtype=bool), best, shape)
         closed[bad] = error < CLOSED
         away = np.max([np.abs(x - y) for x, y in zip(best, state, strict=True)], axis=0, initial=0.0)
-        good[bad] = (error < CLOSED) & (away < 1e-2) & reached[bad]
+        good[bad] = (error < CLOSED) & (away < 1e-2) & may_be[bad]
 
 
 def _members(values: Sequence[Value], chosen: Mask, shape: Shape) -> list[Value]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from linkframe.models import FourBar, Linkage
-from linkframe.models.linkage import fan
+from linkframe.models.linkage import assemble, fan
+from linkframe.models.linkage.guess import guess_of
 from numpy.testing import assert_allclose, assert_array_equal
 from reference.linkages import four_bar
 from reference.spatial import stewart
@@ -126,3 +127,32 @@ def test_scattered_poses_out_of_reach_are_not_taken_at_once(monkeypatch):
     motion = linkage.move(A=first, E=second)
     assert asked[0] is None
     assert_array_equal(motion.closure_status == "regular", reach)
+
+
+def test_guess_on_the_other_branch_is_found_out():
+    """Newton's method closes a pose of the crossed four-bar; the sign of the determinant tells it from the open one."""
+    linkage, theta = four_bar(2, 7, 9, 6, 0.5), np.array([0.5, 0.6])
+    motion = linkage.move(A=theta)
+    loops = motion.assembly.loops
+    drawn = FourBar(2, 7, 9, 6, branch="open").move(0.5)
+    for branch, verified in (("open", True), ("crossed", False)):
+        pose = FourBar(2, 7, 9, 6, branch=branch).move(theta)
+        state = {
+            "A": theta - 0.5,
+            "B": pose.angle("coupler") - theta - (drawn.angle("coupler") - 0.5),
+            "E": pose.angle("rocker") - drawn.angle("rocker"),
+        }
+        names = sorted(motion.mechanism.states, key=lambda name: motion.mechanism.states[name].start)
+        states = np.stack([state[name] for name in names], axis=-1)
+        guess = guess_of(states, np.sign([[x] for x in loops_signs(motion)]), np.ones(2, dtype=bool))
+        found = assemble.close_batch(loops, guess, motion.mechanism.parameters, (), (2,))
+        assert_array_equal(found.closed, True)
+        assert_array_equal(found.verified, verified)
+        guess.reached[:] = False
+        assert not assemble.close_batch(loops, guess, motion.mechanism.parameters, (), (2,)).verified.any()
+
+
+def loops_signs(motion):
+    """Determinant of the loop at each pose of a motion."""
+    found = motion.assembly.loops.close_all(list(motion.state), motion.mechanism.parameters)
+    return found.determinants[0]
