@@ -16,7 +16,7 @@ from .numbers import Numbers, Where
 from .search import Search
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
-_CACHE = 400_000
+_CACHE = 800_000
 
 
 @dataclass

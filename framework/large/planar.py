@@ -21,6 +21,8 @@ from .loading import Stack
 from .model import HELD, Model
 from .numbers import Numbers, Where
 
+# Elongation of the axis, its bow included, and the bow's derivatives by the end angles.
+Bow = tuple[Array, Array, Array]
 # The plane's two axes in the sense of positive rotation, by the axis across it.
 _AXES = ((1, 2), (2, 0), (0, 1))
 # Places in a piece's tangent of its ten different entries: which of (x1 y1 r1 x2 y2 r2) they join, with what sign.
@@ -321,7 +323,7 @@ class FlatEquations:
         total = np.zeros(self.count)
         for stack, pieces in zip(self.flat.stacks, self.pieces, strict=True):
             _, _, deformation = _shape(stack, pieces, state)
-            total += 0.5 * _strain_energy(pieces[2], deformation)
+            total += 0.5 * _strain_energy(pieces[2], deformation, _bent(pieces[2], deformation))
         for number, link in enumerate(self.links):
             total += 0.5 * np.einsum("im,im->m", *link.springs(state.own[:, number]))
         total -= np.einsum("ijm,ijm->m", np.broadcast_to(self.loads[:2], state.moved.shape), state.moved)
@@ -342,16 +344,18 @@ class FlatEquations:
         assumed = nodal
         changes, true, data = [], [], []
         energy = np.zeros(self.count)
-        transfers = [link.transfer(self._turn(state, flat), own) for flat, link, own in self._linked(state)]
+        arms = [link.turned(self._turn(state, flat), own) for flat, link, own in self._linked(state)]
+        transfers = [link.transfer(*each) for link, each in zip(self.links, arms, strict=True)]
         for k, (stack, pieces) in enumerate(zip(self.flat.stacks, self.pieces, strict=True)):
             axes, chord, deformation = _shape(stack, pieces, state)
-            exact = _stress(pieces[2], deformation)
+            bow = _bent(pieces[2], deformation)
+            exact = _stress(pieces[2], deformation, bow)
             used = exact if stresses is None else stresses[k]
-            energy += _strain_energy(pieces[2], deformation)
+            energy += _strain_energy(pieces[2], deformation, bow)
             nodal = nodal + self.flat.gather[k] @ _forces(axes, chord, exact).reshape(-1, self.count)
             if stresses is not None:
                 assumed = assumed + self.flat.gather[k] @ _forces(axes, chord, used).reshape(-1, self.count)
-            stiffness = _stiffness(pieces[2], deformation, used[0])
+            stiffness = _stiffness(pieces[2], bow, used[0])
             changes.append((axes, chord, stiffness))
             true.append(exact)
             data += self._tangents(k, _terms(stiffness, axes, chord, used), transfers)
@@ -359,7 +363,7 @@ class FlatEquations:
         nodal = nodal.reshape(shape)
         assumed = nodal.copy() if stresses is None else assumed.reshape(shape)
         forces = self._reduced(state, nodal, transfers)
-        data += self._link_tangents(state, assumed, transfers)
+        data += self._link_tangents(arms, assumed, transfers)
         for number, link in enumerate(self.links):
             energy += np.einsum("im,im->m", *link.springs(state.own[:, number]))
         values = self.flat.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
@@ -425,14 +429,15 @@ class FlatEquations:
         above[2] += transfer[0, 2] * rows[0] + transfer[1, 2] * rows[1]
         return np.concatenate([self._up(above, parent, transfers), own])
 
-    def _link_tangents(self, state: FlatState, nodal: Array, transfers: list[Array]) -> list[Array]:
+    def _link_tangents(
+        self, arms: list[tuple[Array, Array]], nodal: Array, transfers: list[Array]
+    ) -> list[Array]:
         """Springs of the links, and what turning them does to the forces that they pass on."""
         out: list[Array] = []
         for number in range(len(self.links) - 1, -1, -1):
             joint, link = self.flat.joints[number].joint, self.links[number]
             force = nodal[:, joint.child]
-            turn, own = self._turn(state, self.flat.joints[number]), state.own[:, number]
-            matrix = link.geometric(force, turn, own)
+            matrix = link.geometric(force, *arms[number])
             matrix[range(3, 6), range(3, 6)] += link.stiffness
             if joint.parent == GROUND:
                 out.append(matrix[3:, 3:])
@@ -499,10 +504,10 @@ class _Link:
             shift = shift + np.stack([less * x - sine * y, sine * x + less * y])
         return (place + shift, turn + angle) if self.forward else (place - shift, first)
 
-    def _arm(self, first: Array, own: Array) -> tuple[Array, Array]:
+    def turned(self, first: Array, own: Array) -> tuple[Array, Array]:
         """Axes of the translations (2, 2, m) and arm from the first node (2, m), both turned."""
         if not self.follows:
-            return self.axes, np.zeros_like(own[:2])
+            return self.axes + 0.0 * first, np.zeros_like(own[:2])
         c, s = np.cos(first), np.sin(first)
         axes = np.stack([c * self.axes[0] - s * self.axes[1], s * self.axes[0] + c * self.axes[1]])
         arm = np.einsum("ijm,jm->im", axes, own[:2])
@@ -510,11 +515,10 @@ class _Link:
             arm = arm + np.stack([c * self.arm[0] - s * self.arm[1], s * self.arm[0] + c * self.arm[1]])
         return axes, arm
 
-    def transfer(self, first: Array, own: Array) -> Array:
+    def transfer(self, axes: Array, arm: Array) -> Array:
         """Motion of the child by those of the parent and the link's own (3, 6, m)."""
-        axes, arm = self._arm(first, own)
         sign = 1.0 if self.forward else -1.0
-        out = np.zeros((3, 6, *first.shape))
+        out = np.zeros((3, 6, arm.shape[1]))
         out[[0, 1, 2], [0, 1, 2]] = 1.0
         out[0, 2], out[1, 2] = -sign * arm[1], sign * arm[0]
         out[:2, 3:5] = sign * axes
@@ -523,10 +527,9 @@ class _Link:
             out[:2, 5] = -self.sense * out[:2, 2]
         return out
 
-    def geometric(self, force: Array, first: Array, own: Array) -> Array:
+    def geometric(self, force: Array, axes: Array, arm: Array) -> Array:
         """What turning does to the forces (6, 6, m): parent's coordinates, then the link's own."""
-        axes, arm = self._arm(first, own)
-        out = np.zeros((6, 6, *first.shape))
+        out = np.zeros((6, 6, arm.shape[1]))
         if not self.follows:
             return out
         sign = 1.0 if self.forward else -1.0
@@ -558,7 +561,7 @@ def _shape(stack: FlatStack, pieces: tuple[Array, Array, Array], state: FlatStat
     return np.stack([c0 * c - s0 * s, s0 * c + c0 * s]), chord, out
 
 
-def _bent(stiffness: Array, deformation: Array) -> tuple[Array, Array, Array]:
+def _bent(stiffness: Array, deformation: Array) -> Bow:
     """Elongation of the axis, its bow included, and the bow's derivatives by the end angles (n, m)."""
     _, _, _, _, g11, g12, g22 = stiffness
     pull, first, second = deformation
@@ -566,34 +569,36 @@ def _bent(stiffness: Array, deformation: Array) -> tuple[Array, Array, Array]:
     return pull + 0.5 * (first * one + second * two), one, two
 
 
-def _stress(stiffness: Array, deformation: Array) -> Array:
+def _stress(stiffness: Array, deformation: Array, bow: Bow) -> Array:
     """Pull and both end moments (3, n, m)."""
     k0, k11, k12, k22, *_ = stiffness
-    axis, one, two = _bent(stiffness, deformation)
+    axis, one, two = bow
     _, first, second = deformation
     out = np.empty_like(deformation)
-    out[0] = k0 * axis
-    out[1] = k11 * first + k12 * second + out[0] * one
-    out[2] = k12 * first + k22 * second + out[0] * two
+    pull = np.multiply(k0, axis, out=out[0])
+    out[1] = k11 * first + k12 * second + pull * one
+    out[2] = k12 * first + k22 * second + pull * two
     return out
 
 
-def _strain_energy(stiffness: Array, deformation: Array) -> Array:
+def _strain_energy(stiffness: Array, deformation: Array, bow: Bow) -> Array:
     """Twice the strain energy of all pieces (m,)."""
     k0, k11, k12, k22, *_ = stiffness
-    axis, _, _ = _bent(stiffness, deformation)
+    axis, _, _ = bow
     _, first, second = deformation
-    each = k0 * axis * axis + k11 * first * first + 2.0 * k12 * first * second + k22 * second * second
+    each = k0 * axis * axis + (k11 * first + 2.0 * k12 * second) * first + k22 * second * second
     out: Array = each.sum(axis=0)
     return out
 
 
-def _stiffness(stiffness: Array, deformation: Array, pull: Array) -> Array:
+def _stiffness(stiffness: Array, bow: Bow, pull: Array) -> Array:
     """Derivatives of `_stress` 00 01 02 11 12 22 (6, n, m); `pull` resists further bowing."""
     k0, k11, k12, k22, g11, g12, g22 = stiffness
-    _, one, two = _bent(stiffness, deformation)
+    _, one, two = bow
     out = np.empty((6, *pull.shape))
-    out[0], out[1], out[2] = k0, k0 * one, k0 * two
+    out[0] = k0
+    np.multiply(k0, one, out=out[1])
+    np.multiply(k0, two, out=out[2])
     out[3] = k11 + pull * g11 + out[1] * one
     out[4] = k12 + pull * g12 + out[1] * two
     out[5] = k22 + pull * g22 + out[2] * two
