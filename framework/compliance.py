@@ -25,7 +25,7 @@ NEAR = 1e-8
 _STEPS = 3
 # Inverse iterations for a large matrix, and the factor by which the least eigenvalue may still be below what they find.
 _ITERATIONS = 8
-_SAFETY = 16.0
+_SAFETY = 4.0
 
 
 class Compliance(ABC):
@@ -150,6 +150,11 @@ class SparseCompliance(Compliance):
     ----------
     factor
         The factor.
+
+    Attributes
+    ----------
+    softest
+        The motion that the scaled matrix resists least (n,), of length one.
     """
 
     def __init__(self, factor: Factor) -> None:
@@ -164,6 +169,7 @@ class SparseCompliance(Compliance):
                 break
             vector, growth = found, float(np.sqrt(np.sum(found**2, axis=0)).max())
         self._growth = growth
+        self.softest: Array = vector[:, 0] / np.sqrt(np.sum(vector[:, 0] ** 2))
         width = np.max(np.diff(factor.scaled.indptr))
         self.fuzz = np.asarray(_DEFORMATION * ROUNDING * float(width))
         self.least = np.asarray(max(1.0 / (_SAFETY * growth) - self.fuzz, 0.0))

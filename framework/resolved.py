@@ -8,17 +8,18 @@ values; and what has full rank is solved with S in extended precision, where tha
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .compliance import DenseCompliance
+from .compliance import DenseCompliance, SparseCompliance
 from .dense import Entries
 from .equilibrium import Equilibrium, Statics
 from .kinematics import Real, extended
 from .parts import Extended, Row
 from .plan import Plan
+from .sparse import SparseSolver
 
 # Unknowns up to which it is worth the time.
 MOST = 400
@@ -26,6 +27,25 @@ MOST = 400
 _LEAST = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
 # Entries handled at a time.
 _CHUNK = 256
+# Steps of refinement: each takes a tenth of the error or less where a matrix is not singular to its precision.
+_STEPS = 12
+# Share of the load that the frame resists least that such steps leave unbalanced where it is not.
+_BALANCED = 1e-3
+
+
+class Solved(Protocol):
+    """Entries that are singular to double precision, and are not.
+
+    Attributes
+    ----------
+    mask
+        Those that are solved, (...).
+    """
+
+    mask: NDArray[np.bool_]
+
+    def values(self, rows: Sequence[Row]) -> Real:
+        """Values of `rows` over the unknowns and the known numbers at the solved entries, (m, rows)."""
 
 
 class Resolved:
@@ -56,17 +76,7 @@ class Resolved:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the known numbers at the solved entries, (m, rows)."""
-        knowns = self.plan.knowns.values
-        at = {k: number for number, k in enumerate(self.unknowns)}
-        out = extended(np.zeros((*self.plan.frame.shape, len(rows))))
-        for number, row in enumerate(rows):
-            for k, factor in row.items():
-                if k < 0:
-                    out[..., number] += factor * extended(knowns[-1 - k])
-                elif k in at:
-                    out[..., number] += factor * self._values[..., at[k]]
-        found: Real = out[self.mask]
-        return found
+        return _combined(self.plan, self.unknowns, self._values, rows)[self.mask]
 
     def _solve(self, statics: Statics, index: tuple[NDArray[np.int64], ...] | None) -> None:
         start = hard_state(statics, index, self.unknowns, None)
@@ -79,6 +89,70 @@ class Resolved:
         where: Any = () if kept is None else kept
         self.mask[where] = compliance.least > 0.0
         self._values[where] = state.values
+
+
+class ResolvedLarge:
+    """One large frame whose matrix is singular to double precision, by as many steps of refinement as it takes.
+
+    For a load in the shape of the softest motion they converge only where the frame is not singular.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    solver
+        Its factor.
+
+    Attributes
+    ----------
+    mask
+        Whether that is so, (...).
+    """
+
+    def __init__(self, plan: Plan, solver: SparseSolver) -> None:
+        self.plan = plan
+        self.unknowns = solver.unknown[solver.excited].tolist()
+        with np.errstate(all="ignore"):
+            compliance = SparseCompliance(solver.factor)
+            rest = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
+            state = Equilibrium(Statics(plan), lambda array, trailing: array, self.unknowns, rest)
+            regular = _regular(state, compliance)
+            for _ in range(_STEPS if regular else 0):
+                state = state.corrected(compliance)
+        self.mask = np.full(plan.frame.shape, regular)
+        self._values = state.values
+
+    def values(self, rows: Sequence[Row]) -> Real:
+        """Values of `rows` over the unknowns and the known numbers, (m, rows)."""
+        found: Real = _combined(self.plan, self.unknowns, self._values, rows)[self.mask]
+        return found
+
+
+def _regular(rest: Equilibrium, compliance: SparseCompliance) -> bool:
+    """Whether refinement balances a load in the shape that the matrix resists least."""
+    probe = compliance.softest / compliance.root
+    found = extended(np.zeros(rest.values.shape))
+    left = extended(np.broadcast_to(probe, found.shape))
+    for _ in range(_STEPS):
+        found = found + compliance.solve(left)
+        state = Equilibrium(rest.statics, rest.change, rest.unknowns, found, rest.ndim)
+        left = probe - (rest.balance - state.balance)
+    size = np.sqrt(np.max(np.sum((left * compliance.root) ** 2, axis=-1)))
+    return bool(size < _BALANCED)
+
+
+def _combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row]) -> Real:
+    """Values of `rows` over the unknowns and the known numbers, (..., rows)."""
+    knowns = plan.knowns.values
+    at = {k: number for number, k in enumerate(unknowns)}
+    out = extended(np.zeros((*plan.frame.shape, len(rows))))
+    for number, row in enumerate(rows):
+        for k, factor in row.items():
+            if k < 0:
+                out[..., number] += factor * extended(knowns[-1 - k])
+            elif k in at:
+                out[..., number] += factor * values[..., at[k]]
+    return out
 
 
 def hard_state(
@@ -97,7 +171,7 @@ def hard(
     """Entries solved and inverted in extended precision."""
     state = hard_state(statics, index, unknowns, values)
     compliance = DenseCompliance(state.kinematics, state.springs, state.stiffness, unknowns, Extended)
-    for _ in range(compliance.steps):
+    for _ in range(_STEPS):
         state = state.corrected(compliance)
     return state, compliance
 

@@ -26,7 +26,7 @@ from .sparse import SparseSolver
 
 if TYPE_CHECKING:
     from .bounds import Bounds
-    from .resolved import Resolved
+    from .resolved import Solved
     from .sensitivity import Sensitivity
     from .singular import FreeMotion
 
@@ -475,16 +475,20 @@ class Solution:
         return out
 
     @cached_property
-    def resolved(self) -> Resolved | None:
+    def resolved(self) -> Solved | None:
         """Entries that are singular to double precision only, solved in extended precision; None if there are none."""
-        from .resolved import MOST, Resolved
+        from .resolved import MOST, Resolved, ResolvedLarge
 
-        if not isinstance(self.solver, BroadcastSolver) or self.clearances is not None:
-            return None
         suspects = self.solver.singular(excited=True)
-        if not suspects.any() or len(self.plan.unknowns) > MOST:
+        if not suspects.any() or self.clearances is not None:
             return None
-        found = Resolved(self.plan, suspects)
+        found: Solved
+        if isinstance(self.solver, SparseSolver):
+            found = ResolvedLarge(self.plan, self.solver)
+        elif len(self.plan.unknowns) <= MOST:
+            found = Resolved(self.plan, suspects)
+        else:
+            return None
         return found if found.mask.any() else None
 
     @cached_property
