@@ -1,4 +1,4 @@
-"""Elements of a frame: material, cross-sections, beam, joint, point mass."""
+"""Elements of a frame: material, cross-sections, beam, joint, spring, point mass."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from .material import Material
 from .point_mass import PointMass
 from .rectangle import Rectangle
 from .section import Section
+from .spring import Spring
 from .tube import Tube
 
 __all__ = [
@@ -27,5 +28,6 @@ __all__ = [
     "PointMass",
     "Rectangle",
     "Section",
+    "Spring",
     "Tube",
 ]

@@ -624,7 +624,18 @@ class Frame:
             raise FrameError(f"line load on {member!r} spans {span}: give 0 <= x1 < x2 <= its length {length:.6g}")
 
     def refuse_screws(self, what: str) -> None:
-        """Raise FrameError where a joint has a pitch, which `what` knows nothing of."""
+        """Refuse joints with a pitch.
+
+        Parameters
+        ----------
+        what
+            What knows nothing of a pitch, for the error.
+
+        Raises
+        ------
+        FrameError
+            If a joint has a pitch.
+        """
         for name, joint in self.joints.items():
             if np.any(joint.element.pitch):
                 raise FrameError(f"joint {name!r} is a screw, and {what} do not cover its pitch: give it none")

@@ -1,7 +1,18 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
-from .linkage import DeadPoint, DriveRange, Linkage, Mobility, Motion
+from .linkage import (
+    DeadPoint,
+    DriveRange,
+    Linkage,
+    Mobility,
+    Motion,
+    PointAccuracy,
+    Reactions,
+    Stress,
+    read_linkage,
+    write_linkage,
+)
 from .propagation import Propagation, propagate
 from .sensitivity import SobolIndices, sobol_indices
 from .spread import Spread
@@ -17,12 +28,17 @@ __all__ = [
     "Linkage",
     "Mobility",
     "Motion",
+    "PointAccuracy",
     "Propagation",
+    "Reactions",
     "SobolIndices",
     "Spread",
+    "Stress",
     "Study",
     "accuracy",
     "monte_carlo",
     "propagate",
+    "read_linkage",
     "sobol_indices",
+    "write_linkage",
 ]

@@ -428,7 +428,7 @@ class Motion:
         >>> arm.link("arm", "A", "B", mass=3.0)
         >>> arm.revolute("A", "ground", "arm", drive=True)
         >>> arm.gravity((0, -10))
-        >>> float(arm.move(A=0.0).reactions().drive("A"))
+        >>> round(float(arm.move(A=0.0).reactions().drive("A")[0]), 9)
         30.0
         """
         from .reactions import reactions

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from linkframe.models import FourBar
 from linkframe.models.command_line import main
 from linkframe.models.linkage.files import read_linkage
 from linkframe.models.linkage.job import run as job
@@ -306,3 +307,19 @@ def test_a_linkage_that_can_never_be_assembled_is_an_error(tmp_path: Path, capsy
 def test_no_drive(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(written(tmp_path, LINKAGE.replace("drive = true", ""))), "--out", str(tmp_path / "o")]) == 2
     assert "moves nothing: drive a joint" in capsys.readouterr().err
+
+
+def test_the_example_file_is_the_paper_s_four_bar() -> None:
+    """Against the closed form of `FourBar` and its own frame, without clearance."""
+    inputs = read_inputs(Path(__file__).parents[2] / "examples" / "four_bar.toml")
+    result = compute(inputs)
+    theta = np.radians(np.linspace(0, 360, 37))
+    special = FourBar(stiffness=(2e11,) * 5 + (0.0,))
+    assert_allclose(result.main.rigid, special.move(theta).position("P"), rtol=0.0, atol=1e-14)
+    regular = result.status == "regular"
+    assert np.flatnonzero(~regular).tolist() == [0, 18, 36]
+    frame = special.move(theta[regular]).frame()
+    frame.load("P", fy=100.0)
+    wanted = frame.solve().displacement("P")
+    assert_allclose(result.main.compliance[regular], wanted, rtol=0.0, atol=1e-10 * np.abs(wanted).max())
+    assert sorted(inputs.tolerances) == ["clearance_B", "clearance_D", "clearance_E", "load", "stiffness"]
