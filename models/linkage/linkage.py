@@ -88,6 +88,13 @@ class Linkage(Joining):
     ) -> Motion:
         """Move the drives and let everything follow.
 
+        Every pose lies on the branch of the drawing. Where one drive moves, it is followed from the drawing both ways,
+        and the order of its values does not matter; where several move, the way leads from the drawing through the
+        poses along the first axis on which the drives vary, each line of poses for itself. Where the drawing carries
+        a batch, the member in the middle of it leads, and the others are reached from it at each pose. What the
+        drives leave free, such as a rod's spin between two balls, moves as little as it can. A pose that closes, but
+        not verifiably on that branch, has the status ``"branch changed"``.
+
         Parameters
         ----------
         drives
