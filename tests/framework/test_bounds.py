@@ -14,7 +14,7 @@ from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
 from reference.as_frame import as_frame
 from reference.four_bar import coordinates, four_bar
 from reference.random_structures import CLAMPED, constrained, few, structures
-from reference.stiffness_method import mp, solve
+from reference.stiffness_method import EXACT, cross, deformation, mp, solve
 from reference.structure import Member, Spring, Structure
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -45,6 +45,21 @@ def test_random_frames_and_linkages(structure: Structure) -> None:
     hold(solution, "reaction", truth.reaction)
     hold(solution, "joint_displacement", truth.extension)
     hold(solution, "joint_force", truth.force)
+
+
+@few
+@given(structures)
+def test_end_forces_of_random_frames(structure: Structure) -> None:
+    """The force on the tip of each member by its tip stiffness, and equilibrium for that on its start."""
+    solution, truth = as_frame(structure).solve(), solve(structure)
+    exact = {}
+    for name, member in structure.members.items():
+        stiffness, tip = deformation(member, structure, EXACT)
+        force = stiffness @ tip @ np.concatenate([truth.displacement[node] for node in (member.start, member.end)])
+        chord = EXACT.array(structure.nodes[member.end]) - EXACT.array(structure.nodes[member.start])
+        arm = np.array([mp.sqrt(chord @ chord), mp.mpf(0), mp.mpf(0)])
+        exact[name] = np.concatenate([-force[:3], -force[3:] - cross(arm, force[:3]), force])
+    hold(solution, "end_forces", exact)
 
 
 @few
