@@ -154,21 +154,29 @@ def _moving(matrix: Array, side: Array, loads: Array, idle: Idle) -> tuple[Array
 
 
 def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
-    """Solution by QR, least squares or least norm, and whether the rank is full."""
+    """Solution of full rank, by least squares or of least norm, and whether the rank is full."""
     rows, columns = matrix.shape[-2:]
+    if rows == columns:
+        try:
+            return _probed(matrix, side)
+        except np.linalg.LinAlgError:
+            pass  # exactly singular at some pose
     tall = rows >= columns
     q, r = np.linalg.qr(matrix if tall else np.swapaxes(matrix, -1, -2))
     diagonal = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
     regular = diagonal.min(axis=-1) * DEPENDENT > diagonal.max(axis=-1)
     r = np.where(regular[:, None, None], r, np.eye(r.shape[-1]))
-    # An unpivoted QR may hide a dependence from its diagonal, but not from the growth of a right side at random.
-    probe = np.broadcast_to(np.random.default_rng(0).normal(size=r.shape[-1]), (len(r), r.shape[-1]))
     given = (np.swapaxes(q, -1, -2) @ side[..., None])[..., 0] if tall else side
-    found = np.linalg.solve(r if tall else np.swapaxes(r, -1, -2), np.stack([given, probe], axis=-1))
-    size = np.max(np.abs(r), axis=(-2, -1))
-    regular &= np.max(np.abs(found[..., 1]), axis=-1) * size < DEPENDENT
-    values = found[..., 0] if tall else (q @ found[..., :1])[..., 0]
-    return values, regular
+    found, firm = _probed(r if tall else np.swapaxes(r, -1, -2), given)
+    return found if tall else (q @ found[..., None])[..., 0], regular & firm
+
+
+def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:
+    """Solution of square equations, and whether they are regular: a right side at random grows where they are not."""
+    probe = np.broadcast_to(np.random.default_rng(0).normal(size=matrix.shape[-1]), side.shape)
+    found = np.linalg.solve(matrix, np.stack([side, probe], axis=-1))
+    size = np.max(np.abs(matrix), axis=(-2, -1))
+    return found[..., 0], np.max(np.abs(found[..., 1]), axis=-1) * size < DEPENDENT
 
 
 def _by_singular_values(matrix: Array, side: Array) -> tuple[Array, Bools]:
