@@ -14,6 +14,8 @@ from .nearest import nearest, open_by
 
 # The equations have as many independent ones as singular values above this share of the largest.
 INDEPENDENT = 1e-8
+# A drawing is closed where its loops are open by less than this share of the size.
+CLOSED = 1e-12
 
 
 def nominal_parameters(mechanism: Mechanism) -> list[float]:
@@ -56,9 +58,11 @@ def started(mechanism: Mechanism, nominal: Sequence[float]) -> tuple[Loops, Pose
 
 
 def _closed_drawing(loops: Loops, nominal: Sequence[float]) -> list[float]:
+    if open_by(loops, loops.drawn, nominal)[0] < CLOSED:
+        return list(loops.drawn)
     best, error = nearest(loops, [np.array(x) for x in loops.drawn], nominal)
     state = [float(x) for x in best]
-    if not error < 1e-12:
+    if not error < CLOSED:
         _, row = open_by(loops, state, nominal)
         joint = loops.mechanism.rows[int(row)][0]
         raise FrameError(

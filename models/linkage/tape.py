@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache
+from types import CodeType
 from typing import Any
 
 import numpy as np
@@ -103,12 +105,18 @@ class Tape:
         lines += [f" {', '.join(names)}, = a{k}" for k, names in enumerate(inputs) if names]
         lines += [f" {name} = {text}" for name, (text, _) in self._steps.items() if name in needed]
         lines.append(f" return ({''.join(f'{name}, ' for name in results)})")
-        code = compile("\n".join(lines), "<linkage>", "exec")
+        code = _compiled("\n".join(lines))
         scalar: dict[str, Any] = {"sin": math.sin, "cos": math.cos}
         arrays: dict[str, Any] = {"sin": np.sin, "cos": np.cos}
         exec(code, scalar)
         exec(code, arrays)
         return scalar["program"], arrays["program"]
+
+
+@lru_cache(maxsize=256)
+def _compiled(source: str) -> CodeType:
+    """Code of a program: linkages that differ in their dimensions only have it in common."""
+    return compile(source, "<linkage>", "exec")
 
 
 # -- three-vectors and their axes ------------------------------------------------------------------------------------
