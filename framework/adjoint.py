@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -96,39 +96,48 @@ class Adjoint:
 
     # -- error ------------------------------------------------------------------------------------------------------
 
+    @cached_property
     def refined(self) -> Real:
         """The results without the error that the residual shows, (..., m)."""
-        work = np.sum(self.coordinates * self.state.residual, axis=(-1, -2))
+        work = np.einsum("...nk,...nk->...", self.coordinates, self.state.residual)
         found: Real = self.result.value + np.moveaxis(work, 0, -1)
         return found
 
     def doubt(self) -> Real:
         """What `refined` may be off, (..., m)."""
-        state = self.state
-        double = state.double
+        state, double = self.state, self.state.double
         spread = double.sizes(self.rough)
         total: Any = extended(0.0)
-        kinds = zip(state.double_springs, self.deformations, state.member_pulls, strict=True)
-        for index, (springs, found, pull) in enumerate(kinds):
-            mine, sizes = np.abs(state.deformations[index]), state.deformation_sizes[index]
-            k, b = springs.stiffness, springs.sizes(spread)
-            e = np.abs(found) + 8.0 * state.rounding * b
-            off = springs.roundings * state.rounding
-            total = total + np.sum(e * (off * np.abs(pull) + state.fine * k * sizes), axis=(-1, -2))
-            total = total + state.fine * np.sum(b * np.abs(pull), axis=(-1, -2))
-            # a rounded elastic centre mixes the moment into the shear
-            for shear, bend in ((1, 5), (2, 4)):
-                lean = e[..., shear] * mine[..., bend] + e[..., bend] * mine[..., shear]
-                total = total + off * np.sum(k[..., shear] * springs.length * lean, axis=-1)
+        kinds = zip(state.double_springs, self.deformations, self._weights(), state.member_pulls, strict=True)
+        for springs, found, weight, pull in kinds:
+            size = springs.sizes(spread)
+            total = total + _dot(np.abs(found) + 8.0 * state.rounding * size, weight)
+            total = total + _dot(size, state.fine * np.abs(pull))
         opened = double.opening_sizes(self.rough, spread)
-        for k, found, b, pull, size in zip(
+        for k, found, own, pull, size in zip(
             state.stiffness, self.openings, opened, state.pulls, state.opening_sizes, strict=True
         ):
-            total = total + state.fine * np.sum(k * np.abs(found) * size + b * np.abs(pull), axis=-1)
-        total = total + np.sum(spread * (state.loads.doubt + state.fine * np.abs(state.loads.forces)), axis=(-1, -2))
-        total = total + state.fine * np.sum(np.abs(self.coordinates) * np.abs(state.residual), axis=(-1, -2))
+            if k.any():
+                total = total + np.einsum("...k,...k->...", np.abs(found), state.fine * k * size)
+                total = total + np.einsum("...k,...k->...", own, state.fine * np.abs(pull))
+        total = total + _dot(spread, state.loads.doubt + state.fine * np.abs(state.loads.forces))
+        total = total + _dot(np.abs(self.coordinates), state.fine * np.abs(state.residual))
         out: Real = np.moveaxis(total + self._second_order(), 0, -1) + self.result.doubt
-        return out + 4.0 * _LEAST * np.abs(self.refined())
+        return out + 4.0 * _LEAST * np.abs(self.refined)
+
+    def _weights(self) -> Iterator[Real]:
+        """By kind of member: what a unit deformation of the adjoint makes of rounding, (..., n, 6)."""
+        state = self.state
+        kinds = zip(state.springs, state.deformations, state.member_pulls, state.deformation_sizes, strict=True)
+        for springs, found, pull, sizes in kinds:
+            k, off = springs.stiffness, springs.roundings * state.rounding
+            weight = off * np.abs(pull) + state.fine * k * sizes
+            # a rounded elastic centre mixes the moment into the shear
+            for shear, bend in ((1, 5), (2, 4)):
+                lean = off * k[..., shear] * springs.length
+                weight[..., shear] += lean * np.abs(found[..., bend])
+                weight[..., bend] += lean * np.abs(found[..., shear])
+            yield weight
 
     def _second_order(self) -> Real:
         """Bound on the product of what the solution and what the adjoint leave of their equations, (m, ...)."""
@@ -185,6 +194,11 @@ class Adjoint:
 def _energy(kinds: Iterable[tuple[Springs, Real]]) -> Any:
     """Twice the energy of deformations, (...)."""
     return sum((np.sum(each.stiffness * e * e, axis=(-1, -2)) for each, e in kinds), extended(0.0))
+
+
+def _dot(sizes: Real, weights: Real) -> Any:
+    """Sum of products over the last two axes."""
+    return np.einsum("...nk,...nk->...", sizes, weights)
 
 
 def _norm(array: Real) -> Real:

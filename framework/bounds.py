@@ -103,7 +103,7 @@ class Bounds:
 
     def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
         """Results refined in extended precision, and what they may be off, (..., m)."""
-        found = [(where, adjoint.refined(), adjoint.doubt()) for where, adjoint in self.adjoints(name, kind)]
+        found = [(where, adjoint.refined, adjoint.doubt()) for where, adjoint in self.adjoints(name, kind)]
         shape = (*self.solution.shape, found[0][1].shape[-1])
         value, doubt = (np.empty(shape, dtype=found[0][1].dtype) for _ in range(2))
         for where, refined, left in found:

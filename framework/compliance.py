@@ -101,15 +101,15 @@ class DenseCompliance(Compliance):
         size, rounding = len(unknowns), float(np.finfo(kind).eps) / 2.0
         rows, sizes = _rows(kinematics, springs, unknowns, kind)
         k = _together([*(each.stiffness.reshape(*each.stiffness.shape[:-2], -1) for each in springs), *stiffness])
-        columns = np.moveaxis(rows, 0, -1)
+        used = np.flatnonzero(_any(k) & _any(sizes))
+        k, sizes, columns = k[..., used], sizes[..., used], np.moveaxis(rows[..., used], 0, -1)
         matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
         diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
         root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.root = root
+        self.root, self._columns, self._k = root, columns, k
         self.matrix: Real = matrix * root[..., :, None] * root[..., None, :]
-        self.scaled = np.sqrt(k)[..., None] * columns * root[..., None, :]
         entries = rounding * (k.shape[-1] + 4.0)
-        weighed = np.sum((sizes * np.moveaxis(root, -1, 0)[..., None]) ** 2, axis=0)
+        weighed = (np.moveaxis(sizes**2, 0, -1) @ (root**2)[..., None])[..., 0]
         lost = _DEFORMATION * rounding * np.sqrt(np.sum(k * weighed, axis=-1))
         self.fuzz = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
         # The shift keeps what is singular to rounding from stopping the others.
@@ -127,9 +127,16 @@ class DenseCompliance(Compliance):
 
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""
-        finite = np.where(np.isfinite(self.scaled), self.scaled, 0.0).astype(np.float64)
-        found: Array = np.linalg.svd(finite, compute_uv=False).min(axis=-1, initial=1.0)
-        return found
+        scaled = self.scaled
+        found = np.linalg.svd(np.where(np.isfinite(scaled), scaled, 0.0), compute_uv=False)
+        least: Array = found.min(axis=-1, initial=1.0)
+        return least if scaled.shape[-2] >= scaled.shape[-1] else 0.0 * least
+
+    @property
+    def scaled(self) -> Array:
+        """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one, (..., e, n)."""
+        weighed: Array = (np.sqrt(self._k)[..., None] * self._columns * self.root[..., None, :]).astype(np.float64)
+        return weighed
 
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""
@@ -223,6 +230,12 @@ def _inverse(matrix: Real) -> Real:
         work[..., :, k] = -column * pivot[..., None]
         work[..., k, k] = pivot
     return work
+
+
+def _any(values: Real) -> NDArray[np.bool_]:
+    """Along the last axis, whether any is not zero."""
+    found: NDArray[np.bool_] = (values != 0.0).reshape(-1, values.shape[-1]).any(axis=0)
+    return found
 
 
 def _flat(array: Real) -> Real:
