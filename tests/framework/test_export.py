@@ -12,7 +12,7 @@ import pytest
 import pyvista
 from linkframe.elements import Beam, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning
-from linkframe.framework import export as export_module
+from linkframe.framework import vtu as vtu_module
 from linkframe.framework.solution import Solution
 from linkframe.framework.vtu import read_names
 
@@ -276,9 +276,7 @@ def test_a_failure_half_way_leaves_what_was_there(
 ) -> None:
     crane(load=(1.0, 2.0, 3.0)).save(tmp_path / "x.pvd")
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    monkeypatch.setattr(
-        export_module, failing, full_disk(getattr(export_module, failing), 2 * (failing == "write_grid"))
-    )
+    monkeypatch.setattr(vtu_module, failing, full_disk(getattr(vtu_module, failing), 2 * (failing == "write_grid")))
     with pytest.raises(FrameError, match="No space left on device"):
         crane(load=(4.0, 5.0, 6.0)).save(tmp_path / "x.pvd")
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before

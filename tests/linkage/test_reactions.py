@@ -210,7 +210,7 @@ def _centre(motion: Motion, link: str) -> Array:
 
 @settings(max_examples=30, deadline=None)
 @given(
-    lengths=st.tuples(*[st.floats(0.5, 0.9)] * 2, st.floats(0.6, 0.9)),
+    lengths=st.tuples(*[st.floats(0.65, 0.85)] * 2, st.floats(0.6, 0.9)),
     theta=st.floats(0.1, 6.2),
     rate=st.floats(-9.0, 9.0),
     gain=st.floats(-9.0, 9.0),
