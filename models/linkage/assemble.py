@@ -106,7 +106,8 @@ def close_batch(
             _gradually(loops, found, good, closed, (begin, dimensions, signs), nominal, may_be)
         for place in unknown:
             np.asarray(out.state[place])[block] = found.state[place]
-        out.closed[block], out.verified[block] = closed, good
+        sure = np.asarray(cut(guess.sure.astype(np.float64), block)) > 0.0
+        out.closed[block], out.verified[block] = closed, good & sure
     return out
 
 

@@ -27,6 +27,8 @@ class Guide:
         Lengths of the change points.
     low, high
         What was reached.
+    sure_from, sure_to
+        What was reached without leaving the branch of the drawing.
     """
 
     s: Array
@@ -36,6 +38,8 @@ class Guide:
     crossings: Array
     low: float
     high: float
+    sure_from: float
+    sure_to: float
 
     @classmethod
     def of(cls, track: Track, back: Track | None = None) -> Guide:
@@ -55,11 +59,17 @@ class Guide:
             np.array(sorted(crossings)),
             low,
             track.end,
+            -min(back.doubts, default=np.inf) if back is not None else -np.inf,
+            min(track.doubts, default=np.inf),
         )
 
     def reached(self, s: Array) -> NDArray[np.bool_]:
         """Whether the way got as far as s."""
         return (s >= self.low) & (s <= self.high)
+
+    def sure(self, s: Array) -> NDArray[np.bool_]:
+        """Whether s lies on the branch of the drawing for certain."""
+        return (s >= self.sure_from) & (s <= self.sure_to)
 
     def at(self, s: Array) -> Array:
         """States (..., n) by the cubic through the neighbouring nodes; outside, that of the last node."""

@@ -27,6 +27,8 @@ class Guess:
         Signs that the determinants must have, 0 where they may have either, (...).
     reached
         Where a way leads, (...).
+    sure
+        Where it has not left the branch of the drawing, (...).
     s
         Value of the only moving drive, (...); None where several move.
     guide
@@ -42,6 +44,7 @@ class Guess:
     state: list[Value]
     signs: list[Value]
     reached: NDArray[np.bool_]
+    sure: NDArray[np.bool_]
     s: Array | None = None
     guide: Guide | None = None
     drive: int = 0
@@ -49,6 +52,7 @@ class Guess:
     switched: bool = False
 
 
-def guess_of(states: Array, signs: Array, reached: NDArray[np.bool_]) -> Guess:
-    """Guess from states (..., n), signs (..., blocks) and where a way leads (...)."""
-    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached)
+def guess_of(states: Array, signs: Array, reached: NDArray[np.bool_], sure: NDArray[np.bool_] | None = None) -> Guess:
+    """Guess from states (..., n), signs (..., blocks), where a way leads, and whether on the same branch, (...)."""
+    certain = np.ones(reached.shape, dtype=bool) if sure is None else sure
+    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached, certain)

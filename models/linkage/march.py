@@ -16,10 +16,13 @@ SHORTEST = 1e-10
 # How much a pose may change the way it follows the drives from one step to the next.
 TURN = 0.4
 # Where the way is stuck before a change point, how far to jump over it.
-JUMPS = (2e-3, 5e-3, 2e-2, 6e-2)
+JUMPS = (6e-2, 2e-2, 5e-3, 2e-3)
 SHARPEST = 1e-4
 # How far beyond a change point it must be seen to be interpolated.
 BEYOND = 0.35
+# Distance of the poses from which its closure is judged, and how far it may be open.
+KNOT = 0.02
+OPEN = 1e-8
 # Where another branch is looked for, as shares of the way gone beyond a change point.
 AWAY = (0.5, 1.0, 2.0, 4.0, 0.25, 0.1, 8.0)
 
@@ -45,6 +48,8 @@ class Track:
         Lengths at which a change point was passed.
     sides
         Where the other branch was taken: for each crossing, the way so far and a little on along its own branch.
+    doubts
+        Crossings where the branches only come close to each other, so that the way has left its own for the smoother.
     complete
         False where the way ended before its length: in a dead point, or out of reach.
     """
@@ -52,6 +57,7 @@ class Track:
     nodes: list[Node]
     crossings: list[float] = field(default_factory=list)
     sides: list[Track] = field(default_factory=list)
+    doubts: list[float] = field(default_factory=list)
     complete: bool = True
 
     @property
@@ -179,6 +185,8 @@ class March:
             return True
         where = self._root(here, found)
         track.crossings.append(where)
+        if not self._closes(here, found, where):
+            track.doubts.append(where)
         if not switch:
             track.nodes.append(found)
             return True
@@ -225,6 +233,21 @@ class March:
         knots = [s + 0.24 * width * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
         better = _at_zero(knots, [determinant(knot) for knot in knots])
         return better if abs(better - s) < width else s
+
+    def _closes(self, a: Node, b: Node, where: float) -> bool:
+        """Whether the smooth way through a change point closes in it: the polynomial through poses around it."""
+        knots = [where + KNOT * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
+        state = np.zeros(len(a.pose.state))
+        for knot in knots:
+            guess = _cubic(a, b, (knot - a.s) / (b.s - a.s), b.s - a.s)
+            pose = self.loops.close(self.path.place(guess, knot), self.parameters)
+            if pose is None:
+                return False
+            weight = np.prod([(where - other) / (knot - other) for other in knots if other != knot])
+            state = state + weight * np.array(pose.state)
+        middle = self.path.place(state.tolist(), where)
+        residual = self.loops.mechanism.newton[0](middle, self.parameters)[: self.loops.rows]
+        return max(map(abs, residual)) < OPEN
 
 
 def _at_zero(values: list[float], arguments: list[float]) -> float:

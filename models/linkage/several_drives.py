@@ -30,8 +30,8 @@ def through_poses(
     found = [line.followed(_same_sign(loops, flat[:, k])) for k in range(flat.shape[1])]
     parts = (np.stack(part, axis=1) for part in zip(*found, strict=True))
     shaped = [part.reshape(*lines.shape[:-1], *part.shape[2:]) for part in parts]
-    states, signs, reached = (part[0] if axis is None else np.moveaxis(part, 0, axis) for part in shaped)
-    return guess_of(states, signs, reached)
+    states, signs, reached, sure = (part[0] if axis is None else np.moveaxis(part, 0, axis) for part in shaped)
+    return guess_of(states, signs, reached, sure)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,29 +48,30 @@ class Line:
     switch: bool
     longest: float
 
-    def followed(self, values: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """States (poses, n), signs (poses, blocks), and whether each pose was reached, for driven states (poses, f)."""
+    def followed(self, values: Array) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
+        """States (poses, n), signs (poses, blocks), and where driven states (poses, f) are reached, and for certain."""
         states = np.empty((len(values), len(self.loops.mechanism.state_names)))
         signs = np.zeros((len(values), self.loops.linear.signs))
-        reached = np.zeros(len(values), dtype=bool)
+        reached, sure = np.zeros(len(values), dtype=bool), np.ones(len(values), dtype=bool)
         begin, done = self.start, 0
         whole = Path(self.loops, np.concatenate([self._driven(begin)[None], values]))
         if self.loops.linear.signs and not self.loops.driven_balls and scattered(whole):
             found = fanned(self.loops, self.nominal, self.start, values, self._straight)
             if found is not None:
-                return (*found, np.ones(len(values), dtype=bool))
+                return (*found, sure, sure)
         while done < len(values):
             way = Path(self.loops, np.concatenate([self._driven(begin)[None], values[done:]]))
             track = March(self.loops, self.nominal, way, self.longest).run(begin, self.switch)
             guide, s, rest = Guide.of(track), np.array(way.corners[1:]), slice(done, len(values))
             states[rest], signs[rest], reached[rest] = guide.at(s), guide.signs_at(s, NEAR), guide.reached(s)
+            sure[rest] = guide.sure(s) & (done == 0 or sure[done])
             done += int(np.count_nonzero(reached[rest]))
             if done < len(values):
                 again = self._regained(track.nodes[-1].pose, values, done)
                 if again is None:
                     break
                 done, begin = again
-        return states, signs, reached
+        return states, signs, reached, sure
 
     def _driven(self, pose: Pose) -> Array:
         return np.array([pose.state[place] for place in self.loops.driven_states])

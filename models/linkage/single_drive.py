@@ -56,7 +56,7 @@ class SingleDrive:
         guide = Guide.of(ahead, back)
         around = {where: Guide.of(side, back) for where, side in _sides(ahead)}
         around |= {-where: Guide.of(ahead, side) for where, side in _sides(back)}
-        out = guess_of(guide.at(within), guide.signs_at(within, NEAR), guide.reached(within))
+        out = guess_of(guide.at(within), guide.signs_at(within, NEAR), guide.reached(within), guide.sure(within))
         out.s, out.guide, out.drive, out.around, out.switched = within, guide, self.drive, around, self.switch
         return out
 

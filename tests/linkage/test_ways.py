@@ -156,3 +156,15 @@ def loops_signs(motion):
     """Determinant of the loop at each pose of a motion."""
     found = motion.assembly.loops.close_all(list(motion.state), motion.mechanism.parameters)
     return found.determinants[0]
+
+
+def test_jump_over_branches_that_only_come_close_is_told():
+    """Nearly a parallelogram: what closes behind 180° as a parallelogram is not where the motion leads."""
+    theta = np.radians(np.arange(0.0, 361.0, 20.0))
+    motion = four_bar(1.0, 2.0, 1.0 - 1e-4, 2.0, np.radians(60.0)).move(A=theta)
+    upper = (theta > 0.1) & (theta < 3.1)
+    assert_array_equal(motion.closure_status[upper], "regular")
+    beyond = motion.closure_status[(theta > 3.2) & (theta < 6.2)]
+    assert not np.any(beyond == "regular")
+    exact = four_bar(1.0, 2.0, 1.0, 2.0, np.radians(60.0)).move(A=theta)
+    assert_array_equal(exact.closure_status, "regular")
