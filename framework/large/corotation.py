@@ -251,7 +251,8 @@ class Response:
         twist += (
             rotation.outer(lever[2], sums[2]) - rotation.outer(lever[1], sums[3]) - rotation.outer(lever[0], sums[0])
         )
-        return moment[0] / total[0] * twist - rotation.outer(across, stretch)
+        out: Array = moment[0] / total[0] * twist - rotation.outer(across, stretch)
+        return out
 
 
 def _in_axes(level: Array, q: Array) -> Array:

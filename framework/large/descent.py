@@ -39,15 +39,15 @@ class Descent:
         balance = self.newton.equations(where, len(active), factor)
         state = self._driven(balance, state.taken(active))
         for _ in range(iterations):
-            at = balance.linearised(state)  # type: ignore[arg-type]
+            at = balance.linearised(state)
             step, stable, saddle = self._step(at)
             close = self.newton.is_close(at, step) & ~saddle
             found.left[active] |= saddle
             share = np.where(close, 1.0, self._searched(balance, state, at, step))
-            state = balance.advanced(state, share * step)  # type: ignore[arg-type]
+            state = balance.advanced(state, share * step)
             found.iterations[active] += 1
             if close.any():
-                found.state.put(active[close], state.taken(close))  # type: ignore[arg-type]
+                found.state.put(active[close], state.taken(close))
                 found.converged[active[close]] = True
                 found.stable[active[close]] = stable[close]
                 active = active[~close]
@@ -55,18 +55,19 @@ class Descent:
                     return found
                 state = state.taken(~close)
                 balance = self.newton.equations(tuple(k[active] for k in where), len(active), factor)
-        found.state.put(active, state)  # type: ignore[arg-type]
+        found.state.put(active, state)
         return found
 
     def _driven(self, balance: Balance, state: Place) -> Place:
         """The state with its driven coordinates where they are to be, the others following as the tangent says."""
-        lag = balance.lag(state)  # type: ignore[arg-type]
+        lag = balance.lag(state)
         if not lag.any():
             return state
-        at = balance.linearised(state)  # type: ignore[arg-type]
+        at = balance.linearised(state)
         step = self.newton.step(at, lag, self.newton.factor(at).solve)
         step[: self.model.free, ~np.isfinite(step).all(axis=0)] = 0.0
-        return balance.advanced(state, step)  # type: ignore[arg-type]
+        moved: Place = balance.advanced(state, step)
+        return moved
 
     def _step(self, at: Linear) -> tuple[Array, Mask, Mask]:
         """A step down the energy, whether the tangent is positive definite, and whether the step leaves a saddle."""
@@ -100,8 +101,7 @@ class Descent:
 
     def largest(self, mode: Array) -> Array:
         """Component of a mode (n, m) that is seen most, in radians or sizes of the frame, with its sign (m,)."""
-        turning = self.newton.turning[: self.model.free, None]
-        weighed = np.where(turning, mode, mode / self.newton.size)
+        weighed = mode * self.newton.scale[: self.model.free, None]
         at: Index = np.abs(weighed).argmax(axis=0)
         out: Array = weighed[at, np.arange(len(at))]
         return out
@@ -109,13 +109,13 @@ class Descent:
     def _searched(self, balance: Balance, state: Place, at: Linear, step: Array) -> Array:
         """Share of a step that lowers the energy enough (m,)."""
         share = self.newton.limited(step)
-        start = balance.energy(state)  # type: ignore[arg-type]
+        start = balance.energy(state)
         slope = np.einsum("im,im->m", at.forces, step)
         noise = 64.0 * np.finfo(float).eps * (at.energy + np.abs(start))
         waiting = np.ones(len(share), dtype=bool)
         for _ in range(_HALVINGS):
-            tried = balance.advanced(state, share * step)  # type: ignore[arg-type]
-            change = balance.energy(tried) - start - balance.moment_work(state, tried)  # type: ignore[arg-type]
+            tried = balance.advanced(state, share * step)
+            change = balance.energy(tried) - start - balance.moment_work(state, tried)
             waiting &= ~(change <= 1e-4 * share * np.minimum(slope, 0.0) + noise)
             if not waiting.any():
                 break

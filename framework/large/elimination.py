@@ -180,15 +180,43 @@ class GeneralFactor(Factor):
         self.matrix = matrix
         diagonal = np.abs(np.diagonal(matrix, axis1=-2, axis2=-1))
         root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.pivots = np.linalg.eigvals(matrix * root[:, :, None] * root[:, None, :]).real.T
+        self.pivots = np.asarray(np.linalg.eigvals(matrix * root[:, :, None] * root[:, None, :]).real.T)
 
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, m)."""
         try:
-            found: Array = np.linalg.solve(self.matrix, load.T[..., None])[..., 0].T
+            return np.asarray(np.linalg.solve(self.matrix, load.T[..., None])[..., 0].T, dtype=np.float64)
         except np.linalg.LinAlgError:
-            found = np.stack([np.linalg.lstsq(a, b)[0] for a, b in zip(self.matrix, load.T, strict=True)], axis=-1)
-        return found
+            found = [np.linalg.lstsq(a, b)[0] for a, b in zip(self.matrix, load.T, strict=True)]
+            return np.stack(found, axis=-1).astype(np.float64)
+
+
+class ConstrainedFactor(Factor):
+    """Symmetric matrices (m, n, n) whose last rows are constraints, by eigenvalues; redundant constraints drop out.
+
+    Its one pivot is positive where the matrix is positive definite on what the constraints leave free: it then has as
+    many negative eigenvalues as constraints that are independent.
+    """
+
+    def __init__(self, matrix: Array, constraints: int) -> None:
+        matrix = 0.5 * (matrix + np.swapaxes(matrix, -1, -2))
+        size = matrix.shape[-1] - constraints
+        diagonal = np.abs(np.diagonal(matrix, axis1=-2, axis2=-1)[:, :size])
+        root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        rows = np.sqrt(((matrix[:, size:, :size] * root[:, None]) ** 2).sum(axis=-1))
+        self.root = np.concatenate([root, 1.0 / np.where(rows > 0.0, rows, 1.0)], axis=1)
+        self.values, self.vectors = np.linalg.eigh(matrix * self.root[:, :, None] * self.root[:, None, :])
+        self.zero = np.abs(self.values) <= 1e-12
+        spare = self.zero.sum(axis=1)
+        independent = (self.values < 0.0).sum(axis=1) - (self.zero & (self.values < 0.0)).sum(axis=1)
+        self.pivots = np.where(independent == constraints - spare, 1.0, -1.0)[None]
+
+    def solve(self, load: Array) -> Array:
+        """Solution for loads (n, m)."""
+        inverse = np.where(self.zero, 0.0, 1.0 / np.where(self.zero, 1.0, self.values))
+        share = np.einsum("mji,mj,jm->mi", self.vectors, self.root, load) * inverse
+        out: Array = np.einsum("mij,mj,mi->im", self.vectors, share, self.root)
+        return out
 
 
 class LargeFactor(Factor):
@@ -201,8 +229,8 @@ class LargeFactor(Factor):
         shape = (order.size, order.size)
         for entry, column in enumerate(values[order.inside].T):
             matrix = csc_matrix((column, (order.rows, order.columns)), shape=shape)
-            diagonal = diags(matrix.diagonal())
-            matrix = csc_matrix(matrix + matrix.T - diagonal if order.half else 0.5 * (matrix + matrix.T))
+            twice = matrix + matrix.T
+            matrix = csc_matrix(twice - diags(matrix.diagonal()) if order.half else 0.5 * twice)
             diagonal = np.abs(matrix.diagonal())
             scale = np.where(diagonal > 0.0, diagonal, 1.0)
             options = {"SymmetricMode": True}

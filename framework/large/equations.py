@@ -14,6 +14,7 @@ from . import corotation, rotation
 from .corotation import Motion, Pieces, Response
 from .joints import Joint
 from .links import Link, LinkChange
+from .loops import LoopChange, displacement
 from .model import Model
 from .numbers import Numbers, Where
 from .rotation import cross, dot, spin, times
@@ -22,7 +23,7 @@ from .rotation import cross, dot, spin, times
 @dataclass
 class State:
     """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
-    tree's links (6, links, m)."""
+    tree's links and then forces in the ideal components of loops (6, links + loops, m)."""
 
     moved: Array
     turned: Array
@@ -33,7 +34,8 @@ class State:
         """At rest."""
         turned = np.zeros((4, model.count, count))
         turned[0] = 1.0
-        return cls(np.zeros((3, model.count, count)), turned, np.zeros((6, len(model.joints), count)))
+        own = np.zeros((6, len(model.joints) + len(model.loops), count))
+        return cls(np.zeros((3, model.count, count)), turned, own)
 
     def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> State:
         """Some of the entries."""
@@ -94,7 +96,7 @@ class Equations:
         Share of loads, offsets and prescribed displacements.
     """
 
-    def __init__(self, model: Model, where: Where, count: int, factor: Array | float = 1.0) -> None:
+    def __init__(self, model: Model, where: Where, count: int, factor: float = 1.0) -> None:
         self.model, self.where, self.count = model, where, count
         self.factor = factor
 
@@ -144,6 +146,8 @@ class Equations:
         )
         for number, joint in enumerate(model.joints):
             own[:, number] += nodal[:, joint.child]
+        if model.loops:
+            own[:, len(model.joints) :] += np.concatenate([step, np.zeros_like(step[:1])])[model.multipliers]
         new = State(moved, turned, own)
         self.follow(new)
         return new
@@ -185,7 +189,18 @@ class Equations:
             total += corotation.strain_energy(pieces, motion).sum(axis=0)
         for number, joint in enumerate(self.model.joints):
             total += self._resistance(joint, state.own[:, number])[0]
+        for number, loop in enumerate(self.model.loops):
+            total += self._resistance(loop, self.loop_displacement(state, number))[0]
         return total
+
+    def loop_displacement(self, state: State, number: int) -> Array:
+        """Displacement (6, m) in an edge that closes a loop."""
+        return displacement(*self._loop(state, number))
+
+    def _loop(self, state: State, number: int) -> tuple[Link, tuple[Array, Array], tuple[Array, Array]]:
+        loop = self.model.loops[number]
+        (first, turn), (second, other) = self._at(state, loop.parent), self._at(state, loop.child)
+        return loop.at(self.where), (first, second), (turn, other)
 
     def work(self, old: State, new: State, share: float) -> Array:
         """Work done on the frame between two equilibria (m,), by the trapezoidal rule.
@@ -206,7 +221,8 @@ class Equations:
         return total
 
     def _work(self, state: State, motions: list[Motion]) -> Array:
-        total = np.einsum("ij...,ij...->...", np.broadcast_to(self.loads[:3], state.moved.shape), state.moved)
+        loads = np.broadcast_to(self.loads[:3], state.moved.shape)
+        total: Array = np.einsum("ij...,ij...->...", loads, state.moved)
         for pieces, motion in zip(self.pieces, motions, strict=True):
             total = total + corotation.work(pieces, motion).sum(axis=0)
         for node, push, arm in self._hung:
@@ -257,7 +273,7 @@ class Equations:
     def linearised(self, state: State, stresses: list[Array] | None = None) -> SpaceLinear:
         """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones."""
         model = self.model
-        nodal = -np.broadcast_to(self.loads, (6, model.count, self.count)).reshape(-1, self.count)
+        nodal: Array = -np.broadcast_to(self.loads, (6, model.count, self.count)).reshape(-1, self.count)
         assumed = nodal.copy()
         changes, deformations, true, data = [], [], [], []
         energy = np.zeros(self.count)
@@ -277,10 +293,17 @@ class Equations:
             energy = energy + 2.0 * corotation.strain_energy(pieces, response.at).sum(axis=0)
             data += self._linked_tangent(k, response.tangent(used), jacobians)
         shape = (6, model.count, self.count)
-        nodal, assumed = nodal.reshape(shape).copy(), assumed.reshape(shape).copy()
+        nodal, assumed = np.array(nodal.reshape(shape)), np.array(assumed.reshape(shape))
         data += self._hung_tangent(state, nodal, assumed, jacobians)
+        closing = [self._closing(state, number, (nodal, assumed)) for number in range(len(model.loops))]
         data += self._link_tangent(state, assumed, jacobians)
+        data += [self._in_chains(number, matrix, jacobians) for number, (matrix, *_) in enumerate(closing)]
         forces, own = self._reduced(state, nodal)
+        for number, (_, force, gap, stored) in enumerate(closing):
+            held = model.multipliers[:, number]
+            forces[held[held >= 0]] = gap[held >= 0]
+            own = np.concatenate([own, -force[:, None]], axis=1)
+            energy = energy + 2.0 * stored
         values = self.model.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
         for number, joint in enumerate(model.joints):
             energy = energy + 2.0 * self._resistance(joint, state.own[:, number])[0]
@@ -370,6 +393,35 @@ class Equations:
                 wide[range(3, 9), range(width, width + 6)] = 1.0
                 out.insert(0, times(rotation.transposed(wide), times(matrix, wide)))
         return out
+
+    def _closing(self, state: State, number: int, nodal: tuple[Array, Array]) -> tuple[Array, Array, Array, Array]:
+        """Tangent (18, 18, m) of a loop's edge by both nodes and its multipliers, its force, gap and energy."""
+        loop = self.model.loops[number]
+        change = LoopChange(*self._loop(state, number))
+        stored, force, resistance = self._resistance(loop, change.own)
+        force = force + state.own[:, len(self.model.joints) + number]
+        rows = change.jacobian()
+        ends = np.einsum("ji...,j...->i...", rows, force)
+        for forces in nodal:
+            forces[:, loop.child] += ends[6:]
+            if loop.parent != GROUND:
+                forces[:, loop.parent] += ends[:6]
+        out = np.zeros((18, 18, self.count))
+        out[:12, :12] = times(rotation.transposed(rows), times(resistance + 0.0 * force[0], rows)) + change.geometric(
+            force
+        )
+        out[12:, :12], out[:12, 12:] = rows, rotation.transposed(rows)
+        return out, force, change.own - self.factor * loop.offset.at(self.where), stored
+
+    def _in_chains(self, number: int, matrix: Array, jacobians: dict[int, Array]) -> Array:
+        """A loop's tangent in the terms of its nodes' chains."""
+        loop = self.model.loops[number]
+        for _ in range(2):
+            parts = [] if loop.parent == GROUND else [(loop.parent, matrix[:6])]
+            parts.append((loop.child, matrix[6:12]))
+            up = [times(rotation.transposed(self._jacobian(node, jacobians)), rows) for node, rows in parts]
+            matrix = rotation.transposed(np.concatenate([*up, matrix[12:]]))
+        return matrix
 
     def _reduced(self, state: State, nodal: Array) -> tuple[Array, Array]:
         """Forces on the coordinates from forces on the nodes, leaves first; and those of members and loads alone."""

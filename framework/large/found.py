@@ -3,18 +3,83 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .equations import Equations, SpaceLinear, State
-from .planar import FlatEquations, FlatLinear, FlatState
+from ..batch import Array
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
-Place = State | FlatState
-Linear = SpaceLinear | FlatLinear
-Balance = Equations | FlatEquations
+
+
+class Place(Protocol):
+    """Where a frame is at m entries, in space or in a plane; the batch comes last."""
+
+    moved: Array
+    turned: Array
+    own: Array
+
+    def taken(self, kept: Any) -> Self:
+        """Some of the entries."""
+        ...
+
+    def put(self, where: Any, other: Any) -> None:
+        """Replace some of the entries."""
+        ...
+
+
+class Linear(Protocol):
+    """What one iteration knows, see `equations.SpaceLinear`."""
+
+    @property
+    def forces(self) -> Array:
+        """Unbalanced forces (size, m)."""
+        ...
+
+    @property
+    def values(self) -> Array:
+        """Tangent on its pattern (entries, m)."""
+        ...
+
+    @property
+    def energy(self) -> Array:
+        """Twice the strain energy (m,)."""
+        ...
+
+
+class Balance(Protocol):
+    """Equations of some entries, see `equations.Equations`; its states and `Linear` are of one kind."""
+
+    @property
+    def targets(self) -> Array:
+        """Values of the driven coordinates (driven, m)."""
+        ...
+
+    def linearised(self, state: Any, stresses: list[Array] | None = None) -> Any:
+        """Forces and tangent."""
+        ...
+
+    def lag(self, state: Any) -> Array:
+        """What the driven coordinates lack."""
+        ...
+
+    def advanced(self, state: Any, step: Array) -> Any:
+        """The state after a step."""
+        ...
+
+    def step_stresses(self, at: Any, step: Array) -> list[Array]:
+        """Stresses predicted for a step."""
+        ...
+
+    def energy(self, state: Any) -> Array:
+        """Energy less the work of forces."""
+        ...
+
+    def moment_work(self, old: Any, new: Any) -> Array:
+        """Work of moments."""
+        ...
 
 
 @dataclass
@@ -64,6 +129,6 @@ class Found:
                 other.left[kept],
                 other.iterations[kept],
             )
-        self.state.put(where, other.state)  # type: ignore[arg-type]
+        self.state.put(where, other.state)
         self.converged[where], self.stable[where] = other.converged, other.stable
         self.left[where] |= other.left

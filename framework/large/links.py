@@ -140,7 +140,7 @@ class LinkChange:
             inner = inner + levered
         out[6:] = sign * times(transposed(self.turns), inner)
         seen = times(transposed(self.axes), felt)
-        out[6:, 6:] += sign * self._own_slope(seen)
+        out[6:, 6:] += sign * self.own_slope(seen)
         return out
 
     def _first_spin(self) -> Array:
@@ -150,7 +150,7 @@ class LinkChange:
         out[:, 6:] = -self.turns
         return out
 
-    def _own_slope(self, moment: Array) -> Array:
+    def own_slope(self, moment: Array) -> Array:
         """Derivative of ``tangent^T moment`` by the rotation's coordinates (3, 3, m)."""
         loose = self.link.loose
         held = rotation.tangent_slope(self.held, moment)

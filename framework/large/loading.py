@@ -48,8 +48,7 @@ class Stack:
     def at(self, where: Where, factor: float) -> Pieces:
         """The numbers of some entries, with the loads multiplied by `factor`."""
         work = None if self.work is None else factor * self.work.at(where)
-        numbers = (each.at(where) for each in (self.level, self.length, self.stiffness, self.bow))
-        return Pieces(*numbers, work)
+        return Pieces(self.level.at(where), self.length.at(where), self.stiffness.at(where), self.bow.at(where), work)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from ..assembly import component_loads
 from ..errors import FrameError
 from ..plan import Plan
 from ..topology import Index
-from ..tree import GROUND, Edge
+from ..tree import GROUND, Branch, Edge
 from .joints import Joint, forest, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers
@@ -45,6 +45,12 @@ class Model:
         Number of each coordinate (6, nodes), `HELD` where it stays zero.
     plain
         Nodes that have displacements and spins of their own (nodes,).
+    joints
+        Edges by which nodes hang, parents first.
+    loops
+        Edges that close loops, from first to second node.
+    multipliers
+        Numbers of the forces in the ideal components of the loops (6, loops), among the unknowns.
     """
 
     def __init__(self, plan: Plan, *, flat: bool = True, clearance: bool = True) -> None:
@@ -52,14 +58,12 @@ class Model:
         self.clearance = clearance
         self.ndim = len(plan.frame.shape)
         self.count = len(plan.topology.number)
-        _check_releases(plan)
+        _check(plan)
         self.loads = Loads.of(plan.topology)
         self.stacks = [Stack.of(plan.topology, group) for group in plan.topology.groups]
         self.components = plane(plan.topology, plan.tree.edges, self.loads) if flat else WHOLE
         branches, closing = forest([edge for edge in plan.tree.edges if self._matters(edge)])
-        if closing:
-            name = closing[0].name or closing[0].kind
-            raise FrameError(f"{name!r} closes a loop of joints and supports: a large solution needs a member in it")
+        self.loops = [Joint.of(plan.topology, Branch(e, e.first, e.second, 1.0), clearance) for e in closing]
         self.plain = np.ones(self.count, dtype=bool)
         self.joints: list[Joint] = []
         self.targets: dict[tuple[int, int], Numbers] = {}
@@ -88,12 +92,18 @@ class Model:
 
     def _number(self, columns: Index) -> None:
         touched = set(self.topology.ends.reshape(-1).tolist())
-        touched |= {node for joint in self.joints for node in (joint.parent, joint.child)}
+        touched |= {node for joint in self.joints + self.loops for node in (joint.parent, joint.child)}
         columns[:, [node for node in range(self.count) if node not in touched]] = HELD
         order = columns.T.reshape(-1)
         unknown = np.flatnonzero(order == 0)
         order[unknown] = np.arange(len(unknown))
-        self.free = len(unknown)
+        self.multipliers = np.full((6, len(self.loops)), HELD)
+        held = [
+            (k, n) for n, loop in enumerate(self.loops) for k in loop.edge.ideal if k in loop.within(self.components)
+        ]
+        for number, place in enumerate(held):
+            self.multipliers[place] = len(unknown) + number
+        self.free = len(unknown) + len(held)
         self.driven = list(self.targets)
         for number, (node, k) in enumerate(self.driven):
             order[6 * node + k] = self.free + number
@@ -118,7 +128,7 @@ class Model:
     @cached_property
     def linked(self) -> list[NDArray[np.bool_]]:
         """By stack, which pieces end at a node that hangs on others."""
-        return [~self.plain[stack.ends].all(axis=1) for stack in self.stacks]
+        return [np.asarray(~self.plain[stack.ends].all(axis=1)) for stack in self.stacks]
 
     @cached_property
     def gather(self) -> list[csr_matrix]:
@@ -159,10 +169,14 @@ class Model:
         out += [chains[hung.node] for hung in self.loads.hung]
         for joint in self.joints:
             out.append(self.columns[:, joint.child] if joint.parent == GROUND else chains[joint.child])
+        for loop, held in zip(self.loops, self.multipliers.T, strict=True):
+            first = chains[loop.parent] if loop.parent != GROUND else held[:0]
+            out.append(np.concatenate([first, chains[loop.child], held]))
         return out
 
 
-def _check_releases(plan: Plan) -> None:
+def _check(plan: Plan) -> None:
+    """Refuse what has no meaning here yet a user can change."""
     for name, member in plan.frame.members.items():
         for _, k in member.element.releases:
             if k in (1, 2):
@@ -170,3 +184,20 @@ def _check_releases(plan: Plan) -> None:
                     f"member {name!r} slides across itself at an end (release {'uy' if k == 1 else 'uz'}): for large "
                     "displacement put a joint there that is free in this component"
                 )
+    for group in plan.topology.groups:
+        turned = np.zeros((*group.length.shape, 12))
+        turned[..., 5] = turned[..., 11] = 1.0
+        turned[..., 7] = group.length
+        stiffness = group.element.stiffness_matrix(group.length)
+        resisted = np.abs(np.einsum("...ij,...j->...i", stiffness, turned))
+        if np.any(resisted > 1e-9 * np.abs(stiffness * turned[..., None, :]).max(axis=-1) + 1e-300):
+            name = plan.topology.pieces[group.pieces[0]].member
+            raise FrameError(
+                f"member {name!r} carries a force at rest, which would turn with it: for large displacement give it no "
+                "force at rest, and load the frame instead"
+            )
+    for name, joint in plan.frame.joints.items():
+        if np.any(joint.element.pitch):
+            raise FrameError(
+                f"joint {name!r} is a screw: for large displacement give it no pitch, or prescribe its motion"
+            )

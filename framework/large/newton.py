@@ -12,12 +12,12 @@ from collections.abc import Callable
 import numpy as np
 
 from ..batch import Array
-from .elimination import Elimination, Factor
+from .elimination import ConstrainedFactor, Elimination, Factor
 from .equations import Equations, State
 from .found import Balance, Found, Linear, Mask, Place
 from .model import Model
 from .numbers import Where
-from .planar import FlatEquations, FlatModel
+from .planar import FlatEquations, FlatModel, FlatState
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
 CLOSE = 1e-16
@@ -38,10 +38,12 @@ class Newton:
 
     Attributes
     ----------
-    turning
-        Which coordinates are rotations (size,).
     size
         Length that displacements are compared with.
+    scale
+        Makes steps of coordinates radians or sizes of the frame (size,); zero for multipliers.
+    held
+        Number of multipliers.
     """
 
     def __init__(self, model: Model) -> None:
@@ -49,10 +51,11 @@ class Newton:
         self.flat = FlatModel(model) if FlatModel.suits(model) else None
         _, rows, columns = model.pattern if self.flat is None else self.flat.pattern
         self.elimination = Elimination(rows, columns, model.free, half=self.flat is not None)
-        turning = np.zeros(model.size + 1, dtype=bool)
-        turning[model.columns[3:]] = True
-        self.turning = turning[:-1]
         self.size = max(model.frame.size, np.finfo(float).tiny)
+        scale = np.zeros(model.size + 1)
+        scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
+        self.scale = scale[:-1]
+        self.held = int((model.multipliers >= 0).sum())
 
     def equations(self, where: Where, count: int, factor: float) -> Balance:
         """The equations of some entries, of the plane where the model is in one."""
@@ -69,6 +72,7 @@ class Newton:
         if isinstance(state, State):
             return state
         assert self.flat is not None
+        assert isinstance(state, FlatState)
         return self.flat.space(state)
 
     def solve(self, where: Where, state: Place, factor: float) -> Found:
@@ -79,20 +83,20 @@ class Newton:
         stresses: list[Array] | None = None
         state = state.taken(active)
         for iteration in range(_ITERATIONS):
-            at = balance.linearised(state, stresses)  # type: ignore[arg-type]
+            at = balance.linearised(state, stresses)
             factors = self.factor(at)
             positive = (factors.pivots > ZERO).all(axis=0)
-            step = self.step(at, balance.lag(state), factors.solve)  # type: ignore[arg-type]
+            step = self.step(at, balance.lag(state), factors.solve)
             usable = np.isfinite(step).all(axis=0) & (positive | (iteration > 0))
             step = np.where(usable, step, 0.0)
             share = self.limited(step)
             close = usable & (share == 1.0) & self.is_close(at, step)
             found.iterations[active] += 1
-            state = balance.advanced(state, share * step)  # type: ignore[arg-type]
-            stresses = balance.step_stresses(at, share * step)  # type: ignore[arg-type]
+            state = balance.advanced(state, share * step)
+            stresses = balance.step_stresses(at, share * step)
             done = close | ~usable
             if done.any():
-                found.state.put(active[done], state.taken(done))  # type: ignore[arg-type]
+                found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
                 found.stable[active[done]] = (close & positive)[done]
                 active = active[~done]
@@ -104,6 +108,8 @@ class Newton:
 
     def factor(self, at: Linear) -> Factor:
         """The tangent factorised."""
+        if self.held:
+            return ConstrainedFactor(self.elimination.dense(at.values), self.held)
         return self.elimination.factor(at.values, symmetric=self.model.symmetric)
 
     def step(self, at: Linear, lag: Array, solve: Callable[[Array], Array]) -> Array:
@@ -119,10 +125,8 @@ class Newton:
 
     def largest(self, step: Array) -> Array:
         """Largest component of a step, in radians or sizes of the frame (m,)."""
-        turn = np.abs(step[self.turning]).max(axis=0, initial=0.0)
-        shift = np.abs(step[~self.turning]).max(axis=0, initial=0.0)
-        most: Array = np.maximum(turn, shift / self.size)
-        return most
+        out: Array = (np.abs(step) * self.scale[:, None]).max(axis=0, initial=0.0)
+        return out
 
     def is_close(self, at: Linear, step: Array) -> Mask:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.

@@ -106,7 +106,7 @@ class _Tracer:
         where = March(model, 1).where(np.arange(count))
         self.whole, self.none = (self.newton.equations(where, count, factor) for factor in (1.0, 0.0))
         self.state = self.newton.start(count)
-        self.weight = np.where(self.newton.turning, 1.0, 1.0 / self.newton.size)[:, None] ** 2
+        self.weight = self.newton.scale[:, None] ** 2
         self.factor, self.going = np.zeros(count), np.ones(count, dtype=bool)
         self.first, self.length = first, np.full(count, np.nan)
         self.shortest = np.zeros(count)
@@ -147,9 +147,8 @@ class _Tracer:
         return self.newton.space(self.state.taken(np.arange(len(self.factor))))
 
     def _value(self, state: State) -> Array:
-        if self.component < 3:
-            return state.moved[self.component, self.node]
-        return rotation.logarithm(state.turned[:, self.node])[self.component - 3]
+        both = np.concatenate([state.moved[:, self.node], rotation.logarithm(state.turned[:, self.node])])
+        return np.asarray(both[self.component])
 
     def _tangent(self) -> tuple[Array, Array]:
         """Unit direction of the path: coordinates (size, m) and load factor (m,)."""

@@ -164,7 +164,7 @@ class FlatModel:
     def suits(model: Model) -> bool:
         """Whether a model can be taken: in a plane, without loads between nodes, special laws, or bent tension."""
         apart = all(not np.any(stack.stiffness.array[0, 1:]) for stack in model.stacks)
-        plain = all(stack.work is None for stack in model.stacks) and not model.loads.hung
+        plain = all(stack.work is None for stack in model.stacks) and not model.loads.hung and not model.loops
         return len(model.components) == 3 and apart and plain and all(joint.law is None for joint in model.joints)
 
     @cached_property
@@ -204,20 +204,19 @@ class FlatModel:
                 entries.append(_whole(np.concatenate([chains[node] for node in ends])))
         for flat in self.joints:
             entries.append(_whole(chains[flat.joint.child]))
-        offsets = np.cumsum([0, *(len(source) for _, _, source in entries)])
-        del offsets
         row, column, sign, source, total = [], [], [], [], 0
-        for rows, columns, signs in entries:
+        for rows, columns, some in entries:
             width = rows.shape[0]
             row.append(rows.reshape(-1))
             column.append(columns.reshape(-1))
-            sign.append(signs.reshape(-1))
+            sign.append(some.reshape(-1))
             source.append(total + np.broadcast_to(np.arange(width)[:, None], rows.shape).reshape(-1))
             total += width
-        i, j, s, k = (np.concatenate(part) for part in (row, column, sign, source))
+        i, j, k = (np.concatenate(part) for part in (row, column, source))
+        signs: Array = np.concatenate(sign)
         used = np.flatnonzero((i != HELD) & (j != HELD) & (i >= j))
         keys, place = np.unique(i[used] * self.model.size + j[used], return_inverse=True)
-        matrix = csr_matrix((s[used], (place, k[used])), shape=(len(keys), total))
+        matrix = csr_matrix((signs[used], (place, k[used])), shape=(len(keys), total))
         return matrix, keys // self.model.size, keys % self.model.size
 
     def _terms(self, ends: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
@@ -396,9 +395,8 @@ class FlatEquations:
     def _turn(self, state: FlatState, flat: FlatJoint) -> Array:
         """Angle of a joint's first node."""
         joint = flat.joint
-        if not joint.forward:
-            return state.turned[joint.child]
-        return np.zeros(self.count) if joint.parent == GROUND else state.turned[joint.parent]
+        first = joint.parent if joint.forward else joint.child
+        return np.zeros(self.count) if first == GROUND else np.asarray(state.turned[first])
 
     def _tangents(self, k: int, terms: Array, transfers: list[Array]) -> list[Array]:
         """Different entries of plain pieces as they are, the others in the terms of their chains."""
@@ -422,16 +420,14 @@ class FlatEquations:
             return rows
         number = self._number[node]
         transfer, parent = transfers[number], self.flat.joints[number].joint.parent
-        own = np.einsum("ijm,ikm->jkm", transfer[:, 3:], rows)
+        own: Array = np.einsum("ijm,ikm->jkm", transfer[:, 3:], rows)
         if parent == GROUND:
             return own
         above = rows.copy()
         above[2] += transfer[0, 2] * rows[0] + transfer[1, 2] * rows[1]
         return np.concatenate([self._up(above, parent, transfers), own])
 
-    def _link_tangents(
-        self, arms: list[tuple[Array, Array]], nodal: Array, transfers: list[Array]
-    ) -> list[Array]:
+    def _link_tangents(self, arms: list[tuple[Array, Array]], nodal: Array, transfers: list[Array]) -> list[Array]:
         """Springs of the links, and what turning them does to the forces that they pass on."""
         out: list[Array] = []
         for number in range(len(self.links) - 1, -1, -1):

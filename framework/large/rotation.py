@@ -43,6 +43,11 @@ def transposed(a: Array) -> Array:
     return np.swapaxes(a, 0, 1)
 
 
+def inverse(a: Array) -> Array:
+    """Inverse of matrices (i, i, m)."""
+    return np.moveaxis(np.asarray(np.linalg.inv(np.moveaxis(a, -1, 0)), dtype=np.float64), 0, -1)
+
+
 def spin(a: Array) -> Array:
     """Matrix (3, 3, ...) of the cross product with `a` (3, ...) from the left."""
     zero = np.zeros_like(a[0])
@@ -95,7 +100,8 @@ def matrix(q: Array) -> Array:
 def rotated(q: Array, v: Array) -> Array:
     """What the rotation adds to vectors (3, ...), ``R v - v``, in full relative accuracy."""
     half = cross(q[1:], v)
-    return 2.0 * (q[0] * half + cross(q[1:], half))
+    out: Array = 2.0 * (q[0] * half + cross(q[1:], half))
+    return out
 
 
 def exponential(v: Array) -> Array:
@@ -110,7 +116,8 @@ def logarithm(q: Array) -> Array:
     size = np.sqrt(dot(q[1:], q[1:]))
     small = size < 1e-8
     safe = np.where(small, 1.0, size)
-    return np.where(small, 2.0 / q[0], 2.0 * np.arctan2(size, q[0]) / safe) * q[1:]
+    out: Array = np.where(small, 2.0 / q[0], 2.0 * np.arctan2(size, q[0]) / safe) * q[1:]
+    return out
 
 
 # -- derivatives ----------------------------------------------------------------------------------------------------

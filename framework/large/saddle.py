@@ -36,7 +36,7 @@ class Saddle:
         """Stable equilibria near the unstable ones `state`; not converged where none was found."""
         count = state.moved.shape[-1]
         balance = self.newton.equations(where, count, factor)
-        at = balance.linearised(state)  # type: ignore[arg-type]
+        at = balance.linearised(state)
         mode = self._mode(at)
         found = Found.nothing(state)
         found.left[:] = True
@@ -78,7 +78,7 @@ class Saddle:
         left, stresses = more, None
         held = np.zeros(len(pull), dtype=bool)
         for _ in range(_ITERATIONS):
-            at = balance.linearised(state, stresses)  # type: ignore[arg-type]
+            at = balance.linearised(state, stresses)
             factors = self.newton.factor(at)
             free = factors.solve(pull * weight - at.forces[: self.model.free])
             along = factors.solve(weight)
@@ -91,8 +91,8 @@ class Saddle:
             work = np.abs(np.einsum("im,im->m", unbalanced, step))
             pull = np.where(held | ~np.isfinite(change), pull, pull + change)
             left = left - np.einsum("im,im->m", weight, step[: self.model.free])
-            state = balance.advanced(state, step)  # type: ignore[arg-type]
-            stresses = balance.step_stresses(at, step)  # type: ignore[arg-type]
+            state = balance.advanced(state, step)
+            stresses = balance.step_stresses(at, step)
             found.iterations += ~held
             held |= (work <= CLOSE**0.5 * at.energy) & (np.abs(left) < 1e-6)
             if held.all():
@@ -101,4 +101,5 @@ class Saddle:
 
     @staticmethod
     def _start(balance: Balance, state: Place) -> Array:
-        return balance.linearised(state).values  # type: ignore[arg-type]
+        at: Linear = balance.linearised(state)
+        return at.values

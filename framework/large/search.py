@@ -40,6 +40,8 @@ class Search:
             if len(bad):
                 again = self._stepped(_part(where, bad), begin.taken(bad), low, high, cuts)
                 found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
+        if self.newton.held:  # the energy is no guide where constraints have multipliers
+            return found
         bad = np.flatnonzero(found.converged & ~found.stable)
         if len(bad):
             again = self.saddle.leave(_part(where, bad), found.state.taken(bad), high)
@@ -76,8 +78,8 @@ class Search:
         start = found.state.taken(left)
         balance = self.newton.equations(_part(where, left), len(left), factor)
         tried = self.newton.solve(_part(where, left), start, factor)
-        gained = balance.energy(tried.state) - balance.moment_work(start, tried.state)  # type: ignore[arg-type]
-        found.take(left, tried, tried.good & (gained <= balance.energy(start)))  # type: ignore[arg-type]
+        gained = balance.energy(tried.state) - balance.moment_work(start, tried.state)
+        found.take(left, tried, tried.good & (gained <= balance.energy(start)))
 
 
 def _part(where: Where, index: Index) -> Where:

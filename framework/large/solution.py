@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from .stations import Stations
 
 if TYPE_CHECKING:
     from ..frame import Frame
+    from ..solution import Solution
 
 
 class LargeSolution:
@@ -89,7 +90,7 @@ class LargeSolution:
             ``ux uy uz`` and the rotation vector, (..., 6), length and radians.
         """
         number = self._known(node, self.model.topology.number, "node")
-        state = self._found.state
+        state = self.state
         return self._shaped(np.concatenate([state.moved[:, number], rotation.logarithm(state.turned[:, number])]))
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
@@ -122,7 +123,10 @@ class LargeSolution:
         ndarray
             ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
         """
-        return self._shaped(self._found.state.own[:, self._link(joint)])
+        number = self._link(joint)
+        if number >= len(self.model.joints):
+            return self._shaped(self.equations.loop_displacement(self.state, number - len(self.model.joints)))
+        return self._shaped(self.state.own[:, number])
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -192,6 +196,9 @@ class LargeSolution:
             supported = ", ".join(self.frame.supports) or "none"
             raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
         number = self.model.topology.number[node]
+        loops = [k for k, loop in enumerate(self.model.loops) if (loop.edge.kind, loop.edge.name) == ("support", node)]
+        if loops:
+            return self._shaped(self._nodal[1][:, len(self.model.joints) + loops[0]])
         force = self._nodal[0][:, number].copy()
         force[[k for k in range(6) if k not in self.frame.supports[node]]] = 0.0
         return self._shaped(force)
@@ -230,7 +237,7 @@ class LargeSolution:
         found = self._found
         out = found.converged & found.stable
         if len(self.model.components) < 6:
-            out &= least_pivot(self._march, found.state, self.model) > -1e-9
+            out &= least_pivot(self._march, self.state, self.model) > -1e-9
         return out.reshape(self.shape)
 
     @property
@@ -242,10 +249,11 @@ class LargeSolution:
     def residual(self) -> Array:
         """Largest unbalanced force over the largest force at a node, (...); moments are divided by the frame's size."""
         at = self._linear
-        rows = np.where(self._march.newton.turning, 1.0 / self._march.newton.size, 1.0)[: self.model.free, None]
+        newton = self._march.newton
+        rows = np.where(newton.scale == 1.0, 1.0 / newton.size, newton.scale > 0.0)[: self.model.free, None]
         largest = np.abs(at.nodal[:3]).max(axis=(0, 1))
         unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
-        return (unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape)
+        return np.asarray(unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape)
 
     @property
     def load_factor(self) -> Array:
@@ -274,7 +282,8 @@ class LargeSolution:
         """
         from ..export import save
 
-        save(self, path, **options)
+        # what is asked of it, both kinds of solution answer
+        save(cast("Solution", self), path, **options)
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
@@ -294,10 +303,10 @@ class LargeSolution:
     def _history(self) -> History:
         return self._result[1]
 
-    @property
+    @cached_property
     def state(self) -> State:
         """Displacements and quaternions of all nodes, and of joints, batch flattened and behind."""
-        return self._found.state
+        return self._march.newton.space(self._found.state)
 
     @cached_property
     def equations(self) -> Equations:
@@ -307,7 +316,7 @@ class LargeSolution:
 
     @cached_property
     def _linear(self) -> SpaceLinear:
-        return self.equations.linearised(self._found.state)
+        return self.equations.linearised(self.state)
 
     @property
     def _nodal(self) -> tuple[Array, Array]:
@@ -315,7 +324,7 @@ class LargeSolution:
 
     @cached_property
     def _stations(self) -> Stations:
-        return Stations(self.model, self.equations, self._found.state)
+        return Stations(self.model, self.equations, self.state)
 
     def _shaped(self, array: Array) -> Array:
         return batch_first(array, self.shape, array.ndim - 1)
@@ -330,5 +339,6 @@ class LargeSolution:
         return member
 
     def _link(self, joint: str) -> int:
-        links = {link.edge.name: k for k, link in enumerate(self.model.joints) if link.edge.kind == "joint"}
+        edges = [link.edge for link in self.model.joints + self.model.loops]
+        links = {edge.name: k for k, edge in enumerate(edges) if edge.kind == "joint"}
         return self._known(joint, {str(name): k for name, k in links.items()}, "joint")

@@ -17,8 +17,13 @@ if TYPE_CHECKING:
 
 
 def least_pivot(march: March, state: State, flat: Model) -> Array:
-    """Least eigenvalue (of a large frame: pivot) of the tangent in space, scaled to a unit diagonal, (entries,)."""
+    """Least eigenvalue (of a large frame: pivot) of the tangent in space, scaled to a unit diagonal, (entries,).
+
+    inf, nothing found against it, where supports out of the plane close loops.
+    """
     model = Model(flat.plan, flat=False)
+    if model.loops:
+        return np.full(march.count, np.inf)
     _, rows, columns = model.pattern
     elimination = Elimination(rows, columns, model.free)
     out = np.empty(march.count)

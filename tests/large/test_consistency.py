@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle
+from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle, Spring
 from linkframe.framework import Frame, FrameError
 from linkframe.framework.large.equations import Equations, State
 from linkframe.framework.large.model import Model
@@ -225,6 +225,45 @@ def test_moments_in_space_keep_their_axis() -> None:
     assert solution.residual < 1e-9
 
 
+@pytest.mark.parametrize("component", [1e6, np.inf])
+def test_joints_that_close_a_loop(component: float) -> None:
+    """Three links on three joints: springs and ideal components in the loop; statics from outside."""
+    linked = Frame()
+    for name, place in {"A": (0, 0, 0), "D": (0.6, 0, 0.1), "F": (0.3, -0.3, 0.1)}.items():
+        linked.node(name, place)
+        linked.fix(name)
+    for name in "BCE":
+        linked.node(name, (0.3, 0.1, 0.0))
+    steel = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3), segments=2)
+    for ends in ("AB", "CD", "EF"):
+        linked.add(ends, steel, *ends)
+    linked.add("first", Joint((1e7, 2e7, np.inf, 500.0, 100.0, 5.0)), "B", "C")
+    linked.add("second", Joint((1e6, 2e6, 1e5, 200.0, 100.0, 50.0)), "C", "E")
+    linked.add("third", Joint((1e6, component, 1e6, 100.0, component, 5.0)), "B", "E")
+    force = np.array([800.0, 2000.0, 300.0])
+    linked.load("C", fx=force[0], fy=force[1], fz=force[2])
+    solution = linked.solve(large=True)
+    assert len(solution.model.loops) == 1
+    assert solution.status == "stable"
+    assert sum(solution.reaction(name)[:3] for name in "ADF") == pytest.approx(-force, rel=1e-10, abs=1e-8)
+    for name, (first, second) in {"first": "BC", "second": "CE", "third": "BE"}.items():
+        gap = solution.displacement(second)[:3] - solution.displacement(first)[:3]
+        moved = solution.joint_displacement(name)
+        assert np.linalg.norm(moved[:3]) == pytest.approx(np.linalg.norm(gap), rel=1e-9)
+        stiffness = linked.joints[name].element.stiffness
+        finite = np.isfinite(stiffness)
+        assert solution.joint_force(name)[finite] == pytest.approx(
+            stiffness[finite] * moved[finite], rel=1e-9, abs=1e-9
+        )
+        assert moved[~finite] == pytest.approx(0.0, abs=1e-15)
+    tiny = linked.copy()
+    tiny.loads = {"C": [(k, 1e-6 * value) for k, value in linked.loads["C"]]}
+    linear, large = tiny.solve(), tiny.solve(large=True)
+    for name in ("first", "third"):
+        expected = linear.joint_force(name)
+        assert large.joint_force(name) == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
 def test_bad_input_is_refused() -> None:
     described = frame()
     with pytest.raises(FrameError, match="steps is 0"):
@@ -236,6 +275,21 @@ def test_bad_input_is_refused() -> None:
     described.add("slide", Beam(BAR, STEEL, release="end uy"), "A", "H")
     with pytest.raises(FrameError, match="'slide' slides"):
         described.solve(large=True)
+
+
+def test_what_turns_otherwise_is_refused() -> None:
+    described = frame()
+    described.node("K", (3.0, 0.0, 0.0))
+    described.add("screw", Joint((1e4,) * 6, pitch=0.1), "H", "K")
+    with pytest.raises(FrameError, match="'screw' is a screw"):
+        described.solve(large=True)
+    tense = frame()
+    tense.add("string", Spring(stiffness=10.0, force=3.0), "A", "H")
+    with pytest.raises(FrameError, match="'string' carries a force at rest"):
+        tense.solve(large=True)
+    slack = frame()
+    slack.add("string", Spring(stiffness=10.0), "A", "H")
+    assert (slack.solve(large=True).status == "stable").all()
 
 
 def test_a_moment_between_nodes_is_refused() -> None:
