@@ -59,12 +59,14 @@ def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str 
         axes.plot(*path.T, color=ORANGE, lw=1.2, zorder=2)
         axes.plot(*path[pose : pose + 1].T, ".", color=ORANGE, ms=5, zorder=7)
     for colour, link in zip(_colours(len(motion.linkage.links)), motion.linkage.links, strict=False):
-        for line in _outline(motion, link, pose):
-            axes.plot(*line[:, shown].T, color=colour, lw=3.0, solid_capstyle="round", zorder=4, label=link)
-            link = "_" + link
+        for index, line in enumerate(_outline(motion, link, pose)):
+            label = None if index else link
+            axes.plot(*line[:, shown].T, color=colour, lw=3.0, solid_capstyle="round", zorder=4, label=label)
     _springs(axes, motion, pose, shown)
     _joints(axes, motion, pose, shown)
     _finish(axes, shown, flat, title)
+    if len(motion.linkage.links) <= len(COLOURS):
+        axes.legend(loc="upper left" if flat is None else "best", fontsize=7.0)
     if flat is not None:
         _labels(axes, motion, pose, shown)
     return drawn_on
@@ -129,11 +131,9 @@ def _finish(axes: Any, shown: tuple[int, ...], flat: tuple[int, int] | None, tit
     if flat is None:
         axes.set_zlabel("z [m]")
         axes.set_aspect("equal")
-        axes.legend(loc="upper left", fontsize=7.0)
     else:
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
-        axes.legend(loc="best", fontsize=7.0)
     axes.set_title(title, loc="left")
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ....framework.batch import Array
 from ...job.figures import draw_histograms, draw_trajectory
-from ...job.style import GREY, INK, ORANGE, figure, space_figure, styled
+from ...job.style import GREY, ORANGE, figure, space_figure, styled
 from ..drawing import COLOURS, draw_mechanism
 
 if TYPE_CHECKING:
@@ -77,25 +78,40 @@ def draw_paths(result: Result) -> Figure:
 
 @styled
 def draw_reactions(result: Result) -> Figure:
-    """Size of the force in every joint, and the forces or moments of the drives, over the first drive."""
+    """Size of the force in every joint, and the forces or moments of the drives, over the first drive.
+
+    Over the number of the pose where that drive goes to and fro. The greatest forces are named, the rest stay grey.
+    """
     drawn_on, (left, right) = figure(7.6, 3.4, ratios=(1.0, 1.0))
     linkage, found = result.inputs.linkage, result.reactions
+    forces = {j: np.linalg.norm(_rows(result, found.force(j))[:, :3], axis=-1) for j in linkage.joints}
+    _draw_named(left, result, forces)
+    units = {"r": "N m", "u": "N"}
+    pushes = {
+        f"{joint} [{units[component[0]]}]": force
+        for joint, driven in linkage.drives.items()
+        for component, force in zip(driven, _rows(result, found.drive(joint)).T, strict=True)
+    }
+    _draw_named(right, result, pushes)
     name, drive = next(iter(result.inputs.drives.items()))
-    style: Any = {"marker": "o"} if result.poses == 1 else {}
-    for index, joint in enumerate(linkage.joints):
-        force = np.linalg.norm(_rows(result, found.force(joint))[:, :3], axis=-1)
-        dashes = "-" if index < len(COLOURS) else "--"
-        left.plot(result.drive, force, color=COLOURS[index % len(COLOURS)], ls=dashes, lw=1.2, label=joint, **style)
-    for index, (joint, driven) in enumerate(linkage.drives.items()):
-        for component, force in zip(driven, _rows(result, found.drive(joint)).T, strict=True):
-            unit = "N m" if component.startswith("r") else "N"
-            colour = INK if len(linkage.drives) == 1 else COLOURS[index % len(COLOURS)]
-            right.plot(result.drive, force, color=colour, lw=1.2, label=f"{joint} [{unit}]", **style)
-    unit = {"deg": "°", "rad": "rad"}.get(drive.unit, "m")
+    over = f"{name} [{ {'deg': '°', 'rad': 'rad'}.get(drive.unit, 'm') }]" if result.increasing else "pose"
     for axes, label in ((left, "joint force [N]"), (right, "drive force or moment")):
-        axes.set(xlabel=f"{name} [{unit}]", ylabel=label)
-        axes.legend(loc="best", fontsize=7.0, ncols=1 + (len(axes.lines) > 8))
+        axes.set(xlabel=over, ylabel=label)
+        axes.legend(loc="best", fontsize=7.0)
     return drawn_on
+
+
+def _draw_named(axes: Any, result: Result, curves: Mapping[str, Array]) -> None:
+    """Curves over the poses, the greatest in colour with their names, the others grey."""
+    x = result.drive if result.increasing else np.arange(result.poses)
+    style: Any = {"marker": "o"} if result.poses == 1 else {}
+    size = {name: float(np.max(np.abs(curve), where=np.isfinite(curve), initial=0.0)) for name, curve in curves.items()}
+    named = sorted(curves, key=lambda name: -size[name])[: len(COLOURS)]
+    for name in curves:
+        if name not in named:
+            axes.plot(x, curves[name], color=GREY, lw=0.7, alpha=0.6, **style)
+    for colour, name in zip(COLOURS, (name for name in curves if name in named), strict=False):
+        axes.plot(x, curves[name], color=colour, lw=1.2, label=name, **style)
 
 
 def _rows(result: Result, values: Array) -> Array:

@@ -47,8 +47,8 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
     str
         The text.
     """
-    increasing = np.all(np.diff(result.drive) > 0.0)
-    time = f"the value of drive {next(iter(result.inputs.drives))}" if increasing else "the number of the pose"
+    name = next(iter(result.inputs.drives))
+    time = f"the value of drive {name}" if result.increasing else "the number of the pose"
     paragraphs = [
         f"# {result.inputs.source.data.get('title', result.inputs.source.file.stem)}",
         *_summary(result),

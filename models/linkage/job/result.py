@@ -63,6 +63,11 @@ class Result:
         """Values of the first drive, in its unit, (poses,)."""
         return np.broadcast_to(self.inputs.first.values, (self.poses,))
 
+    @property
+    def increasing(self) -> bool:
+        """Whether the first drive only goes forward, so that it can stand for time."""
+        return bool(np.all(np.diff(self.drive) > 0.0))
+
     @cached_property
     def accuracy(self) -> dict[str, PointAccuracy]:
         """By point to report."""

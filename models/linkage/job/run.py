@@ -75,7 +75,7 @@ def _save_samples(result: Result, path: Path) -> None:
 
 
 def _save(result: Result, path: Path) -> None:
-    times = result.drive if np.all(np.diff(result.drive) > 0.0) else None
+    times = result.drive if result.increasing else None
     if result.has_beams:
         result.solution.save(path, times=times, axis=0)
     else:
