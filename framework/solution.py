@@ -246,8 +246,8 @@ class Solution:
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance, as far as extended precision
-        can tell (`distance_to_singularity` is that of rounding, 1e-15, where it is so); ``idle`` where it can
+        """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance, as far as extended
+        precision can tell (`distance_to_singularity` is rounding, 1e-15, where it is so); ``idle`` where it can
         move but no load does so, and the results hold; ``free`` where joints can move within their clearances without
         any force, and the results are one choice of many; ``unresolved`` where rounding hides a contact; ``absent``
         where it was left out."""
