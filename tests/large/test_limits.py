@@ -81,21 +81,20 @@ def test_lees_frame_under_a_prescribed_drop() -> None:
         if drop in drops:
             exact.append(guess[3])
     error = []
-    for pieces in (1, 2, 4):
+    for pieces in (1, 2):
         frame = lee(pieces)
         frame.loads.clear()
         frame.prescribe("P", uy=-drops)
         solution = frame.solve(large=True, steps=8)
         assert solution.stable.all()
         error.append(np.abs(-solution.reaction("P")[:, 1] - exact))
-    assert (error[0] / error[1]).min() > 3.0
-    assert (error[1] / error[2]).min() > 3.5
-    assert error[2].max() < 0.005
+    assert (error[0] / error[1]).min() > 8.0
+    assert error[1].max() < 1e-3
 
 
 def test_lees_frame_along_its_path() -> None:
     """The limit load 1.855 (Lee et al.) and the return through zero; unstable between the limits."""
-    path = lee(4).path("P", "uy", -80.0, steps=400, first=0.01)
+    path = lee(2).path("P", "uy", -80.0, steps=400, first=0.01)
     drop = -path.displacement("P")[:, 1]
     upper, lower = path.limits[0][:2]
     assert upper == pytest.approx(1.855, abs=0.01)
@@ -115,22 +114,22 @@ def test_toggle_under_a_prescribed_drop() -> None:
         if np.any(np.isclose(drop, drops)):
             exact.append(-2.0 * guess[1])
     error = []
-    for pieces in (4, 8, 16):
+    for pieces in (2, 4):
         frame = toggle(pieces)
         frame.loads.clear()
         frame.prescribe("C", uy=-drops)
         solution = frame.solve(large=True, steps=5)
         error.append(np.abs(-solution.reaction("C")[:, 1] - exact))
-    assert (error[1] / error[2]).min() > 3.0
-    assert error[2].max() < 0.01 * np.abs(exact).max()
+    assert (error[0] / error[1]).min() > 8.0
+    assert error[1].max() < 1e-3 * np.abs(exact).max()
 
 
 def test_toggle_snaps_where_its_limit_is_exceeded() -> None:
-    path = toggle(8).path("C", "uy", -0.7, first=0.5, steps=300)
+    path = toggle(4).path("C", "uy", -0.7, first=0.5, steps=300)
     upper, lower = path.limits[0][:2]
     assert upper == pytest.approx(34.0, abs=0.7)  # Williams' experiment and theory
     assert lower < upper
-    frame = toggle(8)
+    frame = toggle(4)
     frame.loads.clear()
     frame.load("C", fy=-upper * np.array([0.97, 1.03]))
     solution = frame.solve(large=True, steps=8)
