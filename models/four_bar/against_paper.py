@@ -220,7 +220,7 @@ def _choices(inputs: Inputs) -> Mapping[str, Mapping[str, object]]:
         f"ε on the {gap}": {"clearance_is": gap},
         "contact along the joint's force": {"contact": "reaction"},
     }
-    if inputs.contact == "reaction" or not inputs.load:
+    if isinstance(inputs.contact, str) or not inputs.load:
         del choices["contact along the joint's force"]
     return choices
 

@@ -96,11 +96,12 @@ def _joints(group: _ArgumentGroup) -> None:
     _add(
         group,
         "contact",
-        angle_or_reaction,
+        angle_or_force,
         "DEG",
-        "contact angle γ from global x, or 'reaction': along the joint's force",
+        "contact angle γ from global x; or 'reaction': along the joint's force without clearances; or 'equilibrium': "
+        "along the one that the clearances leave",
     )
-    _add(group, "contact-sd", not_negative, "DEG", "its standard deviation; not with reaction")
+    _add(group, "contact-sd", not_negative, "DEG", "its standard deviation; not with reaction or equilibrium")
     group.add_argument(
         "--joints", choices=("independent", "shared"), default=PAPER.joints,
         help="whether each joint draws its own stiffness, clearance and contact angle, or all share one draw",
@@ -185,9 +186,11 @@ def seed(text: str) -> int:
     return int(_number(text, lambda value: value >= 0 and value.is_integer(), "a whole number, 0 or greater"))
 
 
-def angle_or_reaction(text: str) -> float | str:
-    """An angle in degrees, or the word that takes the angle from the joint's force."""
-    return text if text == "reaction" else _number(text, math.isfinite, "an angle in degrees, or the word reaction")
+def angle_or_force(text: str) -> float | str:
+    """An angle in degrees, or a word that takes the angle from the joint's force."""
+    if text in ("reaction", "equilibrium"):
+        return text
+    return _number(text, math.isfinite, "an angle in degrees, or the word reaction or equilibrium")
 
 
 def _number(text: str, good: Callable[[float], bool], wanted: str) -> float:

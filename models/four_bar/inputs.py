@@ -46,7 +46,7 @@ class Inputs:
     closure
         Displacement by the clearance to ``"first-order"``, or ``"exact"``, the loop closed anew.
     contact, contact_sd
-        Contact angle, or ``"reaction"``, and its standard deviation.
+        Contact angle, or ``"reaction"`` or ``"equilibrium"`` as in `accuracy`, and its standard deviation.
     joints
         ``"independent"`` draws for each joint, or one ``"shared"`` draw.
     load, load_sd

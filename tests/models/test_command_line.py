@@ -7,9 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from linkframe.models.command_line import main, parser
 from linkframe.models.four_bar import job
+from linkframe.models.four_bar.inputs import Inputs
+from linkframe.models.four_bar.result import compute
 
 
 def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
@@ -75,9 +78,10 @@ def test_sizes_must_be_positive(option: str, value: str, capsys: pytest.CaptureF
         (["--clearance-sd", "1e-3"], ["--clearance-sd", "0.001", "at most 0.0002"]),
         (["--length-sd", "0.03"], ["--length-sd", "--crank 0.1", "at most 0.02"]),
         (["--contact", "reaction", "--load", "0"], ["contact", "reaction", "load"]),
+        (["--contact", "equilibrium", "--load", "0"], ["contact", "equilibrium", "load"]),
         (["--poses", "0", "0", "1"], ["no pose is left", "singular"]),
         (["--clearance-sd", "inf"], ["--clearance-sd", "'inf'", "finite"]),
-        (["--contact", "north"], ["--contact", "'north'", "reaction"]),
+        (["--contact", "north"], ["--contact", "'north'", "reaction or equilibrium"]),
         (["--load", "nan"], ["--load", "'nan'", "finite"]),
         (["--samples", "1"], ["--samples", "'1'", "2 or greater"]),
         (["--samples", "2.5"], ["--samples", "'2.5'", "whole number"]),
@@ -146,3 +150,10 @@ def test_installed_command_prints_no_traceback(tmp_path: Path) -> None:
     assert outcome.returncode == 2
     assert outcome.stderr.startswith("linkframe four-bar: error: ")
     assert "Traceback" not in outcome.stderr
+
+
+def test_contact_in_equilibrium_is_along_the_joint_forces() -> None:
+    """Without springs about the pins the forces follow from equilibrium, whether the joints have clearance or not."""
+    given = parser().parse_args(["four-bar", "--contact", "equilibrium"]).contact
+    inputs = Inputs(contact=given, poses=(30.0, 90.0, 30.0), samples=10)
+    np.testing.assert_allclose(compute(inputs).mean, compute(inputs.but(contact="reaction")).mean, rtol=1e-9)
