@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .batch import Array, aligned, block_diagonal, turned
+from .condensation import Condensation
 from .member_loads import applied_forces, equivalent, weight_forces
 from .parts import Grid, Knowns, Value, add, combine, is_zero
 from .stage import Forces, Matrix
@@ -17,23 +19,32 @@ if TYPE_CHECKING:
     from .plan import Plan
 
 
-def stiffness_entries(topology: Topology, grid: Grid) -> Matrix:
-    """Parts of the stiffness of all members by pair of DOF numbers."""
+def stiffness_entries(topology: Topology, grid: Grid, condensed: Condensation) -> Matrix:
+    """Parts of the stiffness of all members by pair of DOF numbers, those in chains condensed to their ends."""
     matrix: Matrix = {}
-    for group in topology.groups:
-        stacks = group.extended_stiffness()
+    for numbers, stacks in _stacks(topology, condensed):
         used = np.triu((stacks != 0.0).any(axis=tuple(range(1, stacks.ndim - 2))))
         piece, a, b = np.nonzero(used)
         entries = np.moveaxis(stacks, (0, -2, -1), (0, 1, 2))[piece, a, b]
         shared = entries.size == len(entries)
         values = list(entries.reshape(-1)) if shared else [grid.value(entry) for entry in entries]
-        first, second = (group.dofs[piece, end].tolist() for end in (a, b))
+        first, second = (numbers[piece, end].tolist() for end in (a, b))
         for i, j, value in zip(first, second, values, strict=True):
             row = matrix.setdefault(i, {})
             if j not in row:
                 row[j] = matrix.setdefault(j, {})[i] = {}
             add(row[j], 0 if shared else grid.mask(value), value)
     return matrix
+
+
+def _stacks(topology: Topology, condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
+    """DOF numbers (n, 12) and stiffness (n, ..., 12, 12) of members and chains."""
+    for group in topology.groups:
+        left = np.flatnonzero(~np.isin(group.pieces, condensed.pieces))
+        if len(left):
+            part = group.part(left) if len(left) < len(group.pieces) else group
+            yield part.dofs, part.extended_stiffness()
+    yield condensed.dofs, condensed.stiffness
 
 
 def force_entries(topology: Topology, knowns: Knowns) -> Forces:

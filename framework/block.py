@@ -21,7 +21,7 @@ from .batch import Array
 from .chunks import cores, held, large_masks, steps
 from .combination import Combination
 from .order import Order
-from .parts import Grid, Row, Value, add, add_row, combine, unknowns
+from .parts import Grid, Parts, Row, Value, add, add_row, combine, unknowns
 from .stage import Forces, Matrix, Stage, backward, carried, closure, subtract
 from .tail import Remainder, Tail
 
@@ -43,8 +43,8 @@ class Block:
         The batch.
     orders
         Elimination order of the interior unknowns and of the joint-relative ones.
-    matrix, forces
-        Stiffness and load of the members in the nodes' axes.
+    matrix, scale, forces
+        Stiffness, that whose rounding its diagonal carries, and load of the members in the nodes' axes.
     rows
         Displacements of nodes on joints, over the joint-relative unknowns and the known numbers.
     springs
@@ -56,6 +56,7 @@ class Block:
     grid: Grid
     orders: tuple[Order, Order]
     matrix: Matrix
+    scale: dict[int, Parts]
     forces: Forces
     rows: dict[int, Row]
     springs: Springs
@@ -153,7 +154,7 @@ class Factor:
 
     def _start(self) -> _Progress:
         block = self.block
-        inner = Stage(block.matrix, block.forces, {i: dict(row[i]) for i, row in block.matrix.items()})
+        inner = Stage(block.matrix, block.forces, block.scale)
         return _Progress(inner.mapped(_same), Stage(), block.rows, block.springs, block.knowns)
 
     def _run(self, progress: _Progress, wanted: Wanted) -> _Progress:

@@ -32,6 +32,7 @@ class BroadcastSolver:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
+        rows = [self.plan.retained(row) for row in rows]
         split: dict[int, list[Row]] = {}
         for index, row in enumerate(rows):
             for k in unknowns(row):

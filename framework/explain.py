@@ -63,7 +63,12 @@ def _coordinates(plan: Plan) -> list[str]:
 
 
 def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
-    lines = []
+    lines, condensed = [], plan.condensed
+    if condensed.chains:
+        lines.append(
+            f"{len(condensed.nodes)} nodes that only members in line are on are condensed before all others, once for "
+            f"the whole batch: {len(condensed.chains)} chains, {condensed.operations} operations at most."
+        )
     for name in sorted(plan.components):
         unknowns = plan.members_of(name)
         if name not in plan.excited:

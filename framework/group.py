@@ -36,8 +36,10 @@ class Group:
         (n, ...).
     turns
         For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node.
-    level
-        The local axes as rows (n, ..., 3, 3) in global axes.
+    rows
+        The local axes as rows (n, ..., 3, 3), in the axes of `body` where both nodes are on one.
+    body
+        Axes of that body as columns (..., 3, 3), None where there is none.
     """
 
     element: LineElement
@@ -45,12 +47,18 @@ class Group:
     dofs: Index
     length: Array
     turns: tuple[Array, Array]
-    level: Array
+    rows: Array
+    body: Array | None
 
     @property
     def nodes(self) -> Index:
         """Node numbers of their ends (n, 2)."""
         return self.dofs[:, ::6] // 6
+
+    @cached_property
+    def level(self) -> Array:
+        """The local axes as rows (n, ..., 3, 3) in global axes."""
+        return self.rows if self.body is None else self.rows @ np.swapaxes(self.body, -1, -2)
 
     @cached_property
     def transform(self) -> Array:
@@ -79,11 +87,12 @@ class Group:
         out[low, high] = out[high, low]
         return np.moveaxis(out, (0, 1), (-2, -1))
 
-    def part(self, part: slice) -> Group:
+    def part(self, part: slice | Index) -> Group:
         """Some of the pieces as a stack of their own."""
         start, end = self.turns
         turns = start[part], end[part]
-        return Group(self.element, self.pieces[part], self.dofs[part], self.length[part], turns, self.level[part])
+        rows, length = self.rows[part], self.length[part]
+        return Group(self.element, self.pieces[part], self.dofs[part], length, turns, rows, self.body)
 
     def stiffness(self, part: slice = ALL) -> Array:
         """Stiffness of the pieces, or of some of them, in the nodes' axes, (n, ..., 12, 12)."""

@@ -16,13 +16,14 @@ from scipy.sparse.csgraph import connected_components
 from .assembly import force_entries, stiffness_entries
 from .block import Block, Springs
 from .clock import timed
+from .condensation import Chain, Condensation, chains, loaded, retained
 from .frame import Frame
 from .graph import Graph
 from .method import LARGE, Method, choose
 from .order import Order, Pattern, link, order
-from .parts import Grid, Knowns, Parts, Row, Value, unknowns
+from .parts import Grid, Knowns, Parts, Row, Value, add, unknowns
 from .stage import Forces, Matrix
-from .topology import Topology
+from .topology import Index, Topology
 from .tree import Tree
 
 
@@ -61,8 +62,10 @@ class Plan:
         twin.knowns = Knowns(self.grid, self.knowns.geometry, self.knowns.values[: self._given])
         twin.topology = copy.copy(self.topology)
         object.__setattr__(twin.topology, "frame", frame)
-        for loaded in ("forces", "excited"):
-            vars(twin).pop(loaded, None)
+        twin._forget("forces", "excited", "chains")
+        if "chains" in vars(self) and twin.chains != self.chains:
+            twin._orders_of = {}
+            twin._forget("condensed", "matrix")
         twin.solver = self.solver.reloaded(twin) if hasattr(self.solver, "reloaded") else None
         return twin
 
@@ -91,10 +94,31 @@ class Plan:
         return choose(self, self.asked)
 
     @cached_property
+    def chains(self) -> list[Chain]:
+        """Members in line, between nodes that nothing but these is on."""
+        return chains(self.topology, self.tree.rows.keys() | loaded(self.topology))
+
+    @cached_property
+    def condensed(self) -> Condensation:
+        """Chains of members as one stiffness each."""
+        return Condensation(self.topology, self.chains)
+
+    @cached_property
     def matrix(self) -> Matrix:
-        """Parts of the members' stiffness by pair of DOFs, in the nodes' axes."""
+        """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
         with timed(self.times, "assembly"):
-            return stiffness_entries(self.topology, self.grid)
+            return stiffness_entries(self.topology, self.grid, self.condensed)
+
+    def scale(self, dof: int) -> Parts:
+        """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
+        out = dict(self.matrix.get(dof, {}).get(dof, {}))
+        if dof in self.condensed.excess:
+            add(out, 0, self.condensed.excess[dof])
+        return out
+
+    def retained(self, row: Row) -> Row:
+        """`row` without the unknowns inside chains: over those of their ends."""
+        return retained(row, self.condensed, self.tree.rows)
 
     @cached_property
     def forces(self) -> Forces:
@@ -115,25 +139,36 @@ class Plan:
     @cached_property
     def component(self) -> dict[int, int]:
         """Connected component of every unknown, named by one of its unknowns."""
-        in_dof = {dof: self._coupled(dof) for dof in self.matrix}
-        both = [(in_dof[a][0], in_dof[b][0]) for a, row in self.matrix.items() if in_dof[a] for b in row if in_dof[b]]
-        coupled = [*in_dof.values(), *(unknowns(row) for rows in self.tree.rows.values() for row in rows)]
+        first = np.arange(6 * len(self.topology.number))
+        for node, rows in self.tree.rows.items():
+            first[6 * node : 6 * node + 6] = [next(iter(unknowns(row)), -1) for row in rows]
+        in_dofs = first[self._neighbours]
+        coupled = [unknowns(row) for rows in self.tree.rows.values() for row in rows]
         coupled += [unknowns(spring.row) for spring in self.tree.springs]
-        both += [(keys[0], k) for keys in coupled for k in keys[1:]]
-        pairs = np.searchsorted(self.unknowns, np.array(both, dtype=np.int64).reshape(-1, 2)).T
+        both = np.array([(keys[0], k) for keys in coupled for k in keys[1:]], dtype=np.int64).reshape(-1, 2)
+        both = np.concatenate([in_dofs[(in_dofs >= 0).all(axis=1)], both])
+        pairs = np.searchsorted(self.unknowns, both).T
         size = len(self.unknowns)
         graph = csr_matrix((np.ones(pairs.shape[1], dtype=bool), (pairs[0], pairs[1])), shape=(size, size))
         _, label = connected_components(graph, directed=False)
         first = np.unique(label, return_index=True)[1]
         return {k: self.unknowns[leader] for k, leader in zip(self.unknowns, first[label].tolist(), strict=True)}
 
+    @property
+    def _neighbours(self) -> Index:
+        """Pairs of DOF numbers that members couple, (pairs, 2)."""
+        pairs = [(a, b) for a, row in self.matrix.items() for b in row]
+        return np.concatenate([np.array(pairs, dtype=np.int64).reshape(-1, 2), self.condensed.coupled])
+
     @cached_property
     def excited(self) -> set[int]:
         """Components that a load, an offset or a prescribed displacement reaches."""
         pushed = set(self.forces)
         rows = {6 * n + k: row for n, six in self.tree.rows.items() for k, row in enumerate(six)}
-        moved = {dof for dof, row in rows.items() if min(row, default=0) < 0}
-        pushed |= {a for b in moved for a in self.matrix.get(b, {})}
+        moved = [dof for dof, row in rows.items() if min(row, default=0) < 0]
+        if moved:
+            near = self._neighbours
+            pushed |= set(near[np.isin(near[:, 1], moved), 0].tolist())
         reached = {k for dof in pushed for k in self._coupled(dof)}
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
         return {self.component[k] for k in reached}
@@ -154,13 +189,17 @@ class Plan:
                 self._blocks[component] = self._assembled(component)
         return self._blocks[component]
 
+    def _forget(self, *names: str) -> None:
+        for name in names:
+            vars(self).pop(name, None)
+
     def _coupled(self, dof: int) -> list[int]:
         """Unknowns in a nodal displacement."""
         node, k = divmod(dof, 6)
         return unknowns(self.tree.row(node, k))
 
     def _assembled(self, component: int) -> Block:
-        unknown = self.members_of(component)
+        unknown = {k for k in self.members_of(component) if k // 6 not in self.condensed.nodes}
         rows = {6 * node + k: row for node, rows in self.tree.rows.items() for k, row in enumerate(rows) if row}
         ends = {a: row for a, row in rows.items() if any(self.component[k] == component for k in unknowns(row)[:1])}
         inner = sorted(k for k in unknown if k // 6 not in self.tree.rows)
@@ -181,7 +220,8 @@ class Plan:
         if component not in self._orders_of:
             self._orders_of[component] = self._orders(matrix, inner, ends, springs, unknown)
         orders = self._orders_of[component]
-        return Block(self.grid, orders, matrix, forces, ends, springs, self.knowns.values)
+        scale = {a: self.scale(a) if a in own else {} for a in matrix}
+        return Block(self.grid, orders, matrix, scale, forces, ends, springs, self.knowns.values)
 
     def _orders(
         self, matrix: Matrix, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]

@@ -150,18 +150,16 @@ class Topology:
         length = np.linalg.norm(chord, axis=-1) / counts
         first, second = (self.bodies[node] for node in nodes[0])
         if first == second:
-            turns, level = (rows, rows), self._in_body(rows, first, back=True)
+            turns, shared = (rows, rows), self.axes(int(nodes[0, 0]))
         else:
-            turns, level = (self._in_body(rows, first), self._in_body(rows, second)), rows
+            turns, shared = (self._in_node(rows, int(nodes[0, 0])), self._in_node(rows, int(nodes[0, 1]))), None
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
-        return Group(element, numbers, dofs, length, turns, level)
+        return Group(element, numbers, dofs, length, turns, rows, shared)
 
-    def _in_body(self, rows: Array, body: str | None, *, back: bool = False) -> Array:
-        """Axes given as rows in global components, in those of `body`; the other way round for `back`."""
-        if body is None:
-            return rows
-        axes = aligned(self.frame.bodies[body].axes, len(self.frame.shape), 2)
-        return rows @ (np.swapaxes(axes, -1, -2) if back else axes)
+    def _in_node(self, rows: Array, node: int) -> Array:
+        """Axes given as rows in global components, in those of a node."""
+        axes = self.axes(node)
+        return rows if axes is None else rows @ axes
 
     def axes(self, node: int) -> Array | None:
         """Axes of a node as columns (..., 3, 3), None where they are the global ones."""

@@ -141,7 +141,7 @@ def _bare(frame: Frame, joints: dict[str, JointElement]) -> Frame:
 def _members(plan: Plan, play: Play) -> Array:
     """Largest stiffness of a member's end, against translation or rotation, by component, (n, ...)."""
     largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
-    for a, row in plan.matrix.items():
-        value = np.asarray(total(row.get(a, {}))[1], dtype=np.float64)
+    for a in plan.matrix:
+        value = np.asarray(total(plan.scale(a))[1], dtype=np.float64)
         largest[a % 6 // 3] = np.maximum(largest[a % 6 // 3], value)
     return np.stack([largest[k // 3][0] for k in play.component])
