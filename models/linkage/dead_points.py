@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,7 +124,7 @@ def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None) -> 
 
 def _curve(linkage: Linkage, joint: str, coordinate: str | None) -> Curve:
     """The curve of a linkage with a joint's coordinate as its drive, and the other drives locked."""
-    space, pair = Configurations(linkage), linkage.joint(joint)
+    pair = linkage.joint(joint)
     free = linkage.drives.get(joint, pair.kind.coordinates)
     if coordinate is None and len(free) == 1:
         (coordinate,) = free
@@ -137,7 +138,16 @@ def _curve(linkage: Linkage, joint: str, coordinate: str | None) -> Curve:
             f"joint {joint!r} is not among the drives {', '.join(linkage.drives)}: "
             "choose one of them (the others stand still), or drive the linkage by one joint only"
         )
-    return Curve(space, chosen, [name for name in driven if name != chosen and chosen in driven])
+    if chosen not in driven:
+        linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]
+    return Curve(Configurations(linkage), chosen, [name for name in driven if name != chosen])
+
+
+def _driven_by(linkage: Linkage, joint: str, coordinate: str) -> Linkage:
+    """The same linkage with another drive: only what drives is sure to be a coordinate of the mechanism."""
+    other = copy(linkage)
+    other.drives, other.kept = {joint: (coordinate,)}, None
+    return other
 
 
 def _singular_places(curve: Curve) -> list[Place]:

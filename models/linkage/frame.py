@@ -12,6 +12,7 @@ import numpy as np
 from ...elements import Beam, Joint, PointMass
 from ...elements.spring import Spring as Line
 from ...framework.batch import Array, turned
+from ...framework.errors import FrameError
 from ...framework.frame import Frame
 from .actions import tension, turned_tensor
 from .inertia import inertia, is_given, place, with_density
@@ -62,6 +63,8 @@ class Builder:
     """
 
     def __init__(self, motion: Motion, *, clearance: bool) -> None:
+        if 0 in motion.shape:
+            raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
         self.motion, self.linkage = motion, motion.linkage
         self.frame = Frame()
         self.nodes = Nodes(motion.linkage)

@@ -89,6 +89,8 @@ def loose_joints(motion: Motion, chosen: Bools, least: Array) -> NDArray[np.str_
 
 def standing_still(motion: Motion) -> dict[str, Bools]:
     """By joint: where its point has lost a direction in which the drives move it at other poses, (...)."""
+    if not motion.drives.rates:
+        return {}
     motions = [list(unit_motions(each)) for each in (motion, motion.linkage.move())]
     size = extent(motion.linkage)
     found = {}
