@@ -89,9 +89,8 @@ def test_as_one_by_one(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
         # A stiffness times a difference of displacements some 10^6 times as large.
         (Solution.end_forces, solution.frame.members, 1e-8),
     ):
-        for name in names:
-            ours, theirs = (np.asarray(read(each, name)) for each in (solution, other))
-            np.testing.assert_allclose(ours, theirs, rtol=0, atol=least * np.abs(theirs).max(), err_msg=name)
+        ours, theirs = (np.stack([np.asarray(read(each, name)) for name in names]) for each in (solution, other))
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=least * np.abs(theirs).max())
     np.testing.assert_array_equal(solution.status, other.status)
 
 
