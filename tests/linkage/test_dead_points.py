@@ -9,6 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
+from linkframe.models.linkage.configuration import Configurations
+from linkframe.models.linkage.curve import Curve
 from numpy.testing import assert_allclose
 from reference.linkages import bennett, four_bar, loop, n_four_bar, rssr
 
@@ -130,6 +132,15 @@ def test_bricard_folds_at_120_degrees() -> None:
 
 def test_bennett_turns() -> None:
     assert bennett(np.pi / 6, np.pi / 3, 1.2).drive_range("H0").lower == -np.inf
+
+
+def test_way_closes_although_a_rod_has_spun() -> None:
+    """After a turn of the crank the rod of an RSSR need not have come back about its own line."""
+    space = Configurations(rssr(0.1, 0.4, 0.25, (0.15, 0.1, 0.3), 0.3))
+    curve = Curve(space, ("O", "rz"))
+    way = curve.walk(curve.start)
+    assert way.closes
+    assert abs(abs(curve.coordinate(way.places[-1].state) - 0.3) - 2.0 * np.pi) < 0.1
 
 
 def five_bar(left: float, right: float) -> Linkage:

@@ -21,6 +21,31 @@ def test_four_bar_in_plane_and_space(turn: Rotation) -> None:
     assert {component for _, component in found.redundant} == {"uz", "rx", "ry"}
 
 
+def test_components_are_along_the_axes_of_their_joint() -> None:
+    """A slider-crank described from its slide: the pin that closes the loop still names its own axis z."""
+    linkage = Linkage(C=(0.4, 0.3, 0), B=(0, 0.3, 0), A=(0, 0, 0))
+    linkage.link("piston", "C")
+    linkage.link("rod", "B", "C")
+    linkage.link("crank", "A", "B")
+    linkage.prismatic("C", "ground", "piston", axis=(1, 1, 0), name="slide", drive=True)
+    linkage.revolute("C", "rod", "piston")
+    linkage.revolute("B", "crank", "rod")
+    linkage.revolute("A", "ground", "crank")
+    found = linkage.mobility()
+    assert (found.planar, found.true, found.by_count) == (True, 1, 1)
+    assert {component for _, component in found.redundant} == {"uz", "rx", "ry"}
+
+
+def test_sliding_across_the_plane_is_not_planar() -> None:
+    linkage = Linkage(A=(0, 0), B=(1, 0))
+    linkage.link("arm", "A", "B")
+    linkage.link("slider", "B")
+    linkage.revolute("A", "ground", "arm")
+    linkage.prismatic("B", "arm", "slider", axis=(0, 0, 1))
+    found = linkage.mobility()
+    assert (found.planar, found.true, found.by_count, found.by_count_in_space) == (False, 2, 2, 2)
+
+
 @given(st.floats(0.2, 1.2), st.floats(0.2, 0.8), st.floats(-3.0, 3.0).filter(lambda x: abs(x) > 0.2))
 @settings(max_examples=15, deadline=None)
 def test_bennett_moves(alpha: float, more: float, theta: float) -> None:

@@ -83,17 +83,45 @@ def test_two_drives() -> None:
     assert stretched == ["regular", "singular: input, joint P stands still"]
 
 
+def slider_crank(unit: float) -> Linkage:
+    """Crank 0.3 and rod 0.5, drawn with the crank upright, in a unit of length."""
+    linkage = Linkage(A=(0, 0), B=(0, 0.3 * unit), C=(0.4 * unit, 0))
+    linkage.link("crank", "A", "B")
+    linkage.link("rod", "B", "C")
+    linkage.link("piston", "C")
+    linkage.revolute("A", "ground", "crank", drive=True, at=np.pi / 2)
+    linkage.revolute("B", "crank", "rod")
+    linkage.revolute("C", "rod", "piston")
+    linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0))
+    return linkage
+
+
 def test_idle_rod_is_no_singularity() -> None:
     motion = rssr(0.1, 0.4, 0.25, (0.15, 0.1, 0.3), 0.3).move(O=np.linspace(0.3, 0.9, 7))
     assert (motion.status == "regular").all()
     assert motion.conditioning.min() > 0.1
 
 
+def test_idle_rod_beside_redundant_constraints() -> None:
+    """A four-bar in space, too firmly held, whose rocker pushes a slider by a rod that can spin."""
+    linkage = four_bar(0.1, 0.25, 0.2, 0.22, 0.7)
+    place = linkage.points["D"]
+    linkage.point("F", place + np.array([0.05, 0.02, 0.3]))
+    linkage.link("rod", "D", "F")
+    linkage.link("slider", "F")
+    linkage.spherical("D", "rocker", "rod", name="ball")
+    linkage.spherical("F", "rod", "slider")
+    linkage.prismatic("F", "ground", "slider", axis=(0, 0, 1), name="slide")
+    motion = linkage.move(A=np.linspace(0.5, 1.0, 6))
+    assert (motion.status == "regular").all()
+    assert motion.conditioning.min() > 1e-2
+
+
 @pytest.mark.parametrize("unit", [1e-3, 39.37, 1e6])
 def test_conditioning_has_no_unit(unit: float) -> None:
     theta = np.linspace(0.0, 3.0, 7)
-    one, other = (four_bar(0.1, 0.25, 0.2, 0.22, 0.7, scale=scale).move(A=theta) for scale in (1.0, unit))
-    assert_allclose(one.conditioning, other.conditioning, rtol=1e-12)
+    one, other = (slider_crank(scale).move(A=theta).conditioning for scale in (1.0, unit))
+    assert_allclose(one, other, rtol=1e-12)
 
 
 @pytest.mark.parametrize("turn", [Rotation.identity(), TILTED])
@@ -116,16 +144,8 @@ def test_transmission_angle_at_a_dead_point_and_at_a_dwell() -> None:
 
 def test_transmission_angle_of_a_slider_crank() -> None:
     """Between the rod and the line square to the slide."""
-    linkage = Linkage(A=(0, 0), B=(0, 0.3), C=(0.4, 0))
-    linkage.link("crank", "A", "B")
-    linkage.link("rod", "B", "C")
-    linkage.link("piston", "C")
-    linkage.revolute("A", "ground", "crank", drive=True, at=np.pi / 2)
-    linkage.revolute("B", "crank", "rod")
-    linkage.revolute("C", "rod", "piston")
-    linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0))
     theta = np.linspace(0.1, 6.0, 20)
-    found = linkage.move(A=theta).transmission_angle("C")
+    found = slider_crank(1.0).move(A=theta).transmission_angle("C")
     assert_allclose(np.cos(found), np.abs(0.3 * np.sin(theta)) / 0.5, rtol=1e-9)
 
 
