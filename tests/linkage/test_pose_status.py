@@ -7,7 +7,7 @@ import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
-from reference.linkages import four_bar, rssr
+from reference.linkages import bennett, four_bar, rssr
 from scipy.spatial.transform import Rotation
 
 TILTED = Rotation.from_rotvec([0.4, -1.1, 0.7])
@@ -103,16 +103,15 @@ def test_idle_rod_is_no_singularity() -> None:
 
 
 def test_idle_rod_beside_redundant_constraints() -> None:
-    """A four-bar in space, too firmly held, whose rocker pushes a slider by a rod that can spin."""
-    linkage = four_bar(0.1, 0.25, 0.2, 0.22, 0.7)
-    place = linkage.points["D"]
-    linkage.point("F", place + np.array([0.05, 0.02, 0.3]))
-    linkage.link("rod", "D", "F")
+    """Bennett's linkage, too firmly held, pushes a slider by a rod that can spin."""
+    linkage = bennett(np.pi / 6, np.pi / 3, 1.2)
+    linkage.point("F", linkage.points["H2"] + np.array([0.3, 0.2, 1.5]))
+    linkage.link("rod", "H2", "F")
     linkage.link("slider", "F")
-    linkage.spherical("D", "rocker", "rod", name="ball")
+    linkage.spherical("H2", "link 2", "rod", name="ball")
     linkage.spherical("F", "rod", "slider")
     linkage.prismatic("F", "ground", "slider", axis=(0, 0, 1), name="slide")
-    motion = linkage.move(A=np.linspace(0.5, 1.0, 6))
+    motion = linkage.move(H0=np.linspace(1.1, 1.3, 6))
     assert (motion.status == "regular").all()
     assert motion.conditioning.min() > 1e-2
 
