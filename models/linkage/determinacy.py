@@ -36,11 +36,14 @@ class Found:
         Whether they are the only ones, (n,).
     lost
         Whether there is none, (n,).
+    moving
+        Whether idle freedoms accelerate, (n,).
     """
 
     values: Array
     unique: Bools
     lost: Bools
+    moving: Bools
 
 
 @dataclass(frozen=True)
@@ -82,12 +85,15 @@ def solved(matrix: Array, side: Array, idle: Idle) -> Found:
     step = max(1, CHUNK // max(rows * columns, 1))
     cuts = [slice(at, at + step) for at in range(0, max(count, 1), step)]
     parts = [_solved(matrix[cut], side[cut], idle.cut(cut)) for cut in cuts]
-    return Found(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("values", "unique", "lost")))
+    return Found(
+        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("values", "unique", "lost", "moving"))
+    )
 
 
 def _solved(matrix: Array, side: Array, idle: Idle) -> Found:
     values = np.zeros((len(matrix), matrix.shape[-1]))
-    unique, lost = np.ones(len(matrix), dtype=bool), np.zeros(len(matrix), dtype=bool)
+    unique = np.ones(len(matrix), dtype=bool)
+    lost, moving = np.zeros((2, len(matrix)), dtype=bool)
     loads = np.max(np.abs(side), axis=-1, initial=0.0)
     for rows, columns in blocks(matrix):
         own = side[:, rows]
@@ -98,9 +104,13 @@ def _solved(matrix: Array, side: Array, idle: Idle) -> Found:
             part = _least(block, own[loaded], loads[loaded], Idle(idle.count, inertia))
             values[np.ix_(loaded, columns)] = part.values
             unique[loaded] &= part.unique
+            moving[loaded] |= part.moving
             lost[loaded] |= part.lost
+    if moving.any():
+        # More freedom than there is at other poses: this one is singular, and its motion not an idle one.
+        lost[moving] |= _freedom(matrix[moving]) > idle.count
     values[lost] = np.nan
-    return Found(values, unique, lost)
+    return Found(values, unique, lost, moving)
 
 
 def blocks(matrix: Array) -> list[Block]:
@@ -126,11 +136,10 @@ def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> Found:
         unique = regular & (rows >= columns)
         if not regular.all():
             values[~regular], unique[~regular] = _by_singular_values(matrix[~regular], side[~regular])
-    lost = _misses(matrix, values, side, loads)
-    if idle.count and lost.any():
-        values[lost], fits = _moving(matrix[lost], side[lost], loads[lost], idle.cut(lost))
-        lost[lost] = ~fits
-    return Found(values, unique, lost)
+    lost, moving = _misses(matrix, values, side, loads), np.zeros(len(matrix), dtype=bool)
+    if lost.any() and idle.count:
+        values[lost], moving[lost] = _moving(matrix[lost], side[lost], loads[lost], idle.cut(lost))
+    return Found(values, unique, lost & ~moving, moving)
 
 
 def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:
@@ -143,14 +152,22 @@ def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:
 def _moving(matrix: Array, side: Array, loads: Array, idle: Idle) -> tuple[Array, Bools]:
     """Solution with the accelerations of the idle freedoms as further unknowns, and whether there is one.
 
-    Idle motions are those on which no unknown works, the left null space; where it is larger, the pose is singular.
+    Idle motions are those on which no unknown works, the left null space.
     """
     rows, columns = matrix.shape[-2:]
     left, size, _ = np.linalg.svd(matrix)
-    rank = (size * DEPENDENT > size[:, :1]).sum(axis=-1)
-    whole = np.concatenate([matrix, -idle.inertia @ left[..., rows - idle.count :]], axis=-1)
+    null = np.ones((len(matrix), rows))
+    null[:, : size.shape[-1]] = size * DEPENDENT <= size[:, :1]
+    motions = (left * null[:, None, :])[..., rows - min(rows, idle.count) :]
+    whole = np.concatenate([matrix, -idle.inertia @ motions], axis=-1)
     values, _ = _by_singular_values(whole, side)
-    return values[:, :columns], (rank == rows - idle.count) & ~_misses(whole, values, side, loads)
+    return values[:, :columns], ~_misses(whole, values, side, loads)
+
+
+def _freedom(matrix: Array) -> NDArray[np.int64]:
+    """Number of motions on which no unknown works, (n,)."""
+    size = np.linalg.svd(matrix, compute_uv=False)
+    return np.asarray(matrix.shape[-2] - (size * DEPENDENT > size[:, :1]).sum(axis=-1))
 
 
 def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from .motion import Motion
 
 DETERMINATE, COMPLIANCE, LEAST, NONE = "determinate", "compliance", "minimum norm", "none"
+# Forces so many times the loads are not believed where the motion calls the pose singular.
+HUGE = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +160,7 @@ def reactions(motion: Motion) -> Reactions:
         found = solved(flat[there], loads[there], idle)
         rows_of_values[there], is_unique[there] = found.values, found.unique
     values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
+    values[_boundless(motion, values, side)] = np.nan
     held = np.isfinite(values).all(axis=-1)
     shared = ~unique & held
     wrenches, drives = _split(equations, values)
@@ -168,6 +171,14 @@ def reactions(motion: Motion) -> Reactions:
             own.update({joint: np.where(shared[..., None], other[joint], force) for joint, force in own.items()})
     method = np.where(held, np.where(shared, how, DETERMINATE), NONE)
     return Reactions(motion, wrenches, drives, method)
+
+
+def _boundless(motion: Motion, values: Array, side: Array) -> NDArray[np.bool_]:
+    """Singular poses whose forces are large only because the closure holds to rounding and no better, (...)."""
+    huge = np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * np.max(np.abs(side), axis=-1, initial=0.0)
+    if not huge.any():
+        return huge
+    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")
 
 
 def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:

@@ -37,7 +37,7 @@ def spindle(stiffness: Array, axes: Array, *, closed: bool, pitch: object = PITC
 @pytest.mark.parametrize("axes", [np.eye(3), TURNED], ids=["global", "turned"])
 @pytest.mark.parametrize("held", [np.inf, 1e7], ids=["ideal", "stiff"])
 def test_torque_on_the_nut_that_an_axial_force_needs(held: float, axes: Array) -> None:
-    """With a torsion spring k about the screw a force F turns it by F p / 2 pi k, and advances it by p / 2 pi of that."""
+    """A torsion spring k about the screw: a force F turns it by F p / 2 pi k, and advances it by p / 2 pi of that."""
     torsion, force = 40.0, 100.0
     frame = spindle(np.array([held] * 5 + [torsion]), axes, closed=False)
     frame.load("D", **dict(zip(("fx", "fy", "fz"), force * axes[:, 2], strict=True)))
@@ -68,21 +68,29 @@ def test_turning_the_rod_pushes(held: float) -> None:
     )
 
 
-def test_loop_closed_by_the_screw_itself() -> None:
-    """A rigid frame around the screw: the loop's ideal components are eliminated with the pitch in them."""
+@pytest.mark.parametrize("turning", [20.0, np.inf], ids=["slide closes the loop", "screw closes the loop"])
+def test_rigid_loop_through_a_screw(turning: float) -> None:
+    """The loop's ideal components are eliminated with the pitch in them: the rod that both joints carry is at rest."""
     frame = Frame()
     for name, place in {"A": (0, 0, 0), "B": (1, 0, 0), "C": (1, 0, 0), "D": (0, 0, 0)}.items():
         frame.node(name, place)
     frame.fix("A")
     frame.rigid("A", "B")
     frame.add("screw", Joint((np.inf,) * 5 + (0.0,), pitch=PITCH), "B", "C")
-    frame.add("slide", Joint((np.inf, np.inf, 1e4, np.inf, np.inf, 20.0)), "A", "D")
+    frame.add("slide", Joint((np.inf, np.inf, 1e4, np.inf, np.inf, turning)), "A", "D")
     frame.rigid("D", "C")
-    frame.load("C", fz=10.0)
+    frame.load("C", fy=3.0, fz=10.0)
     solution = frame.solve()
-    # The rod both slides and turns about z through A, not through B: the two axes are parallel, so nothing turns.
+    # The rod would have to turn about z through A and through C at once.
     np.testing.assert_allclose(solution.joint_displacement("screw"), 0.0, atol=1e-18)
-    assert solution.joint_force("screw")[2] == pytest.approx(10.0)
+    screw, slide = solution.joint_force("screw"), solution.joint_force("slide")
+    assert screw[2] == pytest.approx(10.0)
+    assert screw[5] == pytest.approx(-LEAD * 10.0)
+    # Equilibrium of the rod, moments about A: joints pull it back with what they exert on their first nodes.
+    load = np.array([0.0, 3.0, 10.0])
+    np.testing.assert_allclose(screw[:3] + slide[:3], load, atol=1e-12)
+    moments = screw[3:] + slide[3:] + np.cross([1.0, 0.0, 0.0], screw[:3])
+    np.testing.assert_allclose(moments, np.cross([1.0, 0.0, 0.0], load), atol=1e-12)
 
 
 def test_stiffness_matrix_is_the_hessian_of_the_energy() -> None:

@@ -256,7 +256,7 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 
 
 def test_lines_of_keys() -> None:
-    text = 'a = 1\n[t."x y"]  # [no]\nb = [\n  [1, 2],\n  ["c = 3"]\n]\n[[l]]\nd.e = 2\n[[l]]\n"f" = {g = 1}\n'
-    places = {("a",): 1, ("t", "x y"): 2, ("t", "x y", "b", 1): 3, ("l", 0): 7, ("l", 0, "d", "e"): 8}
-    places |= {("l", 1): 9, ("l", 1, "f", "g"): 10, ("t", "x y", "c"): 2, ("nothing",): 1}
+    text = 'a = 1\n[t."x y"]  # [no]\nb = [\n  [1, 2],\n  ["c = 3"]\n]\nf = 1\n[[l]]\nd.e = 2\n[[l]]\n"f" = {g = 1}\n'
+    places = {("a",): 1, ("t", "x y"): 2, ("t", "x y", "b", 1): 3, ("l", 0): 8, ("l", 0, "d", "e"): 9}
+    places |= {("l", 1): 10, ("l", 1, "f", "g"): 11, ("t", "x y", "f"): 7, ("t", "x y", "c"): 2, ("nothing",): 1}
     assert {path: line_of(text, path) for path in places} == places

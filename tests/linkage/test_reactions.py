@@ -416,6 +416,21 @@ def test_singular_poses_have_no_finite_reactions() -> None:
     assert_allclose(still.drive("A"), 0.0, atol=1e-18)
 
 
+def test_singular_poses_of_a_linkage_with_an_idle_rod() -> None:
+    """A flat parallelogram whose coupler spins between balls: its idle spin must not pass for a way out."""
+    linkage = Linkage(A=(0, 0), B=(0.05, 0.08), D=(0.25, 0.08), E=(0.2, 0))
+    for name, points in (("crank", "AB"), ("coupler", "BD"), ("rocker", "DE")):
+        linkage.link(name, *points, mass=1.0, inertia=(0.1, 0.2, 0.3, 0, 0, 0))
+    linkage.revolute("A", "ground", "crank", drive=True, at=np.arctan2(0.08, 0.05))
+    linkage.spherical("B", "crank", "coupler")
+    linkage.spherical("D", "coupler", "rocker")
+    linkage.revolute("E", "rocker", "ground")
+    linkage.load("D", fx=2.0, fy=1.0)
+    assert linkage.mobility().true == 2
+    found = linkage.move(A=np.array([0.5, np.pi, 4.0]), rates={"A": 1.0}).reactions()
+    assert found.method.tolist() == ["determinate", "none", "determinate"]
+
+
 def test_poses_that_are_not_assembled_have_none_and_spoil_no_others() -> None:
     linkage = four_bar(0.4, 0.5, 0.45, 0.7, 1.0)
     linkage.load("D", fy=1.0)
