@@ -52,8 +52,12 @@ class March:
         factors = np.arange(1, self.steps + 1) / self.steps
         whole = Found.nothing(State.start(self.model, self.count))
         history = History(factors, np.zeros((self.steps, self.count)), np.zeros((self.steps, self.count)))
-        for begin in range(0, self.count, self.chunk):
-            index = np.arange(begin, min(begin + self.chunk, self.count))
+        absent = self.model.frame.absent
+        wanted = np.arange(self.count)
+        if absent is not None:
+            wanted = np.flatnonzero(~np.broadcast_to(absent, self.model.frame.shape).reshape(-1))
+        for begin in range(0, len(wanted), self.chunk):
+            index = wanted[begin : begin + self.chunk]
             found = Found.nothing(self._start(self.where(index), len(index), factors[0]))
             before = 0.0
             for step, factor in enumerate(factors.tolist()):

@@ -29,7 +29,7 @@ class Numbers:
         shape = given.shape[:leading] + (1,) * missing + given.shape[leading:]
         whole = given.reshape(shape)
         order = (*range(leading + ndim, whole.ndim), *range(leading + ndim))
-        return cls(np.ascontiguousarray(whole.transpose(order)), ndim)
+        return cls(whole.transpose(order).copy(order="C"), ndim)
 
     def at(self, where: Where) -> Array:
         """Numbers of some entries, (components..., m), or (components..., 1) where they are all alike."""

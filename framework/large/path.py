@@ -6,7 +6,7 @@ it (Riks, J. Appl. Mech. 39 (1972) 1060-1065; Ramm 1981), its length following t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -48,11 +48,11 @@ class Path:
         Whether the energy has a minimum there, (points, ...).
     """
 
-    frame: Frame
+    frame: Frame = field(repr=False)
     factor: Array
     stable: NDArray[np.bool_]
-    _model: Model
-    _states: list[State]
+    _model: Model = field(repr=False)
+    _states: list[State] = field(repr=False)
 
     def displacement(self, node: str) -> Array:
         """Displacement and rotation vector of a node, (points, ..., 6), global.
@@ -62,6 +62,7 @@ class Path:
         node
             The node.
         """
+        node = self.frame.aliases.get(node, node)
         if node not in self._model.topology.number:
             raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
         number = self._model.topology.number[node]
@@ -82,6 +83,7 @@ class Path:
 
 def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: float) -> Path:
     """Follow the path from rest until a displacement component passes `to`; see `Frame.path`."""
+    node = frame.aliases.get(node, node)
     if node not in frame.nodes:
         raise FrameError(f"node {node!r} is unknown: known are {', '.join(frame.nodes)}")
     if to == 0.0 or not np.isfinite(to):
@@ -107,12 +109,14 @@ class _Tracer:
         self.whole, self.none = (self.newton.equations(where, count, factor) for factor in (1.0, 0.0))
         self.state = self.newton.start(count)
         self.weight = self.newton.scale[:, None] ** 2
-        self.factor, self.going = np.zeros(count), np.ones(count, dtype=bool)
+        absent = False if model.frame.absent is None else model.frame.absent
+        self.going = ~np.broadcast_to(absent, model.frame.shape).reshape(-1)
+        self.factor = np.zeros(count)
         self.first, self.length = first, np.full(count, np.nan)
         self.shortest = np.zeros(count)
         self.along: Array | None = None
-        self.factors, self.states = [self.factor.copy()], [self._space()]
-        self.stables = [np.ones(count, dtype=bool)]
+        self.factors, self.states = [np.where(self.going, 0.0, np.nan)], [self._space()]
+        self.stables = [self.going.copy()]
 
     def step(self) -> bool:
         """One more point of each path that has not ended; whether there is any."""

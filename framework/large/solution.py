@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array, Shape
+from ..clearance import loose_joints
+from ..contact import Contact
 from ..errors import FrameError
 from ..plan import Plan
 from . import rotation
@@ -89,7 +91,7 @@ class LargeSolution:
         ndarray
             ``ux uy uz`` and the rotation vector, (..., 6), length and radians.
         """
-        number = self._known(node, self.model.topology.number, "node")
+        number = self._number(node)
         state = self.state
         return self._shaped(np.concatenate([state.moved[:, number], rotation.logarithm(state.turned[:, number])]))
 
@@ -108,7 +110,7 @@ class LargeSolution:
         ndarray
             ``ux uy uz`` and the rotation vector, (..., k, 6).
         """
-        return self._stations.displacement(self._member(member), np.atleast_1d(at))
+        return self._masked(self._stations.displacement(self._member(member), np.atleast_1d(at)))
 
     def joint_displacement(self, joint: str) -> Array:
         """Displacement of a joint's second node relative to its first, in axes that follow the first.
@@ -143,7 +145,7 @@ class LargeSolution:
         ndarray
             Start before end, (..., 12), in axes that follow the chord of the piece (of ``segments``) at that end.
         """
-        return self._stations.end_forces(self._member(member))
+        return self._masked(self._stations.end_forces(self._member(member)))
 
     def forces(self, member: str, at: ArrayLike) -> Array:
         """Internal forces along a member, which the part ahead exerts on the part behind; tension is positive.
@@ -160,7 +162,7 @@ class LargeSolution:
         ndarray
             ``N Vy Vz T My Mz``, (..., k, 6), in axes that follow the chord of the piece.
         """
-        return self._stations.forces(self._member(member), np.atleast_1d(at))
+        return self._masked(self._stations.forces(self._member(member), np.atleast_1d(at)))
 
     def stress(self, member: str, at: ArrayLike) -> Array:
         """Extreme stresses of the section along a member.
@@ -177,7 +179,7 @@ class LargeSolution:
         ndarray
             Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
         """
-        return self._stations.stress(self._member(member), np.atleast_1d(at))
+        return self._masked(self._stations.stress(self._member(member), np.atleast_1d(at)))
 
     def reaction(self, node: str) -> Array:
         """Force and moment of a support on its node in global axes.
@@ -192,6 +194,7 @@ class LargeSolution:
         ndarray
             ``fx fy fz mx my mz``, (..., 6), moments about the displaced node; zero where the node is not held.
         """
+        node = self.frame.aliases.get(node, node)
         if node not in self.frame.supports:
             supported = ", ".join(self.frame.supports) or "none"
             raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
@@ -218,16 +221,45 @@ class LargeSolution:
         """
         return self._shaped(-self._nodal[1][:, self._link(joint)])
 
+    def contact(self, joint: str) -> Contact:
+        """Where a joint with clearance is in contact, and how hard it is pressed.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        Contact
+            Its normal in global axes where the frame has come to; `unresolved` where no equilibrium was found.
+
+        Raises
+        ------
+        FrameError
+            If the joint has no clearance, or clearances were left out.
+        """
+        from .contact import contact
+
+        self._link(joint)
+        loose = loose_joints(self.frame) if self.model.clearance else []
+        if joint not in loose:
+            told = ", ".join(loose) or "none, or they were left out"
+            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {told}")
+        return contact(self, joint)
+
     # -- trust ------------------------------------------------------------------------------------------------------
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``stable``; ``stable beyond a saddle`` where a free mode had to be followed; ``unstable``
-        (or neutral); ``not converged``, and the results are where the iteration stopped."""
+        (or neutral); ``not converged``, and the results are where the iteration stopped; ``absent`` where the entry
+        was left out."""
         found = self._found
         stable = np.where(found.left, "stable beyond a saddle", "stable")
         held = np.where(self.stable.reshape(-1), stable, "unstable")
-        return np.where(found.converged, held, "not converged").reshape(self.shape)
+        status = np.where(found.converged, held, "not converged").reshape(self.shape)
+        return status if self.frame.absent is None else np.where(self.frame.absent, "absent", status)
 
     @cached_property
     def stable(self) -> NDArray[np.bool_]:
@@ -239,6 +271,11 @@ class LargeSolution:
         if len(self.model.components) < 6:
             out &= least_pivot(self._march, self.state, self.model) > -1e-9
         return out.reshape(self.shape)
+
+    @property
+    def converged(self) -> NDArray[np.bool_]:
+        """Whether an equilibrium was found, (...)."""
+        return self._found.converged.reshape(self.shape)
 
     @property
     def iterations(self) -> NDArray[np.int64]:
@@ -253,7 +290,7 @@ class LargeSolution:
         rows = np.where(newton.scale == 1.0, 1.0 / newton.size, newton.scale > 0.0)[: self.model.free, None]
         largest = np.abs(at.nodal[:3]).max(axis=(0, 1))
         unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
-        return np.asarray(unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape)
+        return self._masked((unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape))
 
     @property
     def load_factor(self) -> Array:
@@ -327,7 +364,19 @@ class LargeSolution:
         return Stations(self.model, self.equations, self.state)
 
     def _shaped(self, array: Array) -> Array:
-        return batch_first(array, self.shape, array.ndim - 1)
+        return self._masked(batch_first(array, self.shape, array.ndim - 1))
+
+    def _masked(self, array: Array) -> Array:
+        if self.frame.absent is None:
+            return array
+        absent = np.broadcast_to(self.frame.absent, self.shape)
+        return np.where(absent.reshape(*self.shape, *(1,) * (array.ndim - absent.ndim)), np.nan, array)
+
+    def _number(self, node: str) -> int:
+        node = self.frame.aliases.get(node, node)
+        if node not in self.model.topology.number:
+            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
+        return self.model.topology.number[node]
 
     def _known(self, name: str, known: dict[str, int], what: str) -> int:
         if name not in known:

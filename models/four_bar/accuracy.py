@@ -88,6 +88,20 @@ class Accuracy:
         """Compliance and exact clearance, (..., 3)."""
         return self.compliance + self.clearance_exact
 
+    @cached_property
+    def large(self) -> Array:
+        """Displacement of P by load and clearance together, (..., 3), at large displacement: also at singular poses.
+
+        The stable equilibrium to which load and clearance lead from the rigid position; NaN where none was found.
+        """
+        if self.contacts is None:
+            frame = self._loaded({joint: gap for joint, gap in self.clearances.items() if gap.any()})
+        else:
+            frame = self.frame()
+        solution = frame.solve(large=True)
+        found = np.where(solution.converged[..., None], solution.displacement("P")[..., :3], np.nan)
+        return np.broadcast_to(found, (*self.shape, 3))
+
     # -- how it stands ----------------------------------------------------------------------------------------------
 
     @cached_property

@@ -13,6 +13,7 @@ from ..job.figures import draw_histograms, draw_trajectory
 from ..job.output import results
 from ..job.rendered import rendered
 from ..job.stages import Stages
+from . import large
 from .figures import draw_linkage
 from .report import report
 from .result import compute
@@ -102,6 +103,8 @@ def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
     print(as_text(result))
     if result.inputs.is_paper_linkage:
         print("\nRight of the bar: the values printed in the paper, under the headings that fit them; see report.md.")
+    if table := large.as_text(result):
+        print(f"\nWhere linear mechanics does not hold, beside the samples at large displacement:\n{table}")
     for note in notes:
         print(f"\n{note}")
     split = ", ".join(f"{name} {seconds:.2f}" for name, seconds in stages.seconds.items())

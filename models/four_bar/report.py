@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..job.tables import markdown, spent
-from . import against_paper, digits
+from . import against_paper, digits, large
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -70,6 +70,9 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
         "### Certain digits",
         digits.EXPLAINED,
         digits.as_markdown(result),
+        "### Large displacement",
+        large.EXPLAINED,
+        large.as_markdown(result),
         "## Figures",
         *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
         "## In ParaView",

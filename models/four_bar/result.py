@@ -16,12 +16,14 @@ from ...framework.errors import FrameError, MechanismWarning
 from ...framework.validity import LINEAR
 from .four_bar import JOINTS, FourBar
 from .inputs import Inputs
+from .large import large_samples
 from .motion import LINKS, FourBarMotion
 from .study import Study, monte_carlo
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
     from ..sampling import Distribution
+    from ..spread import Spread
 
 Array = NDArray[np.float64]
 
@@ -100,6 +102,11 @@ class Result:
         fine = np.linspace(theta[0], theta[-1], 721)
         closes = self.motion.four_bar.assembles(fine)
         return self.motion.four_bar.move(fine[closes]).position("P")
+
+    @cached_property
+    def large(self) -> Spread:
+        """Displacement of P from its rigid position at large displacement, (poses, samples, 3), also where singular."""
+        return large_samples(self.study)
 
     @property
     def samples(self) -> Array:
@@ -224,7 +231,7 @@ def compute(inputs: Inputs) -> Result:
             exact=inputs.closure == "exact",
         )
         result = Result(inputs, study)
-        _ = result.pose, result.std, result.kappa, result.kappa_scaled, result.compliance
+        _ = result.pose, result.std, result.large.std, result.kappa, result.kappa_scaled, result.compliance
     return result
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COLUMNS = ("theta_deg", "x_m", "y_m", "mu_x_m", "mu_y_m", "sigma_x_m", "sigma_y_m", "kappa", "kappa_scaled", "status")
+LARGE_COLUMNS = ("large_mu_x_m", "large_mu_y_m", "large_sigma_x_m", "large_sigma_y_m")
 PRINTED_COLUMNS = ("mu_x_minus_l", "mu_y", "sigma_x", "sigma_y", "kappa")
 
 
@@ -103,7 +104,9 @@ def rows(result: Result) -> Iterator[tuple[float | str | None, ...]]:
 
 def as_csv(result: Result) -> str:
     """The table as comma-separated values at full precision; NaN and what is not printed stay empty."""
-    return separated([*COLUMNS, *(f"printed_{name}" for name in PRINTED_COLUMNS)], rows(result))
+    large = np.column_stack([(result.rigid + result.large.mean)[:, :2], result.large.std[:, :2]]).tolist()
+    heading = [*COLUMNS, *(f"printed_{name}" for name in PRINTED_COLUMNS), *LARGE_COLUMNS]
+    return separated(heading, [(*row, *beside) for row, beside in zip(rows(result), large, strict=True)])
 
 
 def as_text(result: Result) -> str:

@@ -1,0 +1,64 @@
+"""The four-bar's samples at large displacement: finite where linear mechanics has no number, equal where it has one."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+from linkframe.models import FourBar
+from linkframe.models.four_bar.accuracy import accuracy
+from linkframe.models.four_bar.inputs import Inputs
+from linkframe.models.four_bar.large import as_markdown, as_text
+from linkframe.models.four_bar.result import Result, compute
+from linkframe.models.four_bar.table import as_csv
+
+
+@pytest.fixture(scope="module")
+def result() -> Result:
+    return compute(Inputs(samples=40))
+
+
+def test_all_poses_have_numbers(result: Result) -> None:
+    """Millimetres at the singular poses, where the paper prints 1e6 to 1e8 m."""
+    assert np.isfinite(result.large.samples).all()
+    assert result.large.std[:, :2].max() < 8e-3
+    singular = ~result.regular
+    assert singular.sum() == 3
+    assert result.large.std[singular, 1].min() > 2e-3
+
+
+def test_equals_the_linear_samples_far_from_singular_poses(result: Result) -> None:
+    """To second order in the clearance (1e-3 squared, over 0.1), whose exact displacement is known in closed form.
+
+    The contact's direction turns with the link, in the closed form it does not.
+    """
+    study = result.study
+    pose = int(np.flatnonzero(result.degrees == 90.0)[0])
+    exact = study.geometry.samples[pose] + study.compliance.samples[pose] + study.clearance_exact.samples[pose]
+    assert result.large.samples[pose] == pytest.approx(exact, abs=2e-5)
+
+
+@pytest.mark.parametrize("contact", [0.7, "reaction"])
+def test_small_clearances_give_the_first_order(contact: float | str) -> None:
+    found = accuracy(FourBar(), np.radians([40.0, 100.0]), load=(0.0, 1.0, 0.0), clearance=1e-7, contact=contact)
+    assert found.large == pytest.approx(found.total, abs=2e-11)
+
+
+def test_table_lists_the_poses_that_need_it(result: Result) -> None:
+    text = as_text(result)
+    listed = [line.split("°")[0].strip() for line in text.splitlines()[1:]]
+    assert (
+        {"0", "180", "360"} <= set(listed) <= {"0", "10", "20", "160", "170", "180", "190", "200", "340", "350", "360"}
+    )
+    assert "1.000" not in text
+    assert len(as_markdown(result).splitlines()) == len(listed) + 2
+
+
+def test_csv_holds_both_columns(result: Result) -> None:
+    rows = list(csv.DictReader(as_csv(result).splitlines()))
+    for row, mean, spread in zip(rows, result.rigid + result.large.mean, result.large.std, strict=True):
+        assert float(row["large_mu_y_m"]) == mean[1]
+        assert float(row["large_sigma_x_m"]) == spread[0]
+    assert rows[0]["mu_x_m"] == ""
+    assert abs(float(rows[9]["large_mu_y_m"]) - float(rows[9]["mu_y_m"])) < 1e-4
