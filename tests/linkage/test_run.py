@@ -5,15 +5,21 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
+from linkframe.framework import FrameError
+from linkframe.framework.vtu import read_names
 from linkframe.models import FourBar
 from linkframe.models.command_line import main
-from linkframe.models.linkage.files import read_linkage
+from linkframe.models.linkage.files import read_linkage, write_linkage
 from linkframe.models.linkage.job import run as job
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.result import compute
+from linkframe.models.sampling import draw
 from numpy.testing import assert_allclose, assert_array_equal
+from reference.linkages import four_bar
+from reference.spatial import stewart
 
 LINKAGE = """\
 title = "A slider-crank"
@@ -184,8 +190,6 @@ def test_samples_are_those_of_the_linkage_with_other_numbers(results: Path) -> N
     saved = np.load(results / "out" / "samples.npz")
     assert_array_equal(saved["displacement"], result.propagation.samples)
     assert saved["displacement"].shape == (40, 2, 8, 3)
-    from linkframe.models.sampling import draw
-
     drawn = draw({name: t.law for name, t in inputs.tolerances.items()}, 40, 7)
     text = LINKAGE.replace(
         "C = [0.4, 0.0]", f"C = [{drawn['rod'][3]!r}, 0.0]".replace("np.float64(", "").replace(")", "")
@@ -323,3 +327,43 @@ def test_the_example_file_is_the_paper_s_four_bar() -> None:
     wanted = frame.solve().displacement("P")
     assert_allclose(result.main.compliance[regular], wanted, rtol=0.0, atol=1e-10 * np.abs(wanted).max())
     assert sorted(inputs.tolerances) == ["clearance_B", "clearance_D", "clearance_E", "load", "stiffness"]
+
+
+def test_a_platform_in_space(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Six drives at once, a linkage written by the program itself, drawings in space."""
+    linkage, _, _ = stewart()
+    linkage.load("O", fz=-100.0)
+    path = tmp_path / "platform.toml"
+    write_linkage(linkage, path)
+    drives = "".join(f"[run.drives.M{k}]\nvalues = [0.0, {0.01 * k}, 0.03]\n" for k in range(6))
+    path.write_text(path.read_text(encoding="utf-8") + drives, encoding="utf-8")
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
+    found, forces = table(tmp_path / "out" / "table.csv"), table(tmp_path / "out" / "reactions.csv")
+    motion = linkage.move({f"M{k}": np.array([0.0, 0.01 * k, 0.03]) for k in range(6)})
+    assert_allclose(found["O_z"].astype(float), motion.position("O")[:, 2], rtol=1e-12)
+    assert_allclose(forces["M3_drive_uz"].astype(float), motion.reactions().drive("M3")[:, 0], rtol=1e-9)
+    assert (tmp_path / "out" / "mechanism.png").stat().st_size > 20_000
+    # The first drive stands still, so that time is the number of the pose.
+    series = (tmp_path / "out" / "trajectory.pvd").read_text(encoding="utf-8")
+    assert 'timestep="2.0"' in series
+    assert "M5" in capsys.readouterr().out
+
+
+def test_a_motion_in_paraview(tmp_path: Path) -> None:
+    """Links as lines, with what their points do; poses that are not assembled are left out."""
+    motion = four_bar(0.4, 0.5, 0.45, 0.7, 1.0).move(A=np.radians([30.0, 180.0, 40.0]), rates={"A": 2.0})
+    motion.save(tmp_path / "motion.pvd", times=[1.0, 2.0, 3.0])
+    files = sorted((tmp_path / "motion").iterdir())
+    assert len(files) == 2
+    mesh = meshio.read(files[1])
+    assert_allclose(mesh.points[[0, 1, 3]], [motion.position(p)[2] for p in "ABD"], rtol=1e-14)
+    assert_allclose(mesh.point_data["velocity"][3], motion.velocity("D")[2], rtol=1e-14)
+    assert mesh.cells_dict["line"].tolist() == [[0, 1], [2, 3], [4, 5]]
+    assert read_names(tmp_path / "motion.pvd") == {"link": ["crank", "coupler", "rocker"]}
+    for bad, told in (("motion.vtu", "does not end in .pvd"), ("none/motion.pvd", "cannot write")):
+        with pytest.raises(FrameError, match=told):
+            motion.save(tmp_path / bad)
+    with pytest.raises(FrameError, match="give 3 increasing numbers"):
+        motion.save(tmp_path / "motion.pvd", times=[1.0, 1.0, 2.0])
+    with pytest.raises(FrameError, match=r"batch shape is \(3, 2\)"):
+        four_bar(0.3, 0.9, 0.8, 0.7, 1.0).move(A=np.ones((3, 2))).save(tmp_path / "x.pvd")
