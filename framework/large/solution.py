@@ -22,6 +22,7 @@ from .model import Model
 from .numbers import batch_first
 from .stability import least_pivot
 from .stations import Stations
+from .trust import Trust
 
 if TYPE_CHECKING:
     from ..frame import Frame
@@ -292,6 +293,25 @@ class LargeSolution:
         unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
         return self._masked((unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape))
 
+    def error_bound(self, node: str) -> Array:
+        """Bound on the numerical error of a displacement, of first order: Newton's residual through the tangent.
+
+        Unbalanced forces, and the rounding that may be in them, act at their worst. How well the pieces of a member
+        follow its curve is another matter: compare with more ``segments``.
+
+        Parameters
+        ----------
+        node
+            The node.
+
+        Returns
+        -------
+        ndarray
+            By component of `displacement`, (..., 6); rotation as a spin.
+        """
+        number = self._known(node, self.model.topology.number, "node")
+        return self._shaped(self._trust.bound(number))
+
     @property
     def load_factor(self) -> Array:
         """Shares of the load in the steps, (steps,)."""
@@ -358,6 +378,10 @@ class LargeSolution:
     @property
     def _nodal(self) -> tuple[Array, Array]:
         return self._linear.nodal, self._linear.own
+
+    @cached_property
+    def _trust(self) -> Trust:
+        return Trust(self._march.newton, self.equations, self.state)
 
     @cached_property
     def _stations(self) -> Stations:
