@@ -60,7 +60,7 @@ def test_no_poses():
 def test_jumps_returns_and_many_turns(size):
     """A crank that goes round closes to the same place however it is reached."""
     linkage = four_bar(size=size)
-    values = np.array([0.0, 1.0, 0.3, 0.3, 200.0, -1.0, 4.0, 6.5, -700.0, 2e4 * np.pi])
+    values = np.array([0.0, 1.0, 0.3, 0.3, 200.0, -1.0, 4.0, 6.5, -700.0, 200 * np.pi])
     motion = linkage.move(A=values)
     for k, value in enumerate(values):
         place = linkage.move(A=np.remainder(value, 2 * np.pi)).position("P")
