@@ -29,21 +29,21 @@ class Graph:
     """
 
     def __init__(self, plan: Plan) -> None:
-        self.plan = plan
+        self.topology, self.tree = plan.topology, plan.tree
         self.unknown: Index = np.array(plan.unknowns, dtype=np.int64)
         self.node = self.unknown // 6
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
         """Nodes whose six displacements are unknowns of their own, (nodes,)."""
-        out = np.ones(len(self.plan.topology.number), dtype=bool)
-        out[list(self.plan.tree.rows)] = False
+        out = np.ones(len(self.topology.number), dtype=bool)
+        out[list(self.tree.rows)] = False
         return out
 
     @cached_property
     def points(self) -> Array:
         """Positions of all nodes, (nodes, 3)."""
-        return self.plan.topology.points
+        return self.topology.points
 
     @property
     def entries(self) -> int:
@@ -53,19 +53,19 @@ class Graph:
     @cached_property
     def pairs(self) -> Index:
         """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
-        count = len(self.plan.topology.number)
+        count = len(self.topology.number)
         free = np.flatnonzero(self.free)
-        on_edges = {node: _nodes(six) for node, six in self.plan.tree.rows.items()}
+        on_edges = {node: _nodes(six) for node, six in self.tree.rows.items()}
         owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
         rows = np.concatenate([free, *owners])
         columns = np.concatenate([free, *on_edges.values()])
         carries = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-        ends = self.plan.topology.ends
+        ends = self.topology.ends
         joined = csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
         whole = joined + csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
         coupled = (carries.T @ whole @ carries).tocoo()
         first, second = [coupled.row], [coupled.col]
-        for spring in self.plan.tree.springs:
+        for spring in self.tree.springs:
             own = _nodes([spring.row])
             first.append(np.repeat(own, len(own)))
             second.append(np.tile(own, len(own)))

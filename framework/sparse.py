@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
-from functools import cached_property
+import weakref
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from .batch import Array, turned
 from .cholesky import CholeskyFactor
 from .clock import timed
 from .factor import Factor
+from .graph import Graph
 from .iterative import Iterative, Places
 from .lu import LUFactor
 from .matrices import Matrices
@@ -37,15 +39,18 @@ class SparseSolver:
     """
 
     def __init__(self, plan: Plan) -> None:
-        self.plan = plan
+        # Weakly, as the plan holds this: what nobody needs any more is then freed at once, not by the collector.
+        self.plan: Plan = weakref.proxy(plan)
         self.unknown: Index = plan.graph.unknown
-        self.matrices = Matrices(plan)
+        self.matrices = Matrices(self.plan)
         self._factors: dict[bytes, Factor] = {}
 
     def reloaded(self, plan: Plan) -> SparseSolver:
         """The same matrix and factors under the loads of another plan."""
         twin = copy.copy(self)
-        twin.plan = plan
+        twin.plan = weakref.proxy(plan)
+        twin.matrices = copy.copy(self.matrices)
+        twin.matrices.plan = twin.plan
         for loaded in ("load", "unknowns", "_numbers", "excited"):
             vars(twin).pop(loaded, None)
         return twin
@@ -108,7 +113,7 @@ class SparseSolver:
     def motions(self) -> Array:
         """Displacements of the unknowns that cost no energy, (n, motions): no more than a few are sought."""
         everything = np.ones(len(self.unknown), dtype=bool)
-        return self._factor(everything).motions(lambda matrix: self._direct(matrix, everything))
+        return self._factor(everything).motions(self._direct(everything))
 
     # -- loads ------------------------------------------------------------------------------------------------------
 
@@ -187,20 +192,16 @@ class SparseSolver:
         return self._factors[key]
 
     def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
+        direct = self._direct(where)
         if self.plan.method.name != ITERATIVE:
-            return self._direct(matrix, where)
+            return direct(matrix)
         graph = self.plan.graph
         free = graph.free & np.array([body is None for body in self.plan.topology.bodies])
         places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
-        return Iterative(matrix, places.of(where), lambda matrix: self._direct(matrix, where))
+        return Iterative(matrix, places.of(where), direct)
 
-    def _direct(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
-        name, graph = self.plan.method.name, self.plan.graph
-        if name == BANDED:
-            return BandedFactor(matrix, graph.order(graph.band, where))
-        if name == CHOLESKY or (name == ITERATIVE and available()):
-            return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))
-        return LUFactor(matrix)
+    def _direct(self, where: NDArray[np.bool_]) -> Callable[[csr_matrix], Factor]:
+        return partial(_direct, self.plan.method.name, self.plan.graph, where)
 
     @cached_property
     def _numbers(self) -> Array:
@@ -223,3 +224,12 @@ class SparseSolver:
         """(n, ..., m) with its batch as one axis, (n, load cases, m)."""
         n, m = stack.shape[0], stack.shape[-1]
         return np.broadcast_to(stack, (n, *self.plan.frame.shape, m)).reshape(n, self._cases, m)
+
+
+def _direct(name: str, graph: Graph, where: NDArray[np.bool_], matrix: csr_matrix) -> Factor:
+    """Factor of the matrix of the unknowns `where`."""
+    if name == BANDED:
+        return BandedFactor(matrix, graph.order(graph.band, where))
+    if name == CHOLESKY or (name == ITERATIVE and available()):
+        return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))
+    return LUFactor(matrix)

@@ -232,7 +232,8 @@ def opensees(size: Size, numberer: str, solver: str) -> tuple[Seconds, Array, st
 
 def system(size: Size) -> tuple[csr_matrix, Array]:
     """Matrix and load; the unknowns are the displacements of the nodes above the foot, storey by storey."""
-    solver = SparseSolver(Plan(described(size)))
+    plan = Plan(described(size))
+    solver = SparseSolver(plan)
     return solver.stiffness, solver.load[:, 0]
 
 

@@ -13,6 +13,7 @@ from linkframe.framework import Frame
 from linkframe.framework import plan as plan_module
 from linkframe.framework.broadcast import BroadcastSolver
 from linkframe.framework.lu import LUFactor
+from linkframe.framework.sparse import SparseSolver
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3, density=7850.0))
 
@@ -135,5 +136,30 @@ def test_freed_at_once(read: str, monkeypatch: pytest.MonkeyPatch) -> None:
         kept = weakref.ref(frame.kept)
         del frame
         assert kept() is None
+    finally:
+        gc.enable()
+
+
+@pytest.mark.parametrize("method", ["banded", "sparse", "iterative"])
+def test_factors_are_freed_at_once(method: str) -> None:
+    """So do matrix and factor of a large frame; a plan taken up goes on with them when the first one is gone."""
+    frame = tower(60)
+    gc.collect()
+    gc.disable()
+    try:
+        first = frame.solve(method=method)
+        first.displacement("n3")
+        kept = [weakref.ref(each) for each in (first.plan, first.solver, first.solver.factor)]  # type: ignore[union-attr]
+        frame.load("n60", fx=1.0)
+        del first
+        again = frame.solve(method=method)
+        again.displacement("n3")
+        assert isinstance(again.solver, SparseSolver)
+        assert again.solver.mass.shape == again.solver.stiffness.shape
+        assert again.solver.motions().shape[1] == 0
+        kept += [weakref.ref(each) for each in (again.plan, again.solver, again.solver.matrices)]
+        assert kept[2]() is again.solver.factor
+        del again, frame
+        assert [each() for each in kept] == [None] * 6
     finally:
         gc.enable()
