@@ -70,7 +70,7 @@ class Adjoint:
     @cached_property
     def deformations(self) -> list[Array]:
         """Deformations by kind of member, (m, ..., n, 6)."""
-        return [each.of(self.displacements) for each in self.state.double_springs]
+        return [each.of(self.displacements, self.rough) for each in self.state.double_springs]
 
     @cached_property
     def openings(self) -> list[Array]:
@@ -110,7 +110,7 @@ class Adjoint:
         total: Any = extended(0.0)
         kinds = zip(state.double_springs, self.deformations, self._weights(), state.member_pulls, strict=True)
         for springs, found, weight, pull in kinds:
-            size = springs.sizes(spread)
+            size = springs.sizes(spread, self.rough)
             total = total + _dot(np.abs(found) + 8.0 * state.rounding * size, weight)
             total = total + _dot(size, state.fine * np.abs(pull))
         opened = double.opening_sizes(self.rough, spread)
@@ -157,7 +157,7 @@ class Adjoint:
         if self._fine:
             left = self._unbalanced(self.coordinates, state.kinematics, state.springs)
             spread = extended(state.double.sizes(self.rough))
-            kinds = ((each, each.sizes(spread)) for each in state.springs)
+            kinds = ((each, each.sizes(spread, self.rough)) for each in state.springs)
             noise = state.fine * np.sqrt(size * _energy(kinds))
             fine: Real = _norm(extended(root) * left) + noise + _LEAST * load
             return fine
@@ -165,7 +165,7 @@ class Adjoint:
         noise = compliance.fuzz * _norm(self.answer / root)
         if self.result.imposed:
             spread = state.double.sizes(self._fixed)
-            kinds = ((each, each.sizes(spread)) for each in state.double_springs)
+            kinds = ((each, each.sizes(spread, self._fixed)) for each in state.double_springs)
             noise = noise + _CAREFUL * state.rounding * np.sqrt(size * _energy(kinds))
         rough: Real = _norm(root * left) + noise + state.rounding * load
         return rough
@@ -182,7 +182,7 @@ class Adjoint:
         load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces
         moved = kinematics.displacements(coordinates)
         for each in springs:
-            load = load - each.forces(each.stiffness * each.of(moved), kinematics.count)
+            load = load - each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count)
         opened = kinematics.openings(coordinates, moved)
         pulls = [
             -k * opening + result.pulls.get(index, 0.0)

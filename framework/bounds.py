@@ -153,16 +153,19 @@ class Bounds:
 
     def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[Part]:
         """What double precision cannot tell from singular, in extended precision."""
-        unknowns, values = self._values
         mask = np.zeros(self.plan.frame.shape, dtype=bool)
         mask[where] = unproved
         for index in groups(mask & (self.solution.status != "mechanism")):
             at: Any = () if index is None else index
-            yield Part(at, *hard(self._statics, index, unknowns, values[at]))
+            yield Part(at, *hard(self._hung, index, self._values[0]))
 
     @cached_property
     def _statics(self) -> Statics:
         return Statics(self.plan)
+
+    @cached_property
+    def _hung(self) -> Statics:
+        return Statics(self.plan, hung=True)
 
     @cached_property
     def _sparse(self) -> SparseCompliance:

@@ -210,8 +210,8 @@ def _rows(
     unit = np.eye(size, dtype=kind).reshape(size, *(1,) * ndim, size)
     coordinates = kinematics.coordinates(unknowns, unit, [None] * len(kinematics.links))
     moved, spread = kinematics.displacements(coordinates), kinematics.sizes(coordinates)
-    of = [_flat(each.of(moved)) for each in springs] + kinematics.openings(coordinates, moved)
-    parts = [_flat(each.sizes(spread)) for each in springs] + kinematics.opening_sizes(coordinates, spread)
+    of = [_flat(each.of(moved, coordinates)) for each in springs] + kinematics.openings(coordinates, moved)
+    parts = [_flat(each.sizes(spread, coordinates)) for each in springs] + kinematics.opening_sizes(coordinates, spread)
     return _together(of), _together(parts)
 
 

@@ -36,6 +36,9 @@ class Springs:
         (..., n, 6), double precision.
     roundings
         Roundings by which the stiffness may be off.
+    hung
+        1 where the end hangs on the start, -1 where the start on the end, 0 where neither (n,): the coordinates of what
+        hangs are its displacement relative to the rigid motion of the other, and alone deform the member.
     """
 
     nodes: Index
@@ -45,6 +48,7 @@ class Springs:
     length: Real
     stiffness: Array
     roundings: float
+    hung: Index
 
     def mapped(self, change: Change) -> Springs:
         """A copy with `change`, given the number of trailing axes, applied to every array of the batch."""
@@ -56,13 +60,13 @@ class Springs:
             stiffness=change(self.stiffness, 2),
         )
 
-    def of(self, displacements: Real) -> Real:
-        """Deformations (..., n, 6) from displacements of the nodes (..., nodes, 6)."""
-        return _applied(self.rows, self._ends(displacements))
+    def of(self, displacements: Real, coordinates: Real) -> Real:
+        """Deformations (..., n, 6) from displacements and coordinates of the nodes (..., nodes, 6)."""
+        return _applied(self.rows, self._ends(displacements, coordinates))
 
-    def sizes(self, displacements: Real) -> Real:
+    def sizes(self, displacements: Real, coordinates: Real) -> Real:
         """Sum of the sizes of what the deformations are made of, (..., n, 6), in double precision."""
-        ends = np.abs(self._ends(displacements)).astype(np.float64)
+        ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
         return _applied(np.abs(self.rows).astype(np.float64), ends)
 
     def forces(self, pulls: Real, count: int) -> Real:
@@ -88,8 +92,13 @@ class Springs:
         local: Real = turned_back.reshape(*turned_back.shape[:-2], 12)
         return local
 
-    def _ends(self, displacements: Real) -> Real:
+    def _ends(self, displacements: Real, coordinates: Real) -> Real:
         taken = displacements[..., self.nodes, :]
+        if self.hung.any():
+            which = np.flatnonzero(self.hung)
+            side = (self.hung[which] > 0).astype(np.int64)
+            taken[..., which, 1 - side, :] = 0.0
+            taken[..., which, side, :] = coordinates[..., self.nodes[which, side], :]
         ends: Real = taken.reshape(*taken.shape[:-2], 12)
         return ends
 
@@ -117,6 +126,7 @@ def _of(plan: Plan, group: Group) -> Springs:
         np.moveaxis(length, 0, -1),
         np.moveaxis(stiffness, 0, -2),
         standing.element.roundings,
+        np.zeros(len(group.pieces), dtype=np.int64),
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from .applied import Loads
 from .batch import Array, aligned
 from .deformations import Springs, springs
+from .hanging import MEMBER, hanging
 from .kinematics import Change, Kinematics, Link, Real, extended
 from .parts import Extended
 from .plan import Plan
@@ -34,12 +35,16 @@ class Statics:
     ----------
     plan
         The compiled frame.
+    hung
+        Whether one end of a member is to hang on the other where that makes a tree: what is stiff and short then
+        stands alone on coordinates of its own, as a joint does.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, *, hung: bool = False) -> None:
         self.plan = plan
-        self.kinematics = Kinematics.of(plan)
-        self.springs = springs(plan)
+        members, links = hanging(plan, springs(plan)) if hung else (springs(plan), [])
+        self.kinematics = Kinematics.of(plan, links)
+        self.springs = members
         self.loads = Loads.of(plan, self.springs)
         ndim = len(plan.frame.shape)
         links = self.kinematics.links
@@ -97,7 +102,7 @@ class Equilibrium:
             k * (opening if offset is None else opening - offset)
             for k, opening, offset in zip(self.stiffness, self.openings, self.imposed, strict=True)
         ]
-        self.deformations = [each.of(self.displacements) for each in self.springs]
+        self.deformations = [each.of(self.displacements, self.coordinates) for each in self.springs]
         self.member_pulls = [each.stiffness * e for each, e in zip(self.springs, self.deformations, strict=True)]
         inner = sum(
             (each.forces(pull, kinematics.count) for each, pull in zip(self.springs, self.member_pulls, strict=True)),
@@ -115,6 +120,16 @@ class Equilibrium:
     def balance(self) -> Real:
         """Unbalanced force on the unknowns, (..., n)."""
         return self.kinematics.reduced(self.unknowns, self.residual)
+
+    def absolute(self) -> Real:
+        """Values of the unknowns as the frame's own coordinates have them, (..., n)."""
+        out = self.values.copy()
+        hung = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
+        for index, unknown in enumerate(self.unknowns):
+            node, component = divmod(unknown, 6)
+            if node in hung:
+                out[..., index] = self.displacements[..., node, component]
+        return out
 
     @cached_property
     def double(self) -> Kinematics:
@@ -135,7 +150,7 @@ class Equilibrium:
     @cached_property
     def deformation_sizes(self) -> list[Array]:
         """The same of the deformations, by kind of member, (..., n, 6)."""
-        return [extended(each.sizes(self.sizes)) for each in self.springs]
+        return [extended(each.sizes(self.sizes, self.coordinates)) for each in self.springs]
 
     @cached_property
     def opening_sizes(self) -> list[Array]:

@@ -98,16 +98,25 @@ class Kinematics:
     dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
 
     @classmethod
-    def of(cls, plan: Plan) -> Kinematics:
-        """Kinematics of a frame in extended precision."""
+    def of(cls, plan: Plan, hung: Sequence[Link] = ()) -> Kinematics:
+        """Kinematics of a frame in extended precision.
+
+        Parameters
+        ----------
+        plan
+            The compiled frame.
+        hung
+            Members of which one end is to hang on the other, as links.
+        """
         tree, topology = plan.tree, plan.topology
-        hanging = {branch.child for branch in tree.branches}
+        hanging = {branch.child for branch in tree.branches} | {link.child for link in hung}
         own: dict[str, list[int]] = {}
         for node, body in enumerate(topology.bodies):
             if body is not None and node not in hanging:
                 own.setdefault(body, []).append(node)
         bodies = [(np.array(nodes), extended(topology.axes(nodes[0]))[..., None, :, :]) for nodes in own.values()]
         links = [_link(plan, branch.edge, branch.sign) for branch in tree.branches]
+        links = _parents_first([*links, *hung]) if hung else links
         links += [_link(plan, edge, 0.0) for edge, _ in tree.closing]
         numbers = {id(link.edge): index for index, link in enumerate(links)}
         given = [(numbers[id(each.edge)], each.component) for each in tree.elimination.given]
@@ -313,6 +322,19 @@ def _link(plan: Plan, edge: Edge, sign: float) -> Link:
         names = plan.topology.names
         arm = position(plan, names[edge.second]) - position(plan, names[edge.first])
     return Link(edge, edge.first, edge.second, sign, axes, arm)
+
+
+def _parents_first(links: list[Link]) -> list[Link]:
+    by_parent: dict[int, list[Link]] = {}
+    for link in links:
+        by_parent.setdefault(link.parent, []).append(link)
+    children = {link.child for link in links}
+    queue = [node for node in by_parent if node not in children]
+    out: list[Link] = []
+    for node in queue:
+        out += by_parent.get(node, [])
+        queue += [link.child for link in by_parent.get(node, [])]
+    return out
 
 
 def position(plan: Plan, name: str) -> Real:

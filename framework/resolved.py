@@ -69,7 +69,7 @@ class Resolved:
         self.unknowns = excited(plan)
         self.mask = np.zeros(plan.frame.shape, dtype=bool)
         self._values = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
-        statics = Statics(plan)
+        statics = Statics(plan, hung=True)
         with np.errstate(all="ignore"):
             for index in groups(suspects):
                 self._solve(statics, index)
@@ -79,16 +79,16 @@ class Resolved:
         return _combined(self.plan, self.unknowns, self._values, rows)[self.mask]
 
     def _solve(self, statics: Statics, index: tuple[NDArray[np.int64], ...] | None) -> None:
-        start = hard_state(statics, index, self.unknowns, None)
+        start = hard_state(statics, index, self.unknowns)
         rough = DenseCompliance(start.double, start.double_springs, start.stiffness, self.unknowns)
         near = np.atleast_1d(rough.distance() > _LEAST)
         if not near.any():
             return
         kept = index if index is None else tuple(each[near] for each in index)
-        state, compliance = hard(statics, kept, self.unknowns, None)
+        state, compliance = hard(statics, kept, self.unknowns)
         where: Any = () if kept is None else kept
         self.mask[where] = compliance.least > 0.0
-        self._values[where] = state.values
+        self._values[where] = state.absolute()
 
 
 class ResolvedLarge:
@@ -155,21 +155,19 @@ def _combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[
     return out
 
 
-def hard_state(
-    statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int], values: Real | None
-) -> Equilibrium:
-    """Some entries (m,) of a batch as a state of their own, from `values` (m, n) or from nothing."""
+def hard_state(statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]) -> Equilibrium:
+    """Some entries (m,) of a batch as a state of their own, at rest."""
     shape = statics.plan.frame.shape
     count = () if index is None else (len(index[0]),)
-    start = extended(np.zeros((*count, len(unknowns)))) if values is None else values
+    start = extended(np.zeros((*count, len(unknowns))))
     return Equilibrium(statics, Entries(index).of, unknowns, start, len(shape) if index is None else 1)
 
 
 def hard(
-    statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int], values: Real | None
+    statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
 ) -> tuple[Equilibrium, DenseCompliance]:
     """Entries solved and inverted in extended precision."""
-    state = hard_state(statics, index, unknowns, values)
+    state = hard_state(statics, index, unknowns)
     compliance = DenseCompliance(state.kinematics, state.springs, state.stiffness, unknowns, Extended)
     for _ in range(_STEPS):
         state = state.corrected(compliance)

@@ -110,7 +110,7 @@ def free_motion(plan: Plan, entry: tuple[int, ...]) -> FreeMotion:
 def _state(plan: Plan, entry: tuple[int, ...]) -> Equilibrium:
     """The entry at rest under its loads."""
     index = tuple(np.array([k]) for k in entry) or None
-    state = hard_state(Statics(plan), index, plan.unknowns, None)
+    state = hard_state(Statics(plan), index, plan.unknowns)
 
     def only(array: Real, trailing: int) -> Real:
         return state.change(array, trailing).reshape(array.shape[array.ndim - trailing :])

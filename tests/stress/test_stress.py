@@ -144,3 +144,14 @@ def test_the_table_and_the_files_show_what_was_measured(tmp_path: Path) -> None:
     assert (tmp_path / "stress.png").stat().st_size > 10_000
     assert "| load | 1e+300 | nan | inf |" in table(rows)
     assert "| units | mm, kN | 1.0e-16 | 2.0e-15 | 1.0e-17 | 1.0e-15 | 1 | regular |" in table(rows)
+
+
+@pytest.mark.parametrize(("axis", "x"), [("short stiff member", 1e-9), ("coincident nodes", 1e-12)])
+def test_short_members_are_no_mechanisms(axis: str, x: float) -> None:
+    """Where 10^18 separates stiffnesses, results are right to the last digits, and their bounds know it."""
+    build = next(each.build for each in AXES if each.name == axis)
+    for row in measured(axis, x, build(x)):
+        assert row.status == "regular"
+        if row.kind == "displacement":
+            assert row.error < 2e-15
+            assert row.bound < 1e-13
