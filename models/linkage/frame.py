@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...elements import Beam, Joint, PointMass
+from ...elements import Joint, PointMass
 from ...elements.spring import Spring as Line
 from ...framework.batch import Array, turned
 from ...framework.errors import FrameError
 from ...framework.frame import Frame
 from .actions import tension, turned_tensor
+from .guides import cut, in_order, inside
 from .inertia import inertia, is_given, place, with_density
 from .joints import COMPONENTS
 from .loading import Pieces, add_inertia_loads, add_loads
@@ -32,8 +33,6 @@ PLAY = {
     **dict.fromkeys(("spherical", "universal", "fixed"), ("ux", "uy", "uz")),
     "planar": ("uz",),
 }
-# A slider stands on a beam when it is off its line by less, as a share of the beam's length.
-OFF_LINE = 1e-9
 # Rotation about z.
 ABOUT = 5
 
@@ -101,11 +100,11 @@ class Builder:
         for guide, point, local in self._guides(name):
             self.frame.node(guide, local, body=name)
             at[guide] = local
-            pair = next((pair for pair in chains if _inside(at[pair[0]], at[pair[1]], local)), None)
+            pair = next((pair for pair in chains if inside(at[pair[0]], at[pair[1]], local)), None)
             if pair is None:
                 self.frame.rigid(self.nodes.of(name, point), guide)
             else:
-                chains[pair] = _sorted([*chains[pair], guide], at)
+                chains[pair] = in_order([*chains[pair], guide], at)
         self._beams(name, link, chains, at)
         self._rigid(name, link, places)
         if is_given(link):
@@ -179,7 +178,7 @@ class Builder:
         pieces = [
             (part, ends)
             for pair, chain in chains.items()
-            for part, ends in zip(_parts(link.beams[pair], chain, at), pairwise(chain), strict=True)
+            for part, ends in zip(cut(link.beams[pair], chain, at), pairwise(chain), strict=True)
         ]
         given = is_given(link)
         for index, (part, ends) in enumerate(pieces, start=1):
@@ -236,41 +235,3 @@ def _reached(link: Link, point: str) -> set[str]:
 
 def _apart(one: Array, other: Array) -> float:
     return float(np.max(np.linalg.norm(other - one, axis=-1)))
-
-
-def _inside(start: Array, end: Array, local: Array) -> bool:
-    """Whether a place lies between the ends of a beam at all poses."""
-    chord = end - start
-    length = np.linalg.norm(chord, axis=-1)
-    along = np.sum((local - start) * chord, axis=-1) / length
-    off = np.linalg.norm(np.cross(local - start, chord), axis=-1) / length
-    return bool(
-        np.all(off < OFF_LINE * length) and np.all((along > OFF_LINE * length) & (length - along > OFF_LINE * length))
-    )
-
-
-def _fraction(chain: list[str], at: dict[str, Array], name: str) -> Array:
-    start, end = at[chain[0]], at[chain[-1]]
-    return np.asarray(np.linalg.norm(at[name] - start, axis=-1) / np.linalg.norm(end - start, axis=-1))
-
-
-def _sorted(chain: list[str], at: dict[str, Array]) -> list[str]:
-    """Ends of a beam and the sliders on it in their order; sliders that pass each other cannot be told apart."""
-    start, end, *between = chain[0], chain[1], *chain[2:]
-    return [start, *sorted(between, key=lambda name: float(np.min(_fraction([start, end], at, name)))), end]
-
-
-def _parts(beam: Beam, chain: list[str], at: dict[str, Array]) -> list[Beam]:
-    """The beam, cut where sliders stand on it."""
-    if len(chain) == 2:
-        return [beam]
-    cuts = [np.zeros(()), *(_fraction(chain, at, name) for name in chain[1:-1]), np.ones(())]
-    parts = []
-    for index, (here, there) in enumerate(pairwise(cuts)):
-        ends = {"start": index == 0, "end": index == len(cuts) - 2}
-        release = tuple(name for name in beam.release if ends[name.split()[0]])
-        sections: dict[str, Any] = {}
-        if beam.end is not None:
-            sections = {"section": beam.section.between(beam.end, here), "end": beam.section.between(beam.end, there)}
-        parts.append(replace(beam, release=release, **sections))
-    return parts

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...framework.batch import Array
 from .closure import closing_bias, closing_rows
+from .inertia import place as place_of
 from .linkage import Linkage
 from .parts import GROUND, Pair
 from .rates import Rates, rates_of
@@ -127,16 +128,7 @@ class Mechanism:
 
     def place(self, link: str, point: str) -> Array:
         """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
-        drawn = self.linkage.points[point]
-        link = self.tree.twins.get(link, link)
-        if link == GROUND or self.linkage.links[link].length is None:
-            return drawn
-        start, end = (self.linkage.points[name] for name in self.linkage.links[link].points)
-        if point == self.linkage.links[link].points[0]:
-            return drawn
-        chord, length = end - start, self.linkage.links[link].length
-        assert length is not None
-        return np.asarray(start + chord * (length / np.linalg.norm(chord, axis=-1))[..., None])
+        return place_of(self.linkage, self.tree.twins.get(link, link), point)
 
     def constant(self, value: Array) -> list[Scalar]:
         """Numbers (..., 3) of the drawing on the tape: those that are always 0, 1 or -1 as such."""

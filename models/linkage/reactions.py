@@ -175,10 +175,11 @@ def reactions(motion: Motion) -> Reactions:
 
 def _boundless(motion: Motion, values: Array, side: Array) -> NDArray[np.bool_]:
     """Singular poses whose forces are large only because the closure holds to rounding and no better, (...)."""
-    huge = np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * np.max(np.abs(side), axis=-1, initial=0.0)
+    loads = np.max(np.abs(side), axis=-1, initial=0.0)
+    huge = np.asarray(np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * loads)
     if not huge.any():
         return huge
-    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")
+    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")  # type: ignore[no-any-return]
 
 
 def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:
