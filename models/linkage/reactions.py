@@ -179,7 +179,7 @@ def _boundless(motion: Motion, values: Array, side: Array) -> NDArray[np.bool_]:
     huge = np.asarray(np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * loads)
     if not huge.any():
         return huge
-    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")  # type: ignore[no-any-return]
+    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")
 
 
 def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:
