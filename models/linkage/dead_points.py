@@ -13,6 +13,9 @@ from .curve import Curve, Place
 from .held import moving_joints
 from .linkage import Linkage
 
+# Below this share of the drive in the motion, the drive is at rest.
+AT_REST = 1e-6
+
 
 @dataclass(frozen=True)
 class DeadPoint:
@@ -164,11 +167,11 @@ def _singular_places(curve: Curve) -> list[Place]:
 def _end(curve: Curve, sign: float) -> DeadPoint | None:
     """The dead point at which the drive turns back, begun from the drawing in one direction; None if it does not."""
     start = curve.start
-    begun = (curve.walk(start.turned(side * sign)) for side in (1.0, -1.0))
-    way = next((way for way in begun if len(way.places) > 1 and sign * way.places[1].tangent[curve.drive] > 0.0), None)
-    if way is None:
-        return _dead_point(curve, start)
+    way = curve.walk(start.turned(sign))
     forwards = np.array([sign * place.tangent[curve.drive] for place in way.places])
+    if forwards[0] < AT_REST and np.all(forwards[1:2] <= 0.0):
+        # Drawn in a dead point: the drive goes one way only, by either motion.
+        return _dead_point(curve, start)
     back = np.flatnonzero(forwards[1:] < 0.0)
     if not back.size:
         return _dead_point(curve, way.places[-1]) if way.stuck else None
@@ -185,7 +188,7 @@ def _dead_point(curve: Curve, place: Place) -> DeadPoint:
     motion[[curve.drive, *curve.locked]] = 0.0
     space = curve.space
     (joint,) = moving_joints(space.mechanism, place.state.tolist(), space.parameters, (motion / space.units).tolist())
-    crossing = bool(abs(place.tangent[curve.drive]) > 1e-6)
+    crossing = bool(abs(place.tangent[curve.drive]) > AT_REST)
     value = curve.crossing_value(place) if crossing else curve.coordinate(place.state)
     return DeadPoint(value, str(joint), crossing)
 

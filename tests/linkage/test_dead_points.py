@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
@@ -22,14 +22,13 @@ def triangle(a: float, b: float, opposite: float) -> float:
     return float(np.arccos((a * a + b * b - opposite * opposite) / (2.0 * a * b)))
 
 
-@given(*(st.floats(1.0, 3.0) for _ in range(4)), st.booleans())
+@given(st.floats(2.0, 4.0), st.floats(0.3, 1.5), st.floats(1.05, 1.6), st.floats(-0.9, 0.9), st.booleans())
 @settings(max_examples=10, deadline=None)
-def test_four_bar_that_cannot_turn(crank: float, coupler: float, rocker: float, ground: float, crossed: bool) -> None:
+def test_four_bar_that_cannot_turn(longest: float, shortest: float, sum_: float, apart: float, crossed: bool) -> None:
     """It turns back where coupler and rocker lie in line: the diagonal is their sum, or their difference."""
-    longest, shortest = coupler + rocker, abs(coupler - rocker)
-    assume(crank + ground > 1.02 * longest and abs(crank - ground) < 0.98 * shortest)
+    coupler, rocker = 0.5 * (longest + shortest), 0.5 * (longest - shortest)
+    crank, ground = (0.5 * (sum_ * longest + sign * apart * shortest) for sign in (1.0, -1.0))
     low, high = triangle(crank, ground, shortest), triangle(crank, ground, longest)
-    assume(high - low > 0.1)
     linkage = four_bar(crank, coupler, rocker, ground, 0.5 * (low + high), crossed)
     found = linkage.drive_range("A")
     assert_allclose([found.lower, found.upper], [low, high], **CLOSE)
@@ -90,6 +89,21 @@ def test_slider_crank(rod: float, offset: float, theta: float, unit: float) -> N
     assert (found.lower_joint, found.upper_joint) == ("B", "B")
     assert_allclose([point.value for point in linkage.dead_points("slide")], ends, rtol=0.0, atol=1e-10 * unit)
     assert linkage.drive_range("A").upper == np.inf  # in place of the drive, and not held by it
+
+
+@pytest.mark.parametrize("away", [1e-3, 1e-5])
+def test_drawn_beside_a_dead_point(away: float) -> None:
+    end = triangle(0.2, 0.3, 0.4)
+    found = four_bar(0.2, 0.22, 0.18, 0.3, end - away).drive_range("A")
+    assert_allclose([found.lower, found.upper], [-end, end], **CLOSE)
+
+
+def test_drawn_in_a_dead_point() -> None:
+    """Crank and rod in line: the piston cannot go out any further."""
+    linkage = slider_crank(1.0, 3.0, 0.0, 0.0, 1.0)
+    found = linkage.drive_range("slide")
+    assert_allclose([found.lower, found.upper], [2.0, 4.0], **CLOSE)
+    assert_allclose([point.value for point in linkage.dead_points("slide")], [2.0, 4.0], **CLOSE)
 
 
 @pytest.mark.parametrize("universal", [False, True])
