@@ -31,7 +31,7 @@ class Place(Protocol):
 
 
 class Linear(Protocol):
-    """What one iteration knows, see `equations.SpaceLinear`."""
+    """What one iteration knows, see `state.SpaceLinear`."""
 
     @property
     def forces(self) -> Array:

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from .equations import Equations, State
+from .equations import Equations
 from .found import Found, Place
 from .model import Model
 from .newton import Newton
 from .numbers import Numbers, Where
 from .search import Search
+from .state import State
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
 _CACHE = 800_000

@@ -13,11 +13,14 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import ConstrainedFactor, Elimination, Factor
-from .equations import Equations, State
+from .equations import Equations
+from .flat_model import FlatModel
+from .flat_state import FlatState
 from .found import Balance, Found, Linear, Mask, Place
 from .model import Model
 from .numbers import Where
-from .planar import FlatEquations, FlatModel, FlatState
+from .planar import FlatEquations
+from .state import State
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
 CLOSE = 1e-16

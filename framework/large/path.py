@@ -18,11 +18,11 @@ from ..dofs import component
 from ..errors import FrameError
 from ..plan import Plan
 from . import rotation
-from .equations import State
 from .found import Linear, Place
 from .march import March
 from .model import Model
 from .newton import Newton
+from .state import State
 
 if TYPE_CHECKING:
     from ..frame import Frame

@@ -15,12 +15,13 @@ from ..contact import Contact
 from ..errors import FrameError
 from ..plan import Plan
 from . import rotation
-from .equations import Equations, SpaceLinear, State
+from .equations import Equations
 from .found import Found
 from .march import History, March
 from .model import Model
 from .numbers import batch_first
 from .stability import least_pivot
+from .state import SpaceLinear, State
 from .stations import Stations
 from .trust import Trust
 

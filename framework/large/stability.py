@@ -9,8 +9,9 @@ import numpy as np
 from ..batch import Array
 from . import rotation
 from .elimination import LARGE, Elimination
-from .equations import Equations, State
+from .equations import Equations
 from .model import Model
+from .state import State
 
 if TYPE_CHECKING:
     from .march import March

@@ -12,9 +12,10 @@ from ..recovery import check_stations
 from ..topology import Group
 from . import corotation, rotation
 from .corotation import DEFORMATIONS, Motion, Response
-from .equations import Equations, State
+from .equations import Equations
 from .model import Model
 from .numbers import Numbers, batch_first
+from .state import State
 
 Field = Callable[[int, Array], Array]
 

@@ -8,9 +8,10 @@ from ..batch import Array
 from . import corotation, rotation
 from .corotation import Response
 from .elimination import ConstrainedFactor, Elimination, Factor
-from .equations import Equations, State
+from .equations import Equations
 from .model import Model
 from .newton import Newton
+from .state import State
 
 # Roundings in a deformation, in units of the displacements and rotations that it is the difference of.
 _ROUNDINGS = 16.0
@@ -52,7 +53,7 @@ class Trust:
             load[chain[inside]] = rows[k, inside]
             out[k] = np.einsum("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
         size = np.concatenate([self.state.moved[:, node], rotation.logarithm(self.state.turned[:, node])])
-        return out + 2.0 * _EPS * np.abs(size)
+        return np.asarray(out + 2.0 * _EPS * np.abs(size))
 
     def _rounding(self) -> Array:
         """Rounding in the unbalanced forces (size, m)."""

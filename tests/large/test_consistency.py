@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle, Spring
 from linkframe.framework import Frame, FrameError
-from linkframe.framework.large.equations import Equations, State
+from linkframe.framework.large.equations import Equations
+from linkframe.framework.large.flat_model import FlatModel
 from linkframe.framework.large.model import Model
-from linkframe.framework.large.planar import FlatEquations, FlatModel
+from linkframe.framework.large.planar import FlatEquations
+from linkframe.framework.large.state import State
 from linkframe.framework.plan import Plan
 
 STEEL = Material(E=200e3, nu=0.3, density=1.0)

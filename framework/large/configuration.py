@@ -1,0 +1,198 @@
+"""A frame at some batch entries: its numbers, how it moves, and its energy."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..tree import GROUND
+from . import corotation, rotation
+from .corotation import Motion, Pieces
+from .joints import Joint
+from .links import Link
+from .loops import displacement
+from .model import Model
+from .numbers import Numbers, Where
+from .rotation import dot
+from .state import State
+
+
+class Configuration:
+    """A model at some entries.
+
+    Parameters
+    ----------
+    model
+        The compiled frame.
+    where
+        Indices of the entries along each batch axis (m,).
+    factor
+        Share of loads, offsets and prescribed displacements.
+    """
+
+    def __init__(self, model: Model, where: Where, count: int, factor: float = 1.0) -> None:
+        self.model, self.where, self.count = model, where, count
+        self.factor = factor
+
+    # -- numbers ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def pieces(self) -> list[Pieces]:
+        """Stacks of pieces."""
+        return [stack.at(self.where, self.factor) for stack in self.model.stacks]
+
+    @cached_property
+    def links(self) -> list[Link]:
+        """Links of the tree."""
+        return [joint.at(self.where) for joint in self.model.joints]
+
+    @cached_property
+    def loads(self) -> Array:
+        """Forces and moments on nodes (6, nodes, m or 1)."""
+        return self.factor * self.model.loads.nodal.at(self.where)
+
+    @cached_property
+    def targets(self) -> Array:
+        """Values that the driven coordinates are to have (driven, m)."""
+        out = np.zeros((len(self.model.driven), self.count))
+        for row, key in enumerate(self.model.driven):
+            out[row] = self.factor * self.model.targets[key].at(self.where)
+        return out
+
+    # -- motion -----------------------------------------------------------------------------------------------------
+
+    def lag(self, state: State) -> Array:
+        """What the driven coordinates lack of their targets (driven, m)."""
+        out = self.targets.copy()
+        for row, (node, k) in enumerate(self.model.driven):
+            out[row] -= state.moved[k, node] if self.model.plain[node] else state.own[k, self._link[node]]
+        return out
+
+    def advanced(self, state: State, step: Array) -> State:
+        """The state after a step of the coordinates (size, m)."""
+        model = self.model
+        nodal = self.nodal(step)
+        plain = model.plain
+        moved, turned, own = state.moved.copy(), state.turned.copy(), state.own.copy()
+        moved[:, plain] += nodal[:3, plain]
+        turned[:, plain] = rotation.normalised(
+            rotation.product(rotation.exponential(nodal[3:, plain]), state.turned[:, plain])
+        )
+        for number, joint in enumerate(model.joints):
+            own[:, number] += nodal[:, joint.child]
+        if model.loops:
+            own[:, len(model.joints) :] += np.concatenate([step, np.zeros_like(step[:1])])[model.multipliers]
+        new = State(moved, turned, own)
+        self.follow(new)
+        return new
+
+    def follow(self, state: State) -> None:
+        """Place the nodes that hang on others."""
+        for number, (joint, link) in enumerate(zip(self.model.joints, self.links, strict=True)):
+            place, turn = self.at(state, joint.parent)
+            own = state.own[:, number]
+            state.moved[:, joint.child], state.turned[:, joint.child] = link.child(place, turn, own)
+
+    def at(self, state: State, node: int) -> tuple[Array, Array]:
+        """Displacement and quaternion of a node, or of the ground."""
+        if node != GROUND:
+            return state.moved[:, node], state.turned[:, node]
+        still = np.zeros((4, self.count))
+        still[0] = 1.0
+        return np.zeros((3, self.count)), still
+
+    def nodal(self, step: Array) -> Array:
+        """Steps of the coordinates by node (6, nodes, m)."""
+        padded = np.concatenate([step, np.zeros_like(step[:1])])
+        return padded[self.model.columns]
+
+    @cached_property
+    def _link(self) -> dict[int, int]:
+        return {joint.child: number for number, joint in enumerate(self.model.joints)}
+
+    # -- energy -----------------------------------------------------------------------------------------------------
+
+    def energy(self, state: State) -> Array:
+        """Strain energy less the work of forces (m,); moments apart, see `moment_work`."""
+        motions = self.motions(state)
+        return self.strain_energy(state, motions) - self.load_work(state, motions)
+
+    def strain_energy(self, state: State, motions: list[Motion] | None = None) -> Array:
+        """Energy in members and joints (m,)."""
+        total = np.zeros(self.count)
+        for pieces, motion in zip(self.pieces, motions or self.motions(state), strict=True):
+            total += corotation.strain_energy(pieces, motion).sum(axis=0)
+        for number, joint in enumerate(self.model.joints):
+            total += self.resistance(joint, state.own[:, number])[0]
+        for number, loop in enumerate(self.model.loops):
+            total += self.resistance(loop, self.loop_displacement(state, number))[0]
+        return total
+
+    def loop_displacement(self, state: State, number: int) -> Array:
+        """Displacement (6, m) in an edge that closes a loop."""
+        return displacement(*self.loop(state, number))
+
+    def loop(self, state: State, number: int) -> tuple[Link, tuple[Array, Array], tuple[Array, Array]]:
+        """Geometry of an edge that closes a loop, displacements and quaternions of its nodes."""
+        loop = self.model.loops[number]
+        (first, turn), (second, other) = self.at(state, loop.parent), self.at(state, loop.child)
+        return loop.at(self.where), (first, second), (turn, other)
+
+    def load_work(self, state: State, motions: list[Motion]) -> Array:
+        """Work of forces from rest on, if they had acted whole (m,)."""
+        loads = np.broadcast_to(self.loads[:3], state.moved.shape)
+        total: Array = np.einsum("ij...,ij...->...", loads, state.moved)
+        for pieces, motion in zip(self.pieces, motions, strict=True):
+            total = total + corotation.work(pieces, motion).sum(axis=0)
+        for node, push, arm in self.hung:
+            total = total + dot(push, rotation.rotated(state.turned[:, node], arm + np.zeros_like(state.moved[:, 0])))
+        return total
+
+    def motions(self, state: State) -> list[Motion]:
+        """Frames and deformations of all pieces."""
+        pairs = zip(self.model.stacks, self.pieces, strict=True)
+        return [motion_of(stack.ends, pieces, state) for stack, pieces in pairs]
+
+    def moment_work(self, old: State, new: State) -> Array:
+        """Work of the moments on the way from one state to another (m,)."""
+        total = np.zeros(self.count)
+        for node in self._twisted:
+            turn = rotation.product(new.turned[:, node], rotation.conjugate(old.turned[:, node]))
+            total += dot(self.loads[3:, node] + 0.0 * turn[1:], rotation.logarithm(turn))
+        return total
+
+    @cached_property
+    def _twisted(self) -> list[int]:
+        return [node for node in range(self.model.count) if np.any(self.loads[3:, node])]
+
+    @cached_property
+    def hung(self) -> list[tuple[int, Array, Array]]:
+        """Weights on arms: node, force and arm at rest (3, m or 1)."""
+        ndim, given = self.model.ndim, self.model.loads.hung
+        forces = [self.factor * Numbers.of(hung.force, ndim, 1).at(self.where) for hung in given]
+        arms = [Numbers.of(hung.arm, ndim, 1).at(self.where) for hung in given]
+        return [(hung.node, force, arm) for hung, force, arm in zip(given, forces, arms, strict=True)]
+
+    def resistance(self, joint: Joint, own: Array) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (6, m) and tangent (6, 6, m) of a link's springs."""
+        beyond = own - self.factor * joint.offset.at(self.where)
+        if joint.law is not None:
+            energy, force, tangent = joint.law.resistance(beyond.T, self._pick)
+            return energy, force.T, np.moveaxis(tangent, 0, -1)
+        stiffness = joint.stiffness.at(self.where)
+        tangent = np.zeros((6, 6, stiffness.shape[-1]))
+        tangent[range(6), range(6)] = stiffness
+        return 0.5 * dot(stiffness * beyond, beyond), stiffness * beyond, tangent
+
+    def _pick(self, array: Array, trailing: int) -> Array:
+        return np.moveaxis(Numbers.of(array, self.model.ndim, trailing).at(self.where), -1, 0)
+
+
+def motion_of(ends: NDArray[np.int64], pieces: Pieces, state: State) -> Motion:
+    """Frames and deformations of the pieces of a stack between the nodes `ends` (n, 2)."""
+    first, second = ends.T
+    moved = state.moved[:, first], state.moved[:, second]
+    return corotation.motion(pieces, moved, (state.turned[:, first], state.turned[:, second]))

@@ -1,0 +1,74 @@
+"""Where a frame is in space, and what one iteration knows of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from .model import Model
+
+
+@dataclass
+class State:
+    """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
+    tree's links and then forces in the ideal components of loops (6, links + loops, m)."""
+
+    moved: Array
+    turned: Array
+    own: Array
+
+    @classmethod
+    def start(cls, model: Model, count: int) -> State:
+        """At rest."""
+        turned = np.zeros((4, model.count, count))
+        turned[0] = 1.0
+        own = np.zeros((6, len(model.joints) + len(model.loops), count))
+        return cls(np.zeros((3, model.count, count)), turned, own)
+
+    def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> State:
+        """Some of the entries."""
+        return State(self.moved[..., kept], self.turned[..., kept], self.own[..., kept])
+
+    def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: State) -> None:
+        """Replace some of the entries."""
+        self.moved[..., where], self.turned[..., where], self.own[..., where] = other.moved, other.turned, other.own
+
+
+@dataclass(frozen=True)
+class SpaceLinear:
+    """What one iteration knows.
+
+    Attributes
+    ----------
+    forces
+        Unbalanced force on all coordinates, unknown and driven (size, m): inner less outer.
+    values
+        Tangent on the pattern of `Equations.pattern`.
+    changes
+        By stack, deformations by the ends' displacements and spins (7, 12, n, m).
+    deformations
+        By stack, the deformations (7, n, m).
+    stresses
+        By stack, the true forces on the deformations.
+    jacobians
+        By node that hangs on others, its displacement and spin by the coordinates of its chain (6, chain, m).
+    energy
+        Twice the strain energy, in members and joints (m,).
+    nodal
+        Force that holds each node with all that hangs on it (6, nodes, m).
+    own
+        Force of members and loads on the links' own coordinates (6, links, m).
+    """
+
+    forces: Array
+    values: Array
+    changes: list[Array]
+    deformations: list[Array]
+    stresses: list[Array]
+    jacobians: dict[int, Array]
+    energy: Array
+    nodal: Array
+    own: Array
