@@ -18,10 +18,12 @@ WHOLE = (0, 1, 2, 3, 4, 5)
 def plane(topology: Topology, edges: list[Edge], loads: Loads) -> tuple[int, ...]:
     """Components in which nodes move: three where frame, loads and given motions keep to a plane, else all six."""
     axes, vectors = _axes(topology, edges), _vectors(topology, edges, loads)
+    chords = [group.level[..., 0, :] for group in topology.groups]
     for kept in _PLANES:
         normal = kept[2] - 3
         left = [k for k in WHOLE if k not in kept]
-        if all(_keeps(rows, normal) for rows in axes) and not any(v[..., left].any() for v in vectors):
+        lies = not any(chord[..., normal].any() for chord in chords)
+        if lies and all(_keeps(rows, normal) for rows in axes) and not any(v[..., left].any() for v in vectors):
             return kept
     return WHOLE
 
