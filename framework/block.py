@@ -139,15 +139,20 @@ class Factor:
 
     def margin(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
-        out = np.full(self.block.grid.shape, np.inf)
-        for value in _margins(self.shared):
-            out = np.minimum(out, value.astype(np.float64))
-        if any(self.large):
-            if len(self._margins) < self.chunks:
-                self._each(lambda index, progress: None)
-            for index, least in self._margins.items():
-                part = self._part(index)
-                out[part] = np.minimum(out[part], least)
+        shape = self.block.grid.shape
+        shared = [value.astype(np.float64) for value in _margins(self.shared)]
+        small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
+        if not any(self.large):
+            return np.broadcast_to(small, shape)
+        if len(self._margins) < self.chunks:
+            self._each(lambda index, progress: None)
+        if all(least.ndim == 0 for least in self._margins.values()):
+            # Nothing was watched, and the same is known of all chunks.
+            return np.broadcast_to(np.minimum(small, self._margins[0]), shape)
+        out = np.array(np.broadcast_to(small, shape))
+        for index, least in self._margins.items():
+            part = self._part(index)
+            out[part] = np.minimum(out[part], least)
         return out
 
     # -- one run ----------------------------------------------------------------------------------------------------
@@ -281,11 +286,11 @@ class Factor:
             with np.errstate(all="ignore"):
                 work(index, self._chunk(index))
 
-        alone = 1 if self.chunks == 1 or not self._only_tail else 0
+        alone = self.chunks if self.workers == 1 else 1 if self.chunks == 1 or not self._only_tail else 0
         keep = self._bytes() < KEEP
         for index in range(alone):
             one(index)
-        if self.chunks > 1:
+        if alone < self.chunks:
             with ThreadPoolExecutor(self.workers) as pool:
                 for _ in pool.map(one, range(alone, self.chunks)):
                     pass

@@ -33,17 +33,20 @@ class BroadcastSolver:
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
         rows = [self.plan.retained(row) for row in rows]
-        split: dict[int, list[Row]] = {}
+        split: dict[int, dict[int, Row]] = {}
         for index, row in enumerate(rows):
             for k in unknowns(row):
                 name = self.plan.component[k]
                 if name in self.plan.excited:
-                    split.setdefault(name, [{} for _ in rows])[index][k] = row[k]
+                    split.setdefault(name, {}).setdefault(index, {})[k] = row[k]
         factors = {name: self.factor(name) for name in split}
+        knowns = self.plan.knowns.values
+        terms = [[(value, knowns[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
         with timed(self.plan.times, "solution"):
-            found = [factors[name].values(part) for name, part in split.items()]
-        known = [[(value, self.plan.knowns.values[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
-        return [combine([(1.0, part[index]) for part in found] + known[index]) for index in range(len(rows))]
+            for name, parts in split.items():
+                for index, value in zip(parts, factors[name].values(list(parts.values())), strict=True):
+                    terms[index].append((1.0, value))
+            return [combine(term) for term in terms]
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.

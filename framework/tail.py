@@ -160,6 +160,8 @@ class Tail:
         for s, value in enumerate(rest.knowns):
             self._all[..., size + s, :] = value
         rest.loads.times(self._all[..., size:, :], self._all[..., :size, :])
+        # One place for products, which stays in the cache.
+        self._product = np.empty(shape)
         self._x = [self._all[..., k, :] for k in range(size)]
         self._loaded = {k for k, row in enumerate(rest.loads.rows) if row}
         self._rows = [{j: _summed(parts) for j, parts in row.items()} for row in rest.matrix]
@@ -169,11 +171,11 @@ class Tail:
             self._step(k)
         for k in reversed(range(size)):
             for j, low in self._rows[k].items():
-                _reduce(self._x[k], low, self._x[j])
+                self._reduce(self._x[k], low, self._x[j])
         # Least ratio of a pivot to its scale; a negative one is less than any other.
         watched = np.where(self._least < 0.0, self._least, self._most)
         self.margin: Value = reciprocal(watched) if self._watched else rest.margin
-        del self._x, self._rows, self._scale, self._most, self._least
+        del self._product, self._x, self._rows, self._scale, self._most, self._least
 
     def values(self, rows: Combination, out: Array) -> None:
         """Put each of `rows` over the unknowns and the known numbers into `out` (..., rows, length)."""
@@ -191,15 +193,25 @@ class Tail:
         for i, low in lower.items():
             target = self._rows[i]
             for j in target.keys() & row.keys():
-                term = low * row[j]
+                term = self._times(low, row[j])
                 target[j] = _into(np.subtract, target[j], term)
                 if i == j and self._watched:
                     self._scale[i] = _into(np.add, self._scale[i], term * share)
             if k in self._loaded:
-                _reduce(self._x[i], low, self._x[k])
+                self._reduce(self._x[i], low, self._x[k])
                 self._loaded.add(i)
         np.multiply(self._x[k], inverse, out=self._x[k])
         self._rows[k] = lower
+
+    def _times(self, low: Value, value: Value) -> Value:
+        """Their product, which the next one may overwrite."""
+        if isinstance(low, np.ndarray) and low.shape == self._product.shape:
+            return np.multiply(low, value, out=self._product)
+        return low * value
+
+    def _reduce(self, target: Array, low: Value, value: Array) -> None:
+        """Subtract `low` `value` from `target`."""
+        np.subtract(target, np.multiply(low, value, out=self._product), out=target)
 
 
 def _into(operation: np.ufunc, target: Value, term: Value) -> Value:
@@ -208,11 +220,6 @@ def _into(operation: np.ufunc, target: Value, term: Value) -> Value:
         found: Value = operation(target, term, out=target)
         return found
     return operation(target, term)  # type: ignore[no-any-return]
-
-
-def _reduce(target: Array, low: Value, value: Array) -> None:
-    """Subtract `low` `value` from `target`."""
-    np.subtract(target, low * value, out=target)
 
 
 def _summed(parts: Parts) -> Value:
