@@ -57,8 +57,8 @@ class Configurations:
 
     def gap(self, state: Array) -> Array:
         """By how much the closing equations are off, without unit, (m,)."""
-        off: Array = np.array(self.mechanism.residual[0](tuple(state), self.parameters), dtype=np.float64)
-        return off * self._row_units
+        off = np.array(self.mechanism.residual[0](tuple(state), self.parameters), dtype=np.float64)
+        return np.asarray(off * self._row_units)
 
     def moved(self, state: Array, step: Array) -> Array:
         """State after a step (n,) of the joint coordinates."""

@@ -83,6 +83,38 @@ def test_two_drives() -> None:
     assert stretched == ["regular", "singular: input, joint P stands still"]
 
 
+def test_stewart_platform_turned_by_a_right_angle() -> None:
+    """Feet and heads on similar hexagons: at 90° about the vertical all legs are held, and the platform moves.
+
+    E. F. Fichter, A Stewart platform-based manipulator, Int. J. Robotics Research 5 (1986) 157.
+    """
+    ring = np.radians(np.repeat([90.0, 210.0, 330.0], 2) + np.array([[15.0], [45.0]]) * np.tile([-1.0, 1.0], 3))
+    feet, heads = (
+        radius * np.stack([np.cos(a), np.sin(a), np.zeros(6)], axis=-1)
+        for radius, a in zip((1.0, 0.6), ring, strict=True)
+    )
+    home = np.array([0.0, 0.0, 1.1])
+    linkage = Linkage()
+    for k, (foot, head) in enumerate(zip(feet, heads, strict=True)):
+        linkage.point(f"B{k}", foot)
+        linkage.point(f"C{k}", home + head)
+    linkage.link("platform", *(f"C{k}" for k in range(6)))
+    for k, leg in enumerate(home + heads - feet):
+        across = np.cross(leg, (0.0, 0.0, 1.0))
+        linkage.link(f"cylinder {k}", f"B{k}", f"C{k}")
+        linkage.link(f"piston {k}", f"C{k}")
+        linkage.universal(f"B{k}", "ground", f"cylinder {k}", axis=across, second=np.cross(across, leg))
+        linkage.prismatic(f"C{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, name=f"leg {k}")
+        linkage.spherical(f"C{k}", f"piston {k}", "platform")
+    turns = Rotation.from_rotvec(np.radians([[0.0], [30.0], [60.0], [89.0], [90.0]]) * (0.0, 0.0, 1.0)).as_matrix()
+    lengths = np.linalg.norm(home + np.einsum("nij,kj->nki", turns, heads) - feet, axis=-1)
+    motion = linkage.move({f"leg {k}": lengths[:, k] - lengths[0, k] for k in range(6)})
+    assert motion.status[:4].tolist() == ["regular", "regular", "regular", "near dead point"]
+    assert motion.status[4].startswith("singular: output, joint C")
+    assert (np.diff(motion.conditioning) < 0.0).all()
+    assert_allclose(motion.axes("platform")[:4], turns[:4], rtol=0.0, atol=1e-12)
+
+
 def slider_crank(unit: float) -> Linkage:
     """Crank 0.3 and rod 0.5, drawn with the crank upright, in a unit of length."""
     linkage = Linkage(A=(0, 0), B=(0, 0.3 * unit), C=(0.4 * unit, 0))
