@@ -61,8 +61,11 @@ class Drawing:
 
     @property
     def top(self) -> float:
-        """A round number not below any value, whose quarters are round too; 1 where all values are zero."""
-        greatest = float(self.values.max())
+        """A round number not below any value, whose quarters are round too; 1 where all values are zero.
+
+        Springs and poses that are not solved have no value.
+        """
+        greatest = float(self.values.max(initial=0.0, where=np.isfinite(self.values)))
         if greatest <= 0.0:
             return 1.0
         power = 10.0 ** np.floor(np.log10(greatest))

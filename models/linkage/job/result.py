@@ -86,7 +86,7 @@ class Result:
     @property
     def has_beams(self) -> bool:
         """Whether there is a beam to show."""
-        return bool(self.solution.frame.members)
+        return any(link.beams for link in self.motion.linkage.links.values())
 
     @cached_property
     def reactions(self) -> Reactions:
