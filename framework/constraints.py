@@ -70,7 +70,10 @@ class Elimination:
 
 
 def eliminate(knowns: Knowns, given: list[Constraint]) -> Elimination:
-    """Gauss-Jordan elimination of constraints, each solved for its largest coefficient.
+    """Gauss-Jordan elimination of constraints, at each turn of the one with the largest coefficient left, for that.
+
+    A coefficient counts by its least size over the batch. Constraints go in the order of their pivots, so that nearly
+    dependent ones come last and spoil no others.
 
     Raises
     ------
@@ -78,30 +81,53 @@ def eliminate(knowns: Knowns, given: list[Constraint]) -> Elimination:
         Where a redundant constraint contradicts the others.
     """
     out = Elimination(given=given)
-    for index, constraint in enumerate(given):
-        row = dict(out.substituted(constraint.row))
-        source: Row = {index: 1.0}
-        for key, value in constraint.row.items():
-            if key in out.rows:
-                add_row(source, out.sources[key], value)
-        least = {key: float(np.min(np.abs(constraint.scaled(key, row[key])))) for key in unknowns(row)}
-        pivot = max(least, key=lambda key: least[key], default=None)
-        if pivot is None or least[pivot] <= _ROUNDING:
-            _check_redundant(knowns, constraint, row)
-            continue
+    waiting = {
+        index: _Waiting(constraint, dict(constraint.row), {index: 1.0}) for index, constraint in enumerate(given)
+    }
+    while waiting:
+        index = max(waiting, key=lambda index: waiting[index].size)
+        if waiting[index].size <= _ROUNDING:
+            break
+        chosen = waiting.pop(index)
+        pivot, row = chosen.pivot, chosen.row
+        assert pivot is not None  # its size is above zero
         inverse = -1.0 / row.pop(pivot)
         new = {key: combine([(value, inverse)]) for key, value in row.items()}
-        _substitute(out, pivot, new, {key: combine([(value, inverse)]) for key, value in source.items()})
+        source = {key: combine([(value, inverse)]) for key, value in chosen.source.items()}
+        for dependent in out.rows:
+            _substitute(out.rows[dependent], out.sources[dependent], pivot, new, source)
+        for other in waiting.values():
+            if _substitute(other.row, other.source, pivot, new, source):
+                other.look()
+        out.rows[pivot], out.sources[pivot] = new, source
+    for left in waiting.values():
+        _check_redundant(knowns, left.constraint, left.row)
     return out
 
 
-def _substitute(out: Elimination, pivot: int, row: Row, source: Row) -> None:
-    for key in out.rows:
-        if pivot in out.rows[key]:
-            factor = out.rows[key].pop(pivot)
-            add_row(out.rows[key], row, factor)
-            add_row(out.sources[key], source, factor)
-    out.rows[pivot], out.sources[pivot] = row, source
+class _Waiting:
+    """A constraint that is yet to be solved, with the others put into it, and what it may best be solved for."""
+
+    def __init__(self, constraint: Constraint, row: Row, source: Row) -> None:
+        self.constraint, self.row, self.source = constraint, row, source
+        self.look()
+
+    def look(self) -> None:
+        """Find the largest coefficient."""
+        scaled = {key: self.constraint.scaled(key, self.row[key]) for key in unknowns(self.row)}
+        least = {key: float(np.min(np.abs(value))) for key, value in scaled.items()}
+        self.pivot = max(least, key=lambda key: least[key], default=None)
+        self.size = 0.0 if self.pivot is None else least[self.pivot]
+
+
+def _substitute(row: Row, source: Row, pivot: int, new: Row, combination: Row) -> bool:
+    """Put ``pivot = new`` into a row; whether the row had it."""
+    if pivot not in row:
+        return False
+    factor = row.pop(pivot)
+    add_row(row, new, factor)
+    add_row(source, combination, factor)
+    return True
 
 
 def _check_redundant(knowns: Knowns, constraint: Constraint, row: Row) -> None:

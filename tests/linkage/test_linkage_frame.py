@@ -11,7 +11,7 @@ from linkframe.framework import Frame, FrameError
 from linkframe.models import FourBar, Linkage
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
-from reference.linkages import four_bar
+from reference.linkages import four_bar, loop
 from reference.spatial import stewart
 
 Array = NDArray[np.float64]
@@ -252,6 +252,28 @@ def test_overconstrained_loops_with_ideal_joints(beam: Beam | None) -> None:
     moved = solution.displacement("D")
     assert np.isfinite(moved).all()
     assert (beam is None) == (np.abs(moved).max() == 0.0)
+
+
+def test_bennett_s_loop_with_rigid_links_and_ideal_hinges() -> None:
+    """Four hinges in space, three constraints too many at every pose: nothing gives way, each link is in equilibrium."""
+    alpha, beta, start = np.radians([30.0, 60.0, 70.0])
+    ratio = np.sin((beta + alpha) / 2) / np.sin((beta - alpha) / 2)
+    other = 2.0 * np.arctan(ratio / np.tan(start / 2.0))
+    long = 0.2 * np.sin(beta) / np.sin(alpha)
+    linkage = loop((0.2, long) * 2, (alpha, beta) * 2, (start, other, -start, -other))
+    linkage.load("H2", link="link 1", fx=3.0, fy=-2.0, fz=10.0)
+    motion = linkage.move(H0=np.radians(np.linspace(10.0, 350.0, 25)))
+    assert motion.is_assembled.all()
+    solution = motion.frame().solve()
+    assert set(solution.status) == {"regular"}
+    assert np.abs(solution.displacement("H2")).max() == 0.0
+    axes = {joint: motion.joint_axes(joint) for joint in linkage.joints}
+    forces = {joint: (axes[joint] @ solution.joint_force(joint)[:, :3, None])[..., 0] for joint in axes}
+    # Joints pull on their first link, and on their second the other way.
+    load = np.array([3.0, -2.0, 10.0])
+    assert_allclose(forces["H1"] - forces["H0"], np.zeros((25, 3)), atol=1e-9)
+    assert_allclose(forces["H2"] - forces["H1"] + load, np.zeros((25, 3)), atol=1e-9)
+    assert_allclose(forces["H3"] - forces["H2"], np.zeros((25, 3)), atol=1e-9)
 
 
 def test_frames_of_many_poses_are_built_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
