@@ -255,7 +255,7 @@ def test_overconstrained_loops_with_ideal_joints(beam: Beam | None) -> None:
 
 
 def test_bennett_s_loop_with_rigid_links_and_ideal_hinges() -> None:
-    """Four hinges in space, three constraints too many at every pose: nothing gives way, each link is in equilibrium."""
+    """Four hinges in space, three constraints too many at every pose: nothing gives, each link is in equilibrium."""
     alpha, beta, start = np.radians([30.0, 60.0, 70.0])
     ratio = np.sin((beta + alpha) / 2) / np.sin((beta - alpha) / 2)
     other = 2.0 * np.arctan(ratio / np.tan(start / 2.0))
