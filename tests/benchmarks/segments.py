@@ -40,7 +40,7 @@ def target(way: str, rows: list[Row]) -> Target:
     most = max(row["times_one_segment"] for row in rows)
     cost = 1e3 * (rows[-1]["seconds"] - rows[0]["seconds"])
     told = f"{way}: at most {most:.2f} times ({rows[0]['entries']} entries)"
-    bound = f"plan and condensation of {rows[-1]['segments']} segments a link take {cost:.0f} ms, shared by all samples"
+    bound = f"describing and condensing {rows[-1]['segments']} pieces a link takes {cost:.0f} ms, shared by all samples"
     return Target("3 segments", "at most 1.2 times from 1 to 64 segments", told, most <= 1.2, bound)
 
 
