@@ -201,7 +201,7 @@ Way = Callable[[Cases, int], Array]
 def ways() -> dict[str, tuple[Way, tuple[int, ...], tuple[int, int]]]:
     """By contender: how, pieces a length L, and how many poses and samples it is given."""
     found: dict[str, tuple[Way, tuple[int, ...], tuple[int, int]]] = {
-        OURS: (linkframe, (1, 2), (37, 200)),
+        OURS: (linkframe, (1, 2), (181, 200)),
         SPACE: (lambda cases, n: linkframe(cases, n, across=1e-3), (1, 2), (37, 40)),
     }
     if find_spec("exudyn"):
