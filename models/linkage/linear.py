@@ -14,6 +14,7 @@ from ...framework.batch import Array
 from .tape import Value
 
 Blocks = list[tuple[list[int], list[int]]]
+Pattern = np.ndarray[tuple[int, int], np.dtype[np.bool_]]
 
 
 class Linear:
@@ -26,7 +27,7 @@ class Linear:
     Parameters
     ----------
     pattern
-        Which entries of J can differ from zero, rows by columns.
+        Which entries of J can differ from zero, (rows, columns).
     rank
         Rank of J.
 
@@ -36,8 +37,8 @@ class Linear:
         Combinations (n, m) of too many equations whose determinant tells in which sense the unknowns follow.
     """
 
-    def __init__(self, pattern: Sequence[Sequence[bool]], rank: int | None = None) -> None:
-        self.pattern = np.array(pattern, dtype=bool).reshape(len(pattern), len(pattern[0]) if len(pattern) else 0)
+    def __init__(self, pattern: Pattern, rank: int | None = None) -> None:
+        self.pattern = pattern
         self.rows, self.columns = self.pattern.shape
         self.rank = min(self.rows, self.columns) if rank is None else rank
         self.projection: Array | None = None

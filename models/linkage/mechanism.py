@@ -12,6 +12,7 @@ import numpy as np
 from ...framework.batch import Array
 from .closure import closing_bias, closing_rows
 from .inertia import place as place_of
+from .linear import Pattern
 from .linkage import Linkage
 from .parts import GROUND, Pair
 from .rates import Rates, rates_of
@@ -255,9 +256,10 @@ class Mechanism:
         return [i for i, row in enumerate(self._jacobian) if any(_acts(row[k]) for k in self.unknown)]
 
     @cached_property
-    def pattern(self) -> list[list[bool]]:
-        """Which unknown acts on which active row."""
-        return [[_acts(self._jacobian[i][k]) for k in self.unknown] for i in self.active]
+    def pattern(self) -> Pattern:
+        """Which unknown acts on which active row, (rows, unknowns)."""
+        acts = [_acts(self._jacobian[i][k]) for i in self.active for k in self.unknown]
+        return np.array(acts, dtype=bool).reshape(len(self.active), len(self.unknown))
 
     @cached_property
     def newton(self) -> tuple[Program, Program]:

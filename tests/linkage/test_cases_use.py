@@ -86,3 +86,20 @@ def test_out_of_reach_in_the_middle_and_back():
 def test_another_circuit_is_said_to_be_one():
     """Turned by 3 rad the rocker is in reach again, but only where the drawing does not lead."""
     assert four_bar("D").move(D=3.0).status == "branch changed"
+
+
+def test_open_chain_with_a_wheel_that_nothing_drives():
+    """No loop closes, and the wheel may turn as it likes: its hub goes with the arm."""
+    linkage = Linkage(A=(0, 0), B=(1, 0))
+    linkage.link("arm", "A", "B")
+    linkage.link("wheel", "B", mass=2.0, inertia=0.1)
+    linkage.revolute("A", "ground", "arm", drive=True)
+    linkage.revolute("B", "arm", "wheel")
+    linkage.gravity((0, -10.0))
+    theta = np.linspace(0.0, 1.0, 5)
+    motion = linkage.move(A=theta, accelerations={"A": 3.0})
+    assert_allclose(motion.position("B", "wheel")[:, :2], np.stack([np.cos(theta), np.sin(theta)], -1), atol=1e-15)
+    # nothing turns the wheel
+    assert_allclose(motion.reactions().drive("A")[:, 0], 20.0 * np.cos(theta) + 6.0, rtol=1e-12)
+    linkage.drives.clear()
+    assert_allclose(linkage.move().position("B")[:2], (1.0, 0.0))
