@@ -34,6 +34,8 @@ from .resolved import MOST, excited, groups, hard
 if TYPE_CHECKING:
     from .solution import Solution
 
+# Least eigenvalue below which an entry is taken up in extended precision.
+HARD = 1e-10
 # Batch entries handled at a time, and parts of the batch kept for the next result.
 CHUNK = 1024
 _KEEP = 8
@@ -132,7 +134,7 @@ class Bounds:
         yield Part(where, state.corrected(compliance) if compliance.near else state, compliance)
         if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
             shape = state.values.shape[:-1]
-            yield from self._hard(where, np.broadcast_to(compliance.least, shape) <= 0.0)
+            yield from self._hard(where, np.broadcast_to(compliance.least, shape) < HARD)
 
     def _state(self, index: int) -> tuple[tuple[slice, ...], Equilibrium]:
         """Where a part is, and the solution in it."""
@@ -152,7 +154,7 @@ class Bounds:
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
 
     def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[Part]:
-        """What double precision cannot tell from singular, in extended precision."""
+        """What double precision can hardly tell from singular, in extended precision."""
         mask = np.zeros(self.plan.frame.shape, dtype=bool)
         mask[where] = unproved
         for index in groups(mask & (self.solution.status != "mechanism")):

@@ -61,6 +61,13 @@ class BroadcastSolver:
                 out |= is_singular(self.plan, suspects, self.plan.members_of(name))
         return out
 
+    def suspects(self) -> NDArray[np.bool_]:
+        """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
+        out = np.zeros(self.plan.frame.shape, dtype=bool)
+        for name in self.plan.excited:
+            out |= ~(self.factor(name).margin() > SUSPECT)
+        return out
+
     def negligible(self, component: int) -> int:
         """Couplings that a factorisation left out; 0 before it is made."""
         return self._factors[component].negligible if component in self._factors else 0

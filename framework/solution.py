@@ -477,19 +477,21 @@ class Solution:
 
     @cached_property
     def resolved(self) -> Solved | None:
-        """Entries that are singular to double precision only, solved in extended precision; None if there are none."""
+        """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
         from .resolved import MOST, Resolved, ResolvedLarge
 
-        suspects = self.solver.singular(excited=True)
-        if not suspects.any() or self.clearances is not None:
+        if self.clearances is not None:
             return None
         found: Solved
         if isinstance(self.solver, SparseSolver):
+            if not self.solver.singular(excited=True).any():
+                return None
             found = ResolvedLarge(self.plan, self.solver)
-        elif len(self.plan.unknowns) <= MOST:
-            found = Resolved(self.plan, suspects)
         else:
-            return None
+            suspects = self.solver.suspects()
+            if not suspects.any() or len(self.plan.unknowns) > MOST:
+                return None
+            found = Resolved(self.plan, suspects)
         return found if found.mask.any() else None
 
     @cached_property
