@@ -16,6 +16,10 @@ from .newton import CLOSE, ZERO, Newton
 from .numbers import Where
 
 _HALVINGS = 40
+# Modes that are stiff, by their eigenvalue beside a unit diagonal; Newton steps in which they settle.
+_STIFF, _SETTLING = 1e-3, 3
+# Share of a step that is short, and how many longer ones are tried instead, each by this share of the last.
+_SHORT, _TRIALS = 0.3, 3
 # Amount of a mode, in radians or sizes of the frame, by which a saddle is left.
 _KICK = 1e-2
 
@@ -44,7 +48,7 @@ class Descent:
             close = self.newton.is_close(at, step) & ~saddle
             found.left[active] |= saddle
             share = np.where(close, 1.0, self._searched(balance, state, at, step))
-            state = balance.advanced(state, share * step)
+            state = self._farther(balance, state, step, share)
             found.iterations[active] += 1
             if close.any():
                 found.state.put(active[close], state.taken(close))
@@ -57,6 +61,41 @@ class Descent:
                 balance = self.newton.equations(tuple(k[active] for k in where), len(active), factor)
         found.state.put(active, state)
         return found
+
+    def _farther(self, balance: Balance, state: Place, step: Array, share: Array) -> Place:
+        """The state after a share of the step, or beyond it on the way that stiff members leave free, if that is lower.
+
+        A stiff rod that swings keeps its length on a circle, and would lengthen along a straight step.
+        """
+        found: Place = balance.advanced(state, share * step)
+        far = self.newton.limited(step)
+        waiting = share < _SHORT * far
+        if self.model.free > LARGE or not waiting.any():
+            return found
+        lowest = balance.energy(found) - balance.moment_work(state, found)
+        for _ in range(_TRIALS):
+            tried = self._settled(balance, balance.advanced(state, far * step))
+            energy = balance.energy(tried) - balance.moment_work(state, tried)
+            better = waiting & (energy < lowest)
+            found.put(better, tried.taken(better))
+            waiting &= ~better
+            if not waiting.any():
+                break
+            far = _SHORT * far
+        return found
+
+    def _settled(self, balance: Balance, state: Place) -> Place:
+        """The state with its stiff modes in balance, the soft ones as they are."""
+        out = state
+        for _ in range(_SETTLING):
+            at = balance.linearised(out)
+            root, values, vectors = self.newton.elimination.spectrum(at.values)
+            load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
+            share = np.where(np.abs(values) > _STIFF, load / np.where(values == 0.0, 1.0, values), 0.0)
+            step = np.zeros((self.model.size, len(share)))
+            step[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
+            out = balance.advanced(out, self.newton.limited(step) * step)
+        return out
 
     def _driven(self, balance: Balance, state: Place) -> Place:
         """The state with its driven coordinates where they are to be, the others following as the tangent says."""
