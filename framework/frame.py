@@ -17,7 +17,7 @@ from .protocol import JointElement, LineElement, PointElement
 
 if TYPE_CHECKING:
     from .buckling import Buckling
-    from .large.path import Path
+    from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
     from .modes import Modes
     from .plan import Plan
@@ -514,7 +514,7 @@ class Frame:
             return LargeSolution.of(self, method, clearance, steps)
         return Solution.of(self, method, clearance=clearance)
 
-    def path(self, node: str, component: str, to: float, *, steps: int = 200, first: float = 0.05) -> Path:
+    def path(self, node: str, component: str, to: float, *, steps: int = 200, first: float = 0.05) -> EquilibriumPath:
         """Equilibrium path at large displacement from rest on, past limit points where the load falls, by arc length.
 
         Parameters
@@ -530,7 +530,7 @@ class Frame:
 
         Returns
         -------
-        Path
+        EquilibriumPath
             Points with their load ``factor`` (points, ...), ``displacement(node)`` (points, ..., 6), ``stable``
             (points, ...) and the ``limits`` of the load factor.
 
@@ -568,7 +568,10 @@ class Frame:
         return buckling(self, count)
 
     def explain(self) -> str:
-        """What a solution will build, at which batch shapes, and what it skips and why, in plain words."""
+        """What a linear solution will build, at which batch shapes, and what it skips and why, in plain words.
+
+        For large displacement: ``frame.solve(large=True).explain()``.
+        """
         return self.solve().explain()
 
     # -- checks -----------------------------------------------------------------------------------------------------

@@ -37,11 +37,13 @@ _LEAST = 1e-4
 
 
 @dataclass(frozen=True)
-class Path:
+class EquilibriumPath:
     """Points of equilibrium along a path.
 
     Attributes
     ----------
+    frame
+        The description.
     factor
         Load factor, (points, ...); NaN after the end of an entry's path.
     stable
@@ -81,7 +83,7 @@ class Path:
         return [_limits(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
 
 
-def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: float) -> Path:
+def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: float) -> EquilibriumPath:
     """Follow the path from rest until a displacement component passes `to`; see `Frame.path`."""
     node = frame.aliases.get(node, node)
     if node not in frame.nodes:
@@ -94,7 +96,7 @@ def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: flo
             break
     factor = np.stack(tracer.factors).reshape(-1, *frame.shape)
     stable = np.stack(tracer.stables).reshape(-1, *frame.shape)
-    return Path(tracer.model.frame, factor, stable, tracer.model, tracer.states)
+    return EquilibriumPath(tracer.model.frame, factor, stable, tracer.model, tracer.states)
 
 
 class _Tracer:

@@ -44,6 +44,10 @@ class LargeSolution:
     ----------
     frame
         The description as it was when solved.
+    steps
+        Number of load steps.
+    clearance
+        Whether the joints' clearances are taken into account.
     """
 
     def __init__(self, frame: Frame, steps: int, clearance: bool = True) -> None:
@@ -327,6 +331,12 @@ class LargeSolution:
     def work(self) -> Array:
         """Work of loads and given motions up to each load step, by the trapezoidal rule, (steps, ...)."""
         return self._history.work.reshape(-1, *self.shape)
+
+    def explain(self) -> str:
+        """What is built and solved, in plain words; nothing is computed for it."""
+        from .explain import explain
+
+        return explain(self, self._steps)
 
     def save(self, path: str | Path, **options: Any) -> None:
         """Write files for ParaView: ``.vtu`` for one entry, ``.pvd`` for a batch axis.
