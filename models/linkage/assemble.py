@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...framework.batch import Array, Shape
 from .blocks import blocks, cut, cut_all
 from .change_point import Patch, patched
+from .driven import check_driven
 from .drives import Drives
 from .guess import Guess
 from .loops import Closed, Loops
@@ -61,11 +62,13 @@ class Assembly:
     patches: list[Patch]
 
 
-def assembled(mechanism: Mechanism, drives: Drives, switch: bool) -> Assembly:
-    """Close the loops at all values of the drives."""
-    if mechanism.begun is None:
+def assembled(mechanism: Mechanism, drives: Drives, switch: bool, tolerance: float = 0.0) -> Assembly:
+    """Close the loops at all values of the drives, up to a tolerance in units of the mechanism's size."""
+    if mechanism.begun is None or mechanism.begun[1].tolerance != tolerance:
         nominal = nominal_parameters(mechanism)
-        mechanism.begun = nominal, *started(mechanism, nominal)
+        loops, start = started(mechanism, nominal, tolerance)
+        check_driven(loops, nominal, start)
+        mechanism.begun = nominal, loops, start
     nominal, loops, start = mechanism.begun
     guess = guesses(loops, nominal, start, drives, switch)
     shape = np.broadcast_shapes(drives.shape, mechanism.linkage.shape)
@@ -152,9 +155,10 @@ def _gradually(
         state, target = _members(begin, bad, shape), _members(dimensions, bad, shape)
         best, error = nearest(loops, state, target)
         _put(found.state, bad, np.ones(error.shape, dtype=bool), best, shape)
-        closed[bad] = error < CLOSED
+        tight = error < max(CLOSED, loops.tolerance)
+        closed[bad] = tight
         away = np.max([np.abs(x - y) for x, y in zip(best, state, strict=True)], axis=0, initial=0.0)
-        good[bad] = (error < CLOSED) & (away < 1e-2) & may_be[bad]
+        good[bad] = tight & (away < 1e-2) & may_be[bad]
 
 
 def _members(values: Sequence[Value], chosen: Mask, shape: Shape) -> list[Value]:
@@ -174,5 +178,5 @@ def _measure(found: Assembly, parameters: Sequence[Value]) -> None:
         error, row = open_by(found.loops, cut_all(found.state, block), cut_all(parameters, block))
         found.gap[block] = error * found.loops.mechanism.size
         found.row[block] = row
-        found.closed[block] &= error < 10.0 * CLOSED
+        found.closed[block] &= error < max(10.0 * CLOSED, found.loops.tolerance)
     found.verified &= found.closed

@@ -103,7 +103,7 @@ def _patch(
     state: list[Value] = [there(x) for x in closed.state]
     state[place] = s
     loops.unit(state)
-    good = (open_by(loops, state, own)[0] < CLOSED) & closed.trusted.all(axis=0)
+    good = (open_by(loops, state, own)[0] < max(CLOSED, loops.tolerance)) & closed.trusted.all(axis=0)
     if not good.any():
         return None
     members = chosen.copy()

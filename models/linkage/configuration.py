@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from ...framework.batch import Array
 from .linkage import Linkage
-from .loops import ball_rate
+from .loops import Loops, ball_rate
 from .motion import compiled
+from .nearest import nearest, open_by
+from .start import not_assembled
 
 # Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a
 # singular one, where they are least certain, to 1e-8.
@@ -29,10 +31,19 @@ class Configurations:
     ----------
     linkage
         The description; the first entry of it where it carries a batch.
+    tolerance
+        Greatest gap, a length, with which a position counts as assembled.
+
+    Attributes
+    ----------
+    dependent
+        Singular values below this share of the largest count as zero.
     """
 
-    def __init__(self, linkage: Linkage) -> None:
+    def __init__(self, linkage: Linkage, tolerance: float = 0.0) -> None:
         self.mechanism = compiled(linkage)
+        self.tolerance = tolerance / extent(linkage)
+        self.dependent = max(DEPENDENT, 10.0 * self.tolerance)
         self.parameters = [float(np.ravel(number)[0]) for number in self.mechanism.parameters]
         self._share = self.mechanism.size / extent(linkage)
         self._row_units, self.units = (
@@ -46,7 +57,12 @@ class Configurations:
         state = np.zeros(len(self.mechanism.state_names))
         state[[start for start, _ in self._balls]] = 1.0
         closed = self.closed(state)
-        return state if closed is None else closed
+        if closed is None:
+            parameters = [np.array(number) for number in self.parameters]
+            best, error = nearest(Loops(self.mechanism), [np.array(x) for x in state], parameters)
+            _, row = open_by(Loops(self.mechanism), best, parameters)
+            raise not_assembled(self.mechanism.rows[int(row)][0], float(error) * self.mechanism.size)
+        return closed
 
     def jacobian(self, state: Array) -> Array:
         """Closing equations by joint coordinates, without unit, (m, n)."""
@@ -83,16 +99,16 @@ class Configurations:
             if not gap.size or np.abs(gap).max() < 1e-15:
                 return state
             matrix = self.with_locks(self.jacobian(state), locked)
-            inverse: Array = np.asarray(np.linalg.pinv(matrix, rcond=DEPENDENT), dtype=np.float64)
+            inverse: Array = np.asarray(np.linalg.pinv(matrix, rcond=self.dependent), dtype=np.float64)
             step = -inverse @ np.append(gap, np.zeros(len(locked)))
             state = self.moved(state, step)
             if np.abs(step).max() < 1e-14 or not np.abs(step).max() < 1.0:
                 break
-        return state if np.abs(self.gap(state)).max() < CLOSED else None
+        return state if np.abs(self.gap(state)).max() < max(CLOSED, self.tolerance) else None
 
     def free(self, state: Array, locked: tuple[int, ...] = ()) -> Array:
         """Motions (n, k) that the closing equations let pass, orthonormal; the columns `locked` stand still."""
-        return null_space(self.with_locks(self.jacobian(state), locked))
+        return null_space(self.with_locks(self.jacobian(state), locked), share=self.dependent)
 
     @staticmethod
     def with_locks(jacobian: Array, locked: tuple[int, ...]) -> Array:
@@ -102,7 +118,9 @@ class Configurations:
     def places(self, state: Array) -> Array:
         """Reference points and axes of all links, without unit, (links, 12)."""
         links = self.mechanism.linkage.links
-        numbers = np.array([self.mechanism.pose_of(link)[0](tuple(state), self.parameters) for link in links])
+        numbers = np.array([self.mechanism.pose_of(link)[0](tuple(state), self.parameters) for link in links]).reshape(
+            -1, 12
+        )
         numbers[:, :3] *= self._share
         return numbers
 
@@ -123,8 +141,10 @@ class Configurations:
         speeds = self.speeds(state, free)
         found = []
         for k, link in enumerate(self.mechanism.linkage.links):
-            alone = null_space(np.concatenate([*speeds[:k], *speeds[k + 1 :], np.zeros((0, free.shape[1]))]), size=1.0)
-            if np.abs(speeds[k] @ alone).max(initial=0.0) > DEPENDENT:
+            alone = null_space(
+                np.concatenate([*speeds[:k], *speeds[k + 1 :], np.zeros((0, free.shape[1]))]), 1.0, self.dependent
+            )
+            if np.abs(speeds[k] @ alone).max(initial=0.0) > self.dependent:
                 found.append(link)
         return tuple(found)
 
@@ -170,16 +190,18 @@ class Configurations:
         return np.array([column for _, column in self._singles], dtype=np.intp)
 
 
-def null_space(matrix: Array, size: float | None = None) -> Array:
-    """Orthonormal vectors (n, k) that the matrix (m, n) of this size, its norm where None, takes to zero."""
+def null_space(matrix: Array, size: float | None = None, share: float = DEPENDENT) -> Array:
+    """Orthonormal vectors (n, k) that the matrix (m, n) takes below a share of its size: its norm, where None."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
     _, values, right = np.linalg.svd(matrix)
-    rank = int(np.count_nonzero(values > DEPENDENT * (values[0] if size is None else size)))
+    rank = int(np.count_nonzero(values > share * (values[0] if size is None else size)))
     return np.asarray(right[rank:].T)
 
 
 def extent(linkage: Linkage) -> float:
     """Diagonal of the box that holds the drawing; 1 where it has no size."""
-    corners = np.concatenate([point.reshape(-1, 3) for point in linkage.points.values()])
+    corners = np.concatenate([np.zeros((0, 3)), *(point.reshape(-1, 3) for point in linkage.points.values())])
+    if not corners.size:
+        return 1.0
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0

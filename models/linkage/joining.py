@@ -38,7 +38,7 @@ class Joining(Sketch):
             Links that it joins; with several, `first` carries the pin and each other link has a joint of its own
             with it, named by the joint's name, and from the second on with ``.link`` behind it.
         axis
-            Direction of the axis as drawn, (..., 3).
+            Direction of the axis as drawn, (..., 2 or 3).
         drive
             True where the angle is driven.
         stiffness
@@ -74,7 +74,7 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            Direction of sliding as drawn, (..., 3).
+            Direction of sliding as drawn, (..., 2 or 3).
         drive
             True where the displacement is driven.
         stiffness, clearance, name
@@ -106,7 +106,7 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            Direction of the axis as drawn, (..., 3).
+            Direction of the axis as drawn, (..., 2 or 3).
         drive
             True where both coordinates are driven, ``"uz"`` or ``"rz"`` where one is.
         stiffness, clearance, name
@@ -138,7 +138,7 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            z of the joint's axes as drawn, (..., 3).
+            z of the joint's axes as drawn, (..., 2 or 3).
         drive
             True where the rotation is driven.
         stiffness, clearance, name
@@ -171,9 +171,9 @@ class Joining(Sketch):
         first, second_link
             Links that it joins.
         axis
-            Axis on the first link as drawn, (..., 3): z of the joint.
+            Axis on the first link as drawn, (..., 2 or 3): z of the joint.
         second
-            Axis on the second link as drawn, (..., 3), perpendicular to `axis`: x of the joint.
+            Axis on the second link as drawn, (..., 2 or 3), perpendicular to `axis`: x of the joint.
         drive
             True where both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` where one is.
         stiffness, clearance, name
@@ -205,7 +205,7 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            Normal of the plane as drawn, (..., 3).
+            Normal of the plane as drawn, (..., 2 or 3).
         drive
             True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"`` where one is.
         stiffness, clearance, name
@@ -238,7 +238,7 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            Direction of the axis as drawn, (..., 3).
+            Direction of the axis as drawn, (..., 2 or 3).
         pitch
             Advance along the axis per turn, (...); below zero for a left-hand thread.
         drive
@@ -270,7 +270,7 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            z of the joint's axes as drawn, (..., 3).
+            z of the joint's axes as drawn, (..., 2 or 3).
         stiffness, clearance, name
             As for `revolute`.
         """

@@ -84,6 +84,7 @@ class Linkage(Joining):
         rates: Mapping[str, ArrayLike] | None = None,
         accelerations: Mapping[str, ArrayLike] | None = None,
         branch: str = "keep",
+        tolerance: float = 0.0,
         **named: ArrayLike,
     ) -> Motion:
         """Move the drives and let everything follow.
@@ -105,6 +106,10 @@ class Linkage(Joining):
             its angular velocity and acceleration, in the joint's axes on the first link.
         branch
             ``"keep"``: through a change point the motion goes on smoothly; ``"switch"``: it takes the other branch.
+        tolerance
+            Greatest gap, a length, with which a pose counts as assembled; `Motion.gap` tells it. An overconstrained
+            linkage drawn with few digits moves only so: where its loops cannot close, each pose has the least gap that
+            it can (least squares, angles times the linkage's size). At 0, a pose is closed to rounding.
         named
             Values by keyword.
 
@@ -116,19 +121,30 @@ class Linkage(Joining):
         Raises
         ------
         FrameError
-            If a drive is unknown, shapes do not broadcast, or the linkage hangs in the air.
+            If a drive is unknown, shapes do not broadcast, the linkage hangs in the air, its drawing cannot be
+            assembled, or its drives leave points free to move.
         """
         from .motion import move
 
-        return move(self, {**(drives or {}), **named}, rates or {}, accelerations or {}, branch)
+        return move(self, {**(drives or {}), **named}, rates or {}, accelerations or {}, branch, tolerance)
 
-    def mobility(self) -> Mobility:
+    def mobility(self, tolerance: float = 0.0) -> Mobility:
         """How many freedoms the linkage has, by counting and in truth; see `mobility.mobility`.
+
+        Parameters
+        ----------
+        tolerance
+            As for `move`.
 
         Returns
         -------
         Mobility
             Freedoms, idle links, redundant constraints.
+
+        Raises
+        ------
+        FrameError
+            If the drawing cannot be assembled.
 
         Examples
         --------
@@ -148,7 +164,7 @@ class Linkage(Joining):
         """
         from .mobility import mobility
 
-        return mobility(self)
+        return mobility(self, tolerance)
 
     def dead_points(self, joint: str, coordinate: str | None = None) -> tuple[DeadPoint, ...]:
         """Dead points and change points on the way through the drawing; see `dead_points.dead_points`.

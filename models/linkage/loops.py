@@ -68,6 +68,8 @@ class Loops:
         The compiled linkage.
     rank
         Rank of the equations; full where None.
+    tolerance
+        Greatest gap of a closed pose, in units of the mechanism's size, where that is more than rounding.
 
     Attributes
     ----------
@@ -75,8 +77,8 @@ class Loops:
         The last ways of a single drive, ahead (True) and back, and what they depended on.
     """
 
-    def __init__(self, mechanism: Mechanism, rank: int | None = None) -> None:
-        self.mechanism = mechanism
+    def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
+        self.mechanism, self.tolerance = mechanism, tolerance
         self.linear = Linear(mechanism.pattern, rank)
         self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
         self.kept: dict[bool, tuple[object, Track]] = {}

@@ -247,7 +247,7 @@ class March:
             state = state + weight * np.array(pose.state)
         middle = self.path.place(state.tolist(), where)
         residual = self.loops.mechanism.newton[0](middle, self.parameters)[: self.loops.rows]
-        return bool(max(map(abs, residual)) < OPEN)
+        return bool(max(map(abs, residual)) < max(OPEN, self.loops.tolerance))
 
 
 def _at_zero(values: list[float], arguments: list[float]) -> float:

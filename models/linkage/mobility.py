@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...framework.batch import Array
-from .configuration import DEPENDENT, Configurations
+from .configuration import Configurations, null_space
 from .linkage import Linkage
 
 # How far motions are followed, in radians and extents of the linkage, and how many: away from a drawing that may be
 # singular, and just so far that curvature does not count.
 FAR, NEAR, TRIALS = 0.05, 1e-3, 8
+# Equations that differ by less may be meant as the same.
+ALIKE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,9 @@ class Mobility:
         where what moves at first does not get far.
     idle
         Links that can move, such as turn about their own line between two balls, while all others stand still.
+    nearly
+        Freedoms of the velocities at the drawing where equations that differ by less than 1e-3 count as one. More than
+        `instantaneous` where an overconstrained linkage is drawn with too few digits.
     redundant
         Joint and component of constraints that others already hold, as many as there are too many; components are in
         the joint's axes. Which of several that do the same are named is a choice: those of joints that close a loop.
@@ -46,23 +51,30 @@ class Mobility:
     true: int
     instantaneous: int
     idle: tuple[str, ...]
+    nearly: int
     redundant: tuple[tuple[str, str], ...]
 
     def __str__(self) -> str:
         plane = f"{self.by_count} by count in the plane, " if self.planar else ""
         lines = [f"mobility {self.true}; {plane}{self.by_count_in_space} by count in space"]
         if self.instantaneous != self.true:
-            lines.append(f"as drawn it is singular: velocities have {self.instantaneous} freedoms")
+            freedoms = "1 freedom" if self.instantaneous == 1 else f"{self.instantaneous} freedoms"
+            lines.append(f"as drawn it is singular: velocities have {freedoms}")
         if self.idle:
             lines.append(f"moving by themselves: {', '.join(self.idle)}")
         joints = dict.fromkeys(joint for joint, _ in self.redundant)
         if joints:
             parts = (f"{j} ({' '.join(c for name, c in self.redundant if name == j)})" for j in joints)
-            lines.append(f"{len(self.redundant)} constraints too many: {', '.join(parts)}")
+            noun = "constraint" if len(self.redundant) == 1 else "constraints"
+            lines.append(f"{len(self.redundant)} {noun} too many: {', '.join(parts)}")
+        if joints and self.true == 0 < self.nearly:
+            lines.append(
+                "if it is meant to move, it is drawn with too few digits: draw it with more, or give tolerance="
+            )
         return "\n".join(lines)
 
 
-def mobility(linkage: Linkage) -> Mobility:
+def mobility(linkage: Linkage, tolerance: float = 0.0) -> Mobility:
     """Count the freedoms of a linkage, and find them.
 
     The velocities at the drawing that the joints let pass are the null space of the Jacobian of the closed loops, by
@@ -74,13 +86,21 @@ def mobility(linkage: Linkage) -> Mobility:
     ----------
     linkage
         The linkage; its first entry where it carries a batch.
+    tolerance
+        Greatest gap, a length, with which a position counts as assembled, for an overconstrained linkage that is drawn
+        with few digits.
 
     Returns
     -------
     Mobility
         Freedoms by count and in truth, idle links, redundant constraints.
+
+    Raises
+    ------
+    FrameError
+        If the drawing cannot be assembled.
     """
-    space = Configurations(linkage)
+    space = Configurations(linkage, tolerance)
     true, state = generic(space)
     planar = is_planar(linkage)
     return Mobility(
@@ -90,6 +110,7 @@ def mobility(linkage: Linkage) -> Mobility:
         true=true,
         instantaneous=space.free(space.drawn).shape[1],
         idle=space.idle(state),
+        nearly=null_space(space.jacobian(space.drawn), share=ALIKE).shape[1],
         redundant=redundant(space, state),
     )
 
@@ -170,7 +191,7 @@ def redundant(space: Configurations, state: Array) -> tuple[tuple[str, str], ...
         # Twice, as the first subtraction leaves some rounding of what was subtracted.
         rest = row - (row @ basis.T) @ basis
         rest = rest - (rest @ basis.T) @ basis
-        if np.linalg.norm(rest) > DEPENDENT:
+        if np.linalg.norm(rest) > space.dependent:
             basis = np.vstack([basis, rest / np.linalg.norm(rest)])
         else:
             found.append(name)

@@ -16,6 +16,7 @@ from ...framework.errors import FrameError
 from .assemble import Assembly, assembled
 from .blocks import blocks, cut_all
 from .coordinates import coordinate_of, rates_of_coordinate
+from .driven import remedy
 from .drives import Drives, given_drives
 from .linkage import Linkage
 from .mechanism import Mechanism
@@ -37,13 +38,18 @@ def move(
     rates: Mapping[str, ArrayLike],
     accelerations: Mapping[str, ArrayLike],
     branch: str,
+    tolerance: float = 0.0,
 ) -> Motion:
     """Motion of a linkage; see `Linkage.move`."""
     if branch not in BRANCHES:
         raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
+    if not 0.0 <= tolerance < np.inf:
+        raise FrameError(f"tolerance is {tolerance:g}: give a length, 0 or above")
     mechanism = compiled(linkage)
     drives = given_drives(linkage, mechanism, values, rates, accelerations)
-    return Motion(linkage, mechanism, drives, assembled(mechanism, drives, branch == "switch"))
+    return Motion(
+        linkage, mechanism, drives, assembled(mechanism, drives, branch == "switch", tolerance / mechanism.size)
+    )
 
 
 def compiled(linkage: Linkage) -> Mechanism:
@@ -80,6 +86,11 @@ class Motion:
     def shape(self) -> Shape:
         """Batch shape: the broadcast of drives, rates, accelerations and drawing."""
         return np.broadcast_shapes(self.drives.full_shape, self.assembly.shape)
+
+    @property
+    def tolerance(self) -> float:
+        """Greatest gap, a length, with which poses count as assembled; 0 for rounding."""
+        return self.assembly.loops.tolerance * self.mechanism.size
 
     # -- how it went ------------------------------------------------------------------------------------------------
 
@@ -159,11 +170,12 @@ class Motion:
     def closure_status(self) -> NDArray[np.str_]:
         """``"regular"``, ``"branch changed"`` or ``"not assembled: gap ... at joint ..."``, (...)."""
         found = self.assembly
-        status = np.full(found.shape, "regular", dtype="<U120")
+        status = np.full(found.shape, "regular", dtype="<U200")
         status[found.closed & ~found.verified] = "branch changed"
         for index in map(tuple, np.argwhere(~found.closed)):
             joint = self.mechanism.rows[int(found.row[index])][0]
-            status[index] = f"not assembled: gap {found.gap[index]:.3g} at joint {joint}"
+            gap = float(found.gap[index])
+            status[index] = f"not assembled: gap {gap:.3g} at joint {joint}{remedy(found.loops, gap)}"
         return np.broadcast_to(status, self.shape)
 
     # -- points -----------------------------------------------------------------------------------------------------

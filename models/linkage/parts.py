@@ -152,9 +152,17 @@ def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
     return tensor
 
 
+def in_space(value: ArrayLike, what: str) -> Array:
+    """A vector (..., 3) from one (..., 3), or (..., 2) in the plane z = 0."""
+    given = finite(value, what)
+    if given.shape[-1:] == (2,):
+        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
+    return vector(given, what)
+
+
 def direction(value: ArrayLike, what: str) -> Array:
     """A unit vector (..., 3)."""
-    given = vector(value, what)
+    given = in_space(value, what)
     norm = np.linalg.norm(given, axis=-1, keepdims=True)
     if np.any(norm == 0.0):
         raise FrameError(f"{what} is {given.tolist()}: give a direction, such as (0, 0, 1)")

@@ -91,7 +91,7 @@ def standing_still(motion: Motion) -> dict[str, Bools]:
     """By joint: where its point has lost a direction in which the drives move it at other poses, (...)."""
     if not motion.drives.rates:
         return {}
-    motions = [list(unit_motions(each)) for each in (motion, motion.linkage.move())]
+    motions = [list(unit_motions(each)) for each in (motion, motion.linkage.move(tolerance=motion.tolerance))]
     size = extent(motion.linkage)
     found = {}
     for name, joint in motion.linkage.joints.items():

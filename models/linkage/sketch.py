@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...elements import Beam
-from ...framework.batch import Array, Shape, finite, joined, vector
+from ...framework.batch import Array, Shape, finite, joined
 from ...framework.errors import FrameError
-from .parts import GROUND, Link, Load, Pair, Spring, beams_of, inertia_of
+from .parts import GROUND, Link, Load, Pair, Spring, beams_of, in_space, inertia_of
 
 End = str | tuple[str, str]
 
@@ -62,10 +62,7 @@ class Sketch:
         """
         if name in self.points:
             raise FrameError(f"point {name!r} is there already: choose another name")
-        given = finite(place, f"point {name!r}")
-        if given.shape[-1:] == (2,):
-            given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
-        given = vector(given, f"point {name!r}") + 0.0
+        given = in_space(place, f"point {name!r}") + 0.0
         self._join(f"point {name!r}", given.shape[:-1])
         self.points[name] = given
 
@@ -109,6 +106,8 @@ class Sketch:
         if not points:
             raise FrameError(f"link {name!r} has no points: name the points that lie on it")
         for point in points:
+            if not isinstance(point, str):
+                raise FrameError(f"link {name!r}: {point!r} is not the name of a point: name the points one by one")
             self._point(point, f"link {name!r}")
         if len(set(points)) < len(points):
             raise FrameError(f"link {name!r} has points {', '.join(points)}: name each point once")
@@ -124,7 +123,7 @@ class Sketch:
             points,
             beams_of(name, points, beam, beams),
             None if mass is None else self._not_negative(mass, f"mass of link {name!r}"),
-            None if centre is None else _place(centre, f"centre of link {name!r}"),
+            None if centre is None else in_space(centre, f"centre of link {name!r}"),
             inertia_of(name, inertia),
             true,
         )
@@ -204,7 +203,7 @@ class Sketch:
         acceleration
             Acceleration of gravity, global, (..., 2 or 3).
         """
-        self.weight = _place(acceleration, "gravity")
+        self.weight = in_space(acceleration, "gravity")
 
     # -- look-up ----------------------------------------------------------------------------------------------------
 
@@ -290,13 +289,6 @@ class Sketch:
         if np.any(given < 0.0):
             raise FrameError(f"{what} is {given[given < 0.0].flat[0]:g}: give zero or above")
         return given
-
-
-def _place(value: ArrayLike, what: str) -> Array:
-    given = finite(value, what)
-    if given.shape[-1:] == (2,):
-        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
-    return vector(given, what)
 
 
 def _six(what: str, *components: ArrayLike) -> Array:

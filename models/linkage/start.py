@@ -31,7 +31,7 @@ def nominal_parameters(mechanism: Mechanism) -> list[float]:
     return [float(np.broadcast_to(x, shape)[middle]) for x in mechanism.parameters]
 
 
-def started(mechanism: Mechanism, nominal: Sequence[float]) -> tuple[Loops, Pose]:
+def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0.0) -> tuple[Loops, Pose]:
     """The loops with the rank of their equations, and the closed drawing.
 
     Raises
@@ -39,7 +39,7 @@ def started(mechanism: Mechanism, nominal: Sequence[float]) -> tuple[Loops, Pose
     FrameError
         If the drawing cannot be closed, or is singular so that nothing says which way it goes.
     """
-    loops = Loops(mechanism)
+    loops = Loops(mechanism, None, tolerance)
     state = _closed_drawing(loops, nominal)
     rank, full = rank_at(loops, state, nominal), min(loops.rows, loops.columns)
     if rank < full:
@@ -49,7 +49,7 @@ def started(mechanism: Mechanism, nominal: Sequence[float]) -> tuple[Loops, Pose
                 "the linkage is drawn in a singular pose, where its drives do not say which way it goes: "
                 "draw it in another pose of the branch that is meant"
             )
-        loops = Loops(mechanism, rank)
+        loops = Loops(mechanism, rank, tolerance)
     loops.linear.project(jacobian_at(loops, state, nominal))
     start = loops.close(state, nominal)
     if start is None:
@@ -58,18 +58,23 @@ def started(mechanism: Mechanism, nominal: Sequence[float]) -> tuple[Loops, Pose
 
 
 def _closed_drawing(loops: Loops, nominal: Sequence[float]) -> list[float]:
+    closed = max(CLOSED, loops.tolerance)
     if open_by(loops, loops.drawn, nominal)[0] < CLOSED:
         return list(loops.drawn)
     best, error = nearest(loops, [np.array(x) for x in loops.drawn], nominal)
     state = [float(x) for x in best]
-    if not error < CLOSED:
+    if not error < closed:
         _, row = open_by(loops, state, nominal)
-        joint = loops.mechanism.rows[int(row)][0]
-        raise FrameError(
-            f"the drawing cannot be assembled: a gap of {float(error) * loops.mechanism.size:.3g} remains at joint "
-            f"{joint!r}: draw the joint's axes in line, or change the lengths"
-        )
+        raise not_assembled(loops.mechanism.rows[int(row)][0], float(error) * loops.mechanism.size)
     return state
+
+
+def not_assembled(joint: str, gap: float) -> FrameError:
+    """What to say of a drawing with a gap, a length, at a joint."""
+    return FrameError(
+        f"the drawing cannot be assembled: a gap of {gap:.3g} remains at joint {joint!r}: "
+        "draw the joint's axes in line, change the lengths, or let the gap be with tolerance="
+    )
 
 
 def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]) -> int:
@@ -83,15 +88,20 @@ def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]
         for k, place in enumerate(loops.driven_states if not loops.driven_balls else []):
             moved[place] = moved[place] + float(step[n + k])
         best, error = nearest(loops, [np.array(x) for x in moved], nominal, free=not loops.driven_balls)
-        if error < 1e-10:
+        if error < max(1e-10, loops.tolerance):
             ranks.append(rank_at(loops, [float(x) for x in best], nominal))
     return max(ranks, default=0)
 
 
 def rank_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> int:
     """Rank of the closing equations in the unknowns at one state."""
-    values = np.linalg.svd(jacobian_at(loops, state, parameters), compute_uv=False)
-    return int(np.count_nonzero(values > INDEPENDENT * max(values.max(initial=0.0), 1e-300)))
+    return rank_of(jacobian_at(loops, state, parameters), max(INDEPENDENT, 10.0 * loops.tolerance))
+
+
+def rank_of(matrix: Array, share: float) -> int:
+    """Number of singular values above a share of the largest."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.count_nonzero(values > share * max(values.max(initial=0.0), 1e-300)))
 
 
 def jacobian_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> Array:

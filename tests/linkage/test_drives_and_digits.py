@@ -1,0 +1,135 @@
+"""Too few drives, too many, and too few digits in the drawing: told, with the remedy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linkframe.framework import FrameError
+from linkframe.models import Linkage
+from numpy.testing import assert_allclose
+from reference.linkages import bennett, loop, rssr
+
+POINTS = {"A": (0.0, 0.0), "B": (-0.5, 1.0), "C": (1.0, 2.0), "D": (2.5, 1.0), "E": (2.0, 0.0)}
+
+
+def five_bar(*drives: str) -> Linkage:
+    linkage = Linkage(POINTS)
+    links = ("AB", "BC", "CD", "DE")
+    for link in links:
+        linkage.link(link, *link)
+    for joint, first, second in zip("ABCDE", ("ground", *links), (*links, "ground"), strict=True):
+        linkage.revolute(joint, first, second, drive=joint in drives)
+    return linkage
+
+
+# -- drives ----------------------------------------------------------------------------------------------------------
+
+
+def test_missing_drive_is_named():
+    with pytest.raises(FrameError, match=r"^1 freedom is not driven.*\(A\).*such as B or C or D or E$"):
+        five_bar("A").move(A=[0.1, 0.2])
+    assert np.all(five_bar("A", "E").move(A=[0.1, 0.2], E=0.1).status == "regular")
+    assert five_bar().move().status == "regular"  # without drives it stands still
+
+
+def test_chain_without_its_second_drive():
+    arm = Linkage(A=(0, 0), B=(1, 0), C=(2, 0), D=(3, 0))
+    for link in ("AB", "BC", "CD"):
+        arm.link(link, *link)
+    arm.revolute("A", "ground", "AB", drive=True)
+    arm.revolute("B", "AB", "BC")
+    arm.cylindrical("C", "BC", "CD", drive="uz")
+    with pytest.raises(FrameError, match=r"^2 freedoms are not driven"):
+        arm.move(A=0.1)
+    arm.drive("B")
+    with pytest.raises(FrameError, match=r"^1 freedom is not driven"):
+        arm.move(A=0.1)
+    arm.drive("C")
+    assert_allclose(arm.move(B=np.pi / 2).position("D"), (1.0, 2.0, 0.0), atol=1e-15)
+
+
+def test_spin_that_moves_no_point_needs_no_drive():
+    assert rssr(0.1, 0.4, 0.25, (0.15, 0.1, 0.3), 0.3).move(O=0.5).status == "regular"
+
+
+def test_drives_that_do_not_agree_are_counted():
+    linkage = five_bar("A", "E", "C")
+    status = linkage.move(A=[0.0, 0.1]).status
+    assert status[0] == "regular"
+    assert status[1].endswith("; 3 drives for 2 freedoms: their values do not agree")
+    turned = five_bar("A", "E").move(A=0.1).coordinate("C")[..., 0]
+    assert linkage.move(A=0.1, C=turned).status == "regular"  # one too many, in agreement with the others
+
+
+# -- digits ----------------------------------------------------------------------------------------------------------
+
+
+def rounded(exact: Linkage, digits: int, unit: float) -> Linkage:
+    """The hinges of a linkage as a drawing with few digits has them."""
+    linkage = Linkage({name: unit * np.round(place, digits) for name, place in exact.points.items()})
+    for name, link in exact.links.items():
+        linkage.link(name, *link.points)
+    for name, joint in exact.joints.items():
+        axis = np.round(joint.axes[..., 2], digits)
+        linkage.revolute(name, joint.first, joint.second, axis=axis, drive=name in exact.drives, at=joint.at[..., 0])
+    return linkage
+
+
+@pytest.mark.parametrize("digits", [10, 8, 6, 3])
+@pytest.mark.parametrize("unit", [1.0, 1000.0])
+def test_bennett_drawn_with_few_digits_moves_within_a_tolerance(digits: int, unit: float):
+    exact = bennett(np.pi / 6, np.pi / 3, 1.2)
+    linkage, tolerance, theta = rounded(exact, digits, unit), 8.0 * unit * 10.0**-digits, np.linspace(1.2, 6.0, 25)
+    motion = linkage.move(H0=theta, tolerance=tolerance)
+    assert np.all(motion.status == "regular")
+    assert np.all((motion.gap <= tolerance) & (motion.gap[0] < 1e-12 * unit))
+    assert motion.gap.max() > 1e-2 * tolerance
+    away = motion.position("H2") - unit * exact.move(H0=theta).position("H2")
+    assert np.abs(away).max() < tolerance
+    found = linkage.mobility(tolerance)
+    assert (found.true, found.instantaneous, len(found.redundant)) == (1, 1, 3)
+
+
+def test_few_digits_are_told():
+    linkage = rounded(bennett(np.pi / 6, np.pi / 3, 1.2), 6, 1.0)
+    motion = linkage.move(H0=[1.2, 2.0])
+    assert motion.status[0] == "regular"
+    assert "at joint H2; overconstrained: draw it with more digits, or let it" in motion.status[1]
+    assert np.isnan(motion.position("H2")[1]).all()
+    assert "drawn with too few digits" in str(linkage.mobility())
+    assert linkage.mobility().nearly == 1
+    # Nothing would make this one move.
+    rigid = loop((1.0, 0.7, 0.9, 1.2), (0.5, 0.9, -0.4, 0.3), (0.3, 0.8, -0.5, 1.1))
+    assert rigid.move(H0=0.5).status[()].endswith("1 drive for 0 freedoms: their values do not agree")
+    assert "digits" not in str(rigid.mobility())
+
+
+def test_gap_of_a_drawing_can_be_let_be():
+    """Two bars in line between fixed pins, together 1e-4 too short."""
+    linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))
+    linkage.link("a", "A", "B", length=1.0 - 1e-4)
+    linkage.link("b", "B", "C")
+    linkage.revolute("A", "ground", "a")
+    linkage.revolute("B", "a", "b")
+    linkage.revolute("C", "b", "ground")
+    with pytest.raises(FrameError, match=r"a gap of 0.0001 remains at joint 'B'.*tolerance="):
+        linkage.move()
+    assert_allclose(linkage.move(tolerance=2e-4).gap, 1e-4, rtol=1e-6)
+    with pytest.raises(FrameError, match="tolerance is -1: give a length, 0 or above"):
+        linkage.move(tolerance=-1.0)
+
+
+# -- drawing ---------------------------------------------------------------------------------------------------------
+
+
+def test_nothing_has_no_freedom():
+    found = Linkage().mobility()
+    assert (found.true, found.by_count, found.redundant) == (0, 0, ())
+
+
+def test_axes_in_the_plane_have_two_components():
+    sliders = [Linkage(A=(0, 0)) for _ in range(2)]
+    for slider, axis in zip(sliders, ((1, 1), (1, 1, 0)), strict=True):
+        slider.link("block", "A")
+        slider.prismatic("A", "ground", "block", axis=axis, drive=True)
+    assert_allclose(*(slider.move(A=2**0.5).position("A") for slider in sliders), rtol=0.0, atol=0.0)
