@@ -36,7 +36,8 @@ class Beam(LineElement):
     by quadrature to rounding, so that one element is exact for forces at its ends.
 
     Local x runs from the first node to the second. Local z is as near to global z as can be; a member along
-    global z has local y along global y. `up` gives another direction for local z.
+    global z has local y along global y. `up` gives another direction for local z. Where both ends are on one body of
+    the frame, its axes stand for the global ones.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ class Beam(LineElement):
     end : CrossSection, optional
         Section at the end, of the same type; sizes vary linearly in between.
     up : array_like, optional
-        Direction (..., 3), global, to which local z is nearest.
+        Direction (..., 3), global (of a member on one body, in its axes), to which local z is nearest.
     shear : bool
         Timoshenko's shear deformation (True) or none (False).
     segments : int

@@ -104,6 +104,18 @@ def test_contact_is_refused_where_there_is_none() -> None:
         frame.solve(large=True, clearance=False).contact("B")
 
 
+def test_explanation_tells_of_plane_steps_and_entries() -> None:
+    frame = cantilever(np.array([1e3, 2e3, 3e3]))
+    frame.exclude(np.array([False, True, False]))
+    text = frame.solve(large=True, steps=2).explain()
+    assert "3 entries, of which 1 are left out" in text
+    assert "4 corotational pieces; the frame is kept to the xy plane" in text
+    assert "12 unknown, 0 given" in text
+    assert "Load steps: 2" in text
+    frame.load("B", fz=1.0)
+    assert "moves in space" in frame.solve(large=True).explain()
+
+
 def test_numbers_keep_their_axes() -> None:
     assert Numbers.of(np.array(3.0), ndim=0, trailing=0).array.shape == ()
     assert Numbers.of(np.array(3.0), ndim=2, trailing=0).array.shape == (1, 1)

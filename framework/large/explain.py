@@ -1,0 +1,37 @@
+"""What a solution at large displacement will do, in plain words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..clearance import loose_joints
+from .elimination import LARGE
+
+if TYPE_CHECKING:
+    from .solution import LargeSolution
+
+_PLANES = {5: "xy", 4: "xz", 3: "yz"}
+
+
+def explain(solution: LargeSolution, steps: int) -> str:
+    """What is built and solved; nothing is computed for it."""
+    model, frame = solution.model, solution.frame
+    count = int(np.prod(frame.shape, dtype=np.int64))
+    absent = 0 if frame.absent is None else int(np.broadcast_to(frame.absent, frame.shape).sum())
+    inside = f"is kept to the {_PLANES[model.components[-1]]} plane" if len(model.components) == 3 else "moves in space"
+    factors = "one factorisation for all" if model.free <= LARGE else "sparse factors of one entry after another"
+    loose = loose_joints(frame) if model.clearance else []
+    return "\n".join(
+        [
+            f"Large displacement: batch shape {frame.shape}, {count} entries"
+            + (f", of which {absent} are left out." if absent else "."),
+            f"Members are cut into {len(model.topology.pieces)} corotational pieces; the frame {inside}.",
+            f"Coordinates: {model.free} unknown, {len(model.driven)} given; {len(model.joints)} joints, links and "
+            f"supports carry nodes along, {len(model.loops)} close loops.",
+            f"Clearances: {', '.join(loose)}, by the law of each joint." if loose else "No joint moves in a clearance.",
+            f"Load steps: {steps}. In each, Newton's method ({factors}) for the entries that it has not yet solved; "
+            "where it fails, smaller steps, the way out of a saddle along its mode, and the descent of the energy.",
+        ]
+    )
