@@ -98,7 +98,7 @@ class Configurations:
             gap = self.gap(state)
             if not gap.size or np.abs(gap).max() < 1e-15:
                 return state
-            matrix = self.with_locks(self.jacobian(state), locked)
+            matrix, gap = self.held(state, locked), gap[self.mechanism.acting]
             inverse: Array = np.asarray(np.linalg.pinv(matrix, rcond=self.dependent), dtype=np.float64)
             step = -inverse @ np.append(gap, np.zeros(len(locked)))
             state = self.moved(state, step)
@@ -108,11 +108,11 @@ class Configurations:
 
     def free(self, state: Array, locked: tuple[int, ...] = ()) -> Array:
         """Motions (n, k) that the closing equations let pass, orthonormal; the columns `locked` stand still."""
-        return null_space(self.with_locks(self.jacobian(state), locked), share=self.dependent)
+        return null_space(self.held(state, locked), share=self.dependent)
 
-    @staticmethod
-    def with_locks(jacobian: Array, locked: tuple[int, ...]) -> Array:
-        """The equations, and one for each column that stands still, (m + l, n)."""
+    def held(self, state: Array, locked: tuple[int, ...]) -> Array:
+        """The equations that anything acts on, and one for each column that stands still, (m + l, n)."""
+        jacobian = self.jacobian(state)[self.mechanism.acting]
         return np.vstack([jacobian, np.eye(jacobian.shape[1])[list(locked)]])
 
     def places(self, state: Array) -> Array:
@@ -136,8 +136,8 @@ class Configurations:
         return out
 
     def idle(self, state: Array) -> tuple[str, ...]:
-        """Links that can move while all others stand still."""
-        free = self.free(state)
+        """Links that can move while all others and the drives stand still."""
+        free = self.free(state, tuple(self.mechanism.driven))
         speeds = self.speeds(state, free)
         found = []
         for k, link in enumerate(self.mechanism.linkage.links):

@@ -143,7 +143,7 @@ class Curve:
 
     def held(self, state: Array) -> Array:
         """Equations with the drive and the locked columns standing still, (m + l, n)."""
-        return self.space.with_locks(self.space.jacobian(state), (*self.locked, self.drive))
+        return self.space.held(state, (*self.locked, self.drive))
 
     @cached_property
     def rank(self) -> int:

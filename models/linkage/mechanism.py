@@ -251,6 +251,11 @@ class Mechanism:
         )
 
     @cached_property
+    def acting(self) -> list[int]:
+        """Rows that some coordinate acts on; the others hold by construction, or not at all."""
+        return [i for i, row in enumerate(self._jacobian) if any(map(_acts, row))]
+
+    @cached_property
     def active(self) -> list[int]:
         """Rows that some unknown acts on; the others hold by construction, or not at all."""
         return [i for i, row in enumerate(self._jacobian) if any(_acts(row[k]) for k in self.unknown)]

@@ -36,7 +36,8 @@ class Mobility:
         Freedoms of the velocities at the drawing itself. More than `true` where the drawing is a singular position, or
         where what moves at first does not get far.
     idle
-        Links that can move, such as turn about their own line between two balls, while all others stand still.
+        Links that can move, such as turn about their own line between two balls, while all others and the drives stand
+        still.
     nearly
         Freedoms of the velocities at the drawing where equations that differ by less than 1e-3 count as one. More than
         `instantaneous` where an overconstrained linkage is drawn with too few digits.
