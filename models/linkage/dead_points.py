@@ -7,14 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...framework.batch import Array
 from ...framework.errors import FrameError
 from .configuration import Configurations
-from .curve import Curve, Place
+from .curve import Curve, Place, Way
 from .held import moving_joints
 from .linkage import Linkage
+from .march import at_zero
 
 # Below this share of the drive in the motion, the drive is at rest.
 AT_REST = 1e-6
+# How far, in extents of the drawing, a linkage has run away, and by what share of its way the drive then still moves.
+AWAY = 10.0
+SLOW = 0.1
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,8 @@ class DriveRange:
     Attributes
     ----------
     lower, upper
-        Least and greatest coordinate, radians or length; -inf and inf where nothing stops the drive.
+        Least and greatest coordinate, radians or length; -inf and inf where nothing stops the drive. Where the linkage
+        runs away to infinity as the drive comes near to a value, that value, to about 1e-9.
     lower_joint, upper_joint
         Joints that stop it, see `DeadPoint.joint`; None where nothing does.
     """
@@ -174,10 +180,26 @@ def _end(curve: Curve, sign: float) -> DeadPoint | None:
         return _dead_point(curve, start)
     back = np.flatnonzero(forwards[1:] < 0.0)
     if not back.size:
-        return _dead_point(curve, way.places[-1]) if way.stuck else None
+        return _dead_point(curve, way.places[-1]) if way.stuck else _asymptote(curve, way)
     before, after = way.places[back[0]], way.places[back[0] + 1]
     near = min((before, after), key=lambda place: abs(place.tangent[curve.drive]))
     return _dead_point(curve, curve.singular_place(near) or near)
+
+
+def _asymptote(curve: Curve, way: Way) -> DeadPoint | None:
+    """The value that the drive comes near to but never to, as the linkage runs away to infinity; None if it does not.
+
+    The coordinate is taken as a polynomial of the way's inverse, at zero.
+    """
+    count, last = len(way.places), way.places[-1]
+    if way.closes or np.abs(curve.space.places(last.state)).max() < AWAY:
+        return None
+    knots = [count // k for k in range(1, 9)]
+    values = [curve.coordinate(way.places[knot - 1].state) for knot in knots]
+    if abs(values[0] - values[1]) > SLOW * abs(values[1] - curve.coordinate(way.places[0].state)):
+        return None
+    joint = _moving_joint(curve, last.state, last.tangent.copy())
+    return DeadPoint(float(at_zero(values, [1.0 / knot for knot in knots])), joint, change_point=False)
 
 
 def _dead_point(curve: Curve, place: Place) -> DeadPoint:
@@ -185,12 +207,17 @@ def _dead_point(curve: Curve, place: Place) -> DeadPoint:
     # Beside the place itself, the motion is told from those that move nothing else by a small singular value.
     beside = curve.space.moved(place.state, 1e-4 * place.tangent)
     motion = np.linalg.svd(curve.held(beside))[2][curve.rank - 1]
-    motion[[curve.drive, *curve.locked]] = 0.0
-    space = curve.space
-    (joint,) = moving_joints(space.mechanism, place.state.tolist(), space.parameters, (motion / space.units).tolist())
     crossing = bool(abs(place.tangent[curve.drive]) > AT_REST)
     value = curve.crossing_value(place) if crossing else curve.coordinate(place.state)
-    return DeadPoint(value, str(joint), crossing)
+    return DeadPoint(value, _moving_joint(curve, place.state, motion), crossing)
+
+
+def _moving_joint(curve: Curve, state: Array, motion: Array) -> str:
+    """The joint to blame for a motion (n,) with the drive held."""
+    motion[[curve.drive, *curve.locked]] = 0.0
+    space = curve.space
+    (joint,) = moving_joints(space.mechanism, state.tolist(), space.parameters, (motion / space.units).tolist())
+    return str(joint)
 
 
 def _same(one: DeadPoint, other: DeadPoint, unit: float) -> bool:

@@ -36,14 +36,15 @@ def check_driven(loops: Loops, parameters: Sequence[float], start: Pose) -> None
     count = int(np.count_nonzero(np.linalg.svd(points, compute_uv=False) > STILL))
     if not count:
         return
-    moving = [
-        name
-        for name, pair in linkage.joints.items()
-        if name not in linkage.drives and pair.kind.freedom and _moves(speeds, pair.first, pair.second, pair.point)
-    ]
+    moving = []
+    for name, pair in linkage.joints.items():
+        driven = linkage.drives.get(name, ())
+        rest = [coordinate for coordinate in pair.kind.coordinates if coordinate not in driven]
+        if rest and _moves(speeds, pair.first, pair.second, pair.point):
+            moving.append(f"{name} ({' and '.join(rest)} too)" if driven else name)
     raise FrameError(
         f"{_number(count, 'freedom')} {'is' if count == 1 else 'are'} not driven, so that the drives "
-        f"({', '.join(linkage.drives)}) do not say where everything is: drive another joint, such as "
+        f"({', '.join(linkage.drives)}) do not say where everything is: also drive "
         f"{' or '.join(moving[:6])}"
     )
 

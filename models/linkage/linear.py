@@ -63,7 +63,7 @@ class Linear:
             return []
         # Row match[j] belongs to column j; an entry (match[j], k) makes column j wait for column k.
         waits = self.pattern[match]
-        _, label = connected_components(csr_matrix(waits), directed=True, connection="strong")
+        _, label = connected_components(csr_matrix(waits.astype(np.int8)), directed=True, connection="strong")
         members = [np.flatnonzero(label == name) for name in range(label.max() + 1)]
         done: set[int] = set()
         blocks: Blocks = []

@@ -94,7 +94,8 @@ class Linkage(Joining):
         poses along the first axis on which the drives vary, each line of poses for itself. Where the drawing carries
         a batch, the member in the middle of it leads, and the others are reached from it at each pose. What the
         drives leave free, such as a rod's spin between two balls, moves as little as it can. A pose that closes, but
-        not verifiably on that branch, has the status ``"branch changed"``.
+        not verifiably on that branch, has the status ``"branch changed"``. A drive that turns may go round any number
+        of times; beyond 1000 radians the angles of other joints come without the whole turns.
 
         Parameters
         ----------

@@ -168,8 +168,15 @@ class Loops:
 
     def turns(self, drive: int) -> bool:
         """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
-        joint, component = self.mechanism.columns[self.mechanism.driven[drive]]
-        return component[0] == "r" and self.mechanism.linkage.joint(joint).kind.name not in ("screw", "spherical")
+        return self.is_angle(self.driven_states[drive])
+
+    def is_angle(self, place: int) -> bool:
+        """True where an entry of the state is an angle that comes round again after a full turn."""
+        joint = next(name for name, those in self.mechanism.states.items() if those.start <= place < those.stop)
+        kind = self.mechanism.linkage.joint(joint).kind
+        if kind.name in ("screw", "spherical"):
+            return False
+        return bool(kind.coordinates[place - self.mechanism.states[joint].start][0] == "r")
 
     # -- one pose ---------------------------------------------------------------------------------------------------
 

@@ -231,7 +231,7 @@ class March:
                 right, high, low = s, middle, 0.5 * low
         width = min(max(s - a.s, b.s - s), 0.2)
         knots = [s + 0.24 * width * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
-        better = _at_zero(knots, [determinant(knot) for knot in knots])
+        better = at_zero(knots, [determinant(knot) for knot in knots])
         return better if abs(better - s) < width else s
 
     def _closes(self, a: Node, b: Node, where: float) -> bool:
@@ -250,7 +250,7 @@ class March:
         return bool(max(map(abs, residual)) < max(OPEN, self.loops.tolerance))
 
 
-def _at_zero(values: list[float], arguments: list[float]) -> float:
+def at_zero(values: list[float], arguments: list[float]) -> float:
     """Value at argument 0 of the polynomial through the points (Neville's scheme)."""
     out = list(values)
     for level in range(1, len(out)):

@@ -11,10 +11,15 @@ from ...framework.batch import Array
 from .follow import Guide
 from .guess import NEAR, Guess, guess_of
 from .loops import Loops, Pose
-from .march import BEYOND, March, Track
+from .march import BEYOND, March, Track, flips
 from .path import Path
 
 TURN = 2.0 * np.pi
+# How far the drive is followed turn by turn, and how near to its place everything is after a turn.
+MANY = 6.0 * TURN
+SAME = 1e-10
+# Beyond, the other angles are not counted on: their rounding would leave the loops open.
+WOUND = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +46,40 @@ class SingleDrive:
     def guess(self, s: Array) -> Guess:
         """First guesses at values s of the drive.
 
-        A drive that turns goes round the other way to what lies beyond an end of its range.
+        A drive that turns goes round the other way to what lies beyond an end of its range. Where it is to go round
+        many times, what it has found once is taken again, if there everything is back in its place.
         """
+        again = self._again(s) if np.abs(s).max(initial=0.0) > MANY else None
+        return self._followed(s) if again is None else again
+
+    def _again(self, s: Array) -> Guess | None:
+        """First guesses by whole turns, one or two at a time, after which everything is in its place."""
+        if self.switch or not self.loops.turns(self.drive) or not self.loops.determined:
+            return None
+        for period in (TURN, 2.0 * TURN):
+            winding = self._winding(period)
+            if winding is not None:
+                rounds = np.trunc(s / period)
+                out = self._followed(s - period * rounds)
+                rounds = np.where(np.abs(s) < WOUND, rounds, 0.0)
+                out.state = [x + rounds * turns if turns else x for x, turns in zip(out.state, winding, strict=True)]
+                return out
+        return None
+
+    def _winding(self, period: float) -> list[float] | None:
+        """By how much the state has grown after a period, in whole turns of joints; None where that leads elsewhere."""
+        track = self._track(period + BEYOND)
+        there = self.loops.close(Guide.of(track).at(np.array(period)).tolist(), self.nominal)
+        if not track.complete or track.doubts or there is None or flips(self.start, there):
+            return None
+        away = np.subtract(there.state, self.start.state)
+        away[self.loops.driven_states[self.drive]] = 0.0
+        turns = TURN * np.round(away / TURN)
+        turning = [self.loops.is_angle(place) for place in range(len(away))]
+        return None if np.abs(away - turns).max() > SAME or np.any(turns[np.logical_not(turning)]) else turns.tolist()
+
+    def _followed(self, s: Array) -> Guess:
+        """First guesses at values s of the drive, all the way."""
         ahead, back = (self._track(sign * float(np.max(sign * s, initial=0.0) + BEYOND)) for sign in (1.0, -1.0))
         within = s
         if self.loops.turns(self.drive):

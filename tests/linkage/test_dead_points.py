@@ -5,7 +5,7 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
@@ -23,7 +23,7 @@ def triangle(a: float, b: float, opposite: float) -> float:
 
 
 @given(st.floats(2.0, 4.0), st.floats(0.3, 1.5), st.floats(1.05, 1.6), st.floats(-0.9, 0.9), st.booleans())
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_four_bar_that_cannot_turn(longest: float, shortest: float, sum_: float, apart: float, crossed: bool) -> None:
     """It turns back where coupler and rocker lie in line: the diagonal is their sum, or their difference."""
     coupler, rocker = 0.5 * (longest + shortest), 0.5 * (longest - shortest)
@@ -182,6 +182,38 @@ def test_other_drives_stand_still() -> None:
     found = linkage.drive_range("A")
     assert_allclose(found.upper - np.angle(d + 0.1), triangle(0.3, away, 0.7), **CLOSE)
     assert (found.lower_joint, found.upper_joint) == ("P", "P")
+
+
+def test_range_ends_where_the_linkage_runs_away() -> None:
+    """RCCC: the angles are those of a spherical four-bar; at its limits the slides go to infinity, and come near only.
+
+    There the axes a1, a2 and a3 lie in one plane: a1(θ) a3 = cos(α12 ± α23).
+    """
+    rng = np.random.default_rng(5)
+    places, axes = rng.uniform(-1.0, 1.0, (4, 3)), rng.normal(size=(4, 3))
+    linkage = Linkage({f"P{k}": place for k, place in enumerate(places)})
+    links = ("ground", "input", "coupler", "output", "ground")
+    for k in range(3):
+        linkage.link(links[k + 1], f"P{k}", f"P{k + 1}")
+    linkage.revolute("P0", "ground", "input", axis=axes[0], drive=True)
+    for k in (1, 2):
+        linkage.cylindrical(f"P{k}", links[k], links[k + 1], axis=axes[k])
+    linkage.cylindrical("P3", "ground", "output", axis=axes[3])
+    a0, a1, a2, a3 = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    # a1 turned by θ about a0, along a3: constant + cosine cos θ + sine sin θ (O. Rodrigues)
+    constant, sine = (a0 @ a1) * (a0 @ a3), np.cross(a0, a1) @ a3
+    cosine = a1 @ a3 - constant
+    limits = []
+    for sign in (1.0, -1.0):
+        share = (np.cos(np.arccos(a1 @ a2) + sign * np.arccos(a2 @ a3)) - constant) / np.hypot(cosine, sine)
+        if abs(share) < 1.0:
+            limits += [np.arctan2(sine, cosine) + turn * np.arccos(share) for turn in (1.0, -1.0)]
+    found = linkage.drive_range("P0")
+    assert_allclose(found.lower, max(limit for limit in limits if limit < 0.0), **CLOSE)
+    assert_allclose(found.upper, min(limit for limit in limits if limit > 0.0), **CLOSE)
+    assert {found.lower_joint, found.upper_joint} <= {"P2", "P3"}
+    inside, outside = found.upper - 1e-3, found.upper + 1e-3
+    assert [str(status)[:7] for status in linkage.move(P0=[inside, outside]).closure_status] == ["regular", "not ass"]
 
 
 def test_refusals() -> None:

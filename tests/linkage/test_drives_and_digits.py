@@ -26,7 +26,7 @@ def five_bar(*drives: str) -> Linkage:
 
 
 def test_missing_drive_is_named():
-    with pytest.raises(FrameError, match=r"^1 freedom is not driven.*\(A\).*such as B or C or D or E$"):
+    with pytest.raises(FrameError, match=r"^1 freedom is not driven.*\(A\).*also drive B or C or D or E$"):
         five_bar("A").move(A=[0.1, 0.2])
     assert np.all(five_bar("A", "E").move(A=[0.1, 0.2], E=0.1).status == "regular")
     assert five_bar().move().status == "regular"  # without drives it stands still
@@ -42,7 +42,7 @@ def test_chain_without_its_second_drive():
     with pytest.raises(FrameError, match=r"^2 freedoms are not driven"):
         arm.move(A=0.1)
     arm.drive("B")
-    with pytest.raises(FrameError, match=r"^1 freedom is not driven"):
+    with pytest.raises(FrameError, match=r"^1 freedom is not driven.*: also drive C \(rz too\)$"):
         arm.move(A=0.1)
     arm.drive("C")
     assert_allclose(arm.move(B=np.pi / 2).position("D"), (1.0, 2.0, 0.0), atol=1e-15)
