@@ -162,7 +162,7 @@ class Curve:
         for _ in range(NEWTON):
             left, values, right = np.linalg.svd(self.held(place.state))
             u, v = left[:, self.rank - 1], right[self.rank - 1]
-            if values[self.rank - 1] < ZERO:
+            if values[self.rank - 1] < max(ZERO, 10.0 * self.space.tolerance):
                 return place
             sides = [self.space.moved(place.state, sign * difference * place.tangent) for sign in (1.0, -1.0)]
             slope = float(u @ (self.held(sides[0]) - self.held(sides[1])) @ v) / (2.0 * difference)

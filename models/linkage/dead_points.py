@@ -10,7 +10,7 @@ import numpy as np
 from ...framework.batch import Array
 from ...framework.errors import FrameError
 from .configuration import Configurations
-from .curve import Curve, Place, Way
+from .curve import STEP, Curve, Place, Way
 from .held import moving_joints
 from .linkage import Linkage
 from .march import at_zero
@@ -67,7 +67,9 @@ class DriveRange:
     upper_joint: str | None
 
 
-def dead_points(linkage: Linkage, joint: str, coordinate: str | None = None) -> tuple[DeadPoint, ...]:
+def dead_points(
+    linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0
+) -> tuple[DeadPoint, ...]:
     """All dead points that the linkage passes as it moves from the drawing, with one coordinate as its drive.
 
     The motion is followed by its arc length, on which a dead point is a place like any other, both ways from the
@@ -83,6 +85,8 @@ def dead_points(linkage: Linkage, joint: str, coordinate: str | None = None) -> 
         other joint.
     coordinate
         Which of its coordinates, such as ``"rz"``, where there are several.
+    tolerance
+        Greatest gap, a length, with which a position counts as assembled.
 
     Returns
     -------
@@ -94,7 +98,7 @@ def dead_points(linkage: Linkage, joint: str, coordinate: str | None = None) -> 
     FrameError
         If there is no such joint or coordinate, it cannot move, or other drives than one do not stand still.
     """
-    curve = _curve(linkage, joint, coordinate)
+    curve = _curve(linkage, joint, coordinate, tolerance)
     found: list[DeadPoint] = []
     for place in _singular_places(curve):
         point = _dead_point(curve, place)
@@ -103,12 +107,12 @@ def dead_points(linkage: Linkage, joint: str, coordinate: str | None = None) -> 
     return tuple(sorted(found, key=lambda point: point.value))
 
 
-def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None) -> DriveRange:
+def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0) -> DriveRange:
     """How far a drive can go from the drawing in both directions.
 
     Parameters
     ----------
-    linkage, joint, coordinate
+    linkage, joint, coordinate, tolerance
         As for `dead_points`.
 
     Returns
@@ -121,7 +125,7 @@ def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None) -> 
     FrameError
         As for `dead_points`.
     """
-    curve = _curve(linkage, joint, coordinate)
+    curve = _curve(linkage, joint, coordinate, tolerance)
     low, high = (_end(curve, sign) for sign in (-1.0, 1.0))
     return DriveRange(
         -np.inf if low is None else low.value,
@@ -131,7 +135,7 @@ def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None) -> 
     )
 
 
-def _curve(linkage: Linkage, joint: str, coordinate: str | None) -> Curve:
+def _curve(linkage: Linkage, joint: str, coordinate: str | None, tolerance: float) -> Curve:
     """The curve of a linkage with a joint's coordinate as its drive, and the other drives locked."""
     pair = linkage.joint(joint)
     free = linkage.drives.get(joint, pair.kind.coordinates)
@@ -149,7 +153,7 @@ def _curve(linkage: Linkage, joint: str, coordinate: str | None) -> Curve:
         )
     if chosen not in driven:
         linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]
-    return Curve(Configurations(linkage), chosen, [name for name in driven if name != chosen])
+    return Curve(Configurations(linkage, tolerance), chosen, [name for name in driven if name != chosen])
 
 
 def _driven_by(linkage: Linkage, joint: str, coordinate: str) -> Linkage:
@@ -208,7 +212,9 @@ def _dead_point(curve: Curve, place: Place) -> DeadPoint:
     beside = curve.space.moved(place.state, 1e-4 * place.tangent)
     motion = np.linalg.svd(curve.held(beside))[2][curve.rank - 1]
     crossing = bool(abs(place.tangent[curve.drive]) > AT_REST)
-    value = curve.crossing_value(place) if crossing else curve.coordinate(place.state)
+    value = curve.coordinate(place.state)
+    if crossing and abs(between := curve.crossing_value(place) - value) < STEP * curve.unit:
+        value += between
     return DeadPoint(value, _moving_joint(curve, place.state, motion), crossing)
 
 

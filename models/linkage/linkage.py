@@ -167,7 +167,7 @@ class Linkage(Joining):
 
         return mobility(self, tolerance)
 
-    def dead_points(self, joint: str, coordinate: str | None = None) -> tuple[DeadPoint, ...]:
+    def dead_points(self, joint: str, coordinate: str | None = None, tolerance: float = 0.0) -> tuple[DeadPoint, ...]:
         """Dead points and change points on the way through the drawing; see `dead_points.dead_points`.
 
         Parameters
@@ -177,6 +177,8 @@ class Linkage(Joining):
             drive.
         coordinate
             Which of its coordinates, where there are several.
+        tolerance
+            As for `move`.
 
         Returns
         -------
@@ -201,14 +203,14 @@ class Linkage(Joining):
         """
         from .dead_points import dead_points
 
-        return dead_points(self, joint, coordinate)
+        return dead_points(self, joint, coordinate, tolerance)
 
-    def drive_range(self, joint: str, coordinate: str | None = None) -> DriveRange:
+    def drive_range(self, joint: str, coordinate: str | None = None, tolerance: float = 0.0) -> DriveRange:
         """How far a drive can go from the drawing; see `dead_points.drive_range`.
 
         Parameters
         ----------
-        joint, coordinate
+        joint, coordinate, tolerance
             As for `dead_points`.
 
         Returns
@@ -230,4 +232,4 @@ class Linkage(Joining):
         """
         from .dead_points import drive_range
 
-        return drive_range(self, joint, coordinate)
+        return drive_range(self, joint, coordinate, tolerance)

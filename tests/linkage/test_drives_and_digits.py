@@ -7,7 +7,8 @@ import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
-from reference.linkages import bennett, loop, rssr
+from reference.linkages import PLANAR, bennett, loop, rssr
+from scipy.spatial.transform import Rotation
 
 POINTS = {"A": (0.0, 0.0), "B": (-0.5, 1.0), "C": (1.0, 2.0), "D": (2.5, 1.0), "E": (2.0, 0.0)}
 
@@ -64,13 +65,13 @@ def test_drives_that_do_not_agree_are_counted():
 # -- digits ----------------------------------------------------------------------------------------------------------
 
 
-def rounded(exact: Linkage, digits: int, unit: float) -> Linkage:
+def rounded(exact: Linkage, digits: int, unit: float, turn: Rotation = PLANAR) -> Linkage:
     """The hinges of a linkage as a drawing with few digits has them."""
-    linkage = Linkage({name: unit * np.round(place, digits) for name, place in exact.points.items()})
+    linkage = Linkage({name: unit * np.round(turn.apply(place), digits) for name, place in exact.points.items()})
     for name, link in exact.links.items():
         linkage.link(name, *link.points)
     for name, joint in exact.joints.items():
-        axis = np.round(joint.axes[..., 2], digits)
+        axis = np.round(turn.apply(joint.axes[..., 2]), digits)
         linkage.revolute(name, joint.first, joint.second, axis=axis, drive=name in exact.drives, at=joint.at[..., 0])
     return linkage
 
@@ -88,6 +89,18 @@ def test_bennett_drawn_with_few_digits_moves_within_a_tolerance(digits: int, uni
     assert np.abs(away).max() < tolerance
     found = linkage.mobility(tolerance)
     assert (found.true, found.instantaneous, len(found.redundant)) == (1, 1, 3)
+
+
+@pytest.mark.parametrize("digits", [8, 6, 4])
+def test_range_within_a_tolerance(digits: int):
+    """Bricard's linkage folds at 120°, see `test_dead_points`; here askew, as a drawing with few digits has it."""
+    quarter, tolerance = np.pi / 2, 8.0 * 10.0**-digits
+    exact = loop((1.0,) * 6, (quarter, -quarter) * 3, (quarter,) * 6)
+    found = rounded(exact, digits, 1.0, Rotation.from_rotvec([0.4, -1.1, 0.7])).drive_range("H0", tolerance=tolerance)
+    assert_allclose([found.lower, found.upper], np.radians([-120.0, 120.0]), rtol=0.0, atol=20.0 * tolerance)
+    turning = rounded(bennett(np.pi / 6, np.pi / 3, 1.2), digits, 1.0)
+    assert turning.drive_range("H0", tolerance=tolerance).upper == np.inf
+    assert turning.dead_points("H0", tolerance=tolerance) == ()
 
 
 def test_few_digits_are_told():
