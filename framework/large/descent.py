@@ -109,7 +109,7 @@ class Descent:
         return moved
 
     def _step(self, at: Linear) -> tuple[Array, Mask, Mask]:
-        """A step down the energy, whether the tangent is positive definite, and whether the step leaves a saddle."""
+        """A step down the energy, whether no direction goes down from there, and whether the step leaves a saddle."""
         if self.model.free > LARGE:
             return self._shifted(at)
         root, values, vectors = self.newton.elimination.spectrum(at.values)
@@ -122,7 +122,7 @@ class Descent:
             share[saddle, 0] = _KICK / self.largest((vectors[saddle, :, 0] * root[saddle]).T)
         whole = np.zeros((self.model.size, len(share)))
         whole[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
-        return whole, values[:, 0] > floor, saddle
+        return whole, values[:, 0] > -floor, saddle
 
     def _shifted(self, at: Linear) -> tuple[Array, Mask, Mask]:
         """The same for a large frame: the diagonal raised until all pivots are positive."""

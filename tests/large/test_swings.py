@@ -61,3 +61,19 @@ def test_a_chain_hangs_as_its_weights_tell(side: float) -> None:
     over = np.diff(slope) / (sizes[1:] + sizes[:-1])
     assert over[0] > 0.0
     assert_allclose(over, over[0], rtol=1e-4)
+
+
+@pytest.mark.parametrize("free", [3, 1], ids=["ball", "pin"])
+def test_what_neither_load_nor_stiffness_resists_is_not_unstable(free: int) -> None:
+    """Without a load every place of a pendulum is an equilibrium, and none of them is left."""
+    frame = Frame()
+    frame.node("O", (0.0, 0.0, 0.0))
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("pin", Joint((INF,) * (6 - free) + (0.0,) * free), "O", "A")
+    frame.add("AB", Beam(Circle(diameter=0.05), STEEL), "A", "B")
+    frame.fix("O")
+    frame.load("B", fz=0.0)
+    solution = frame.solve(large=True)
+    assert (str(solution.status), bool(solution.stable)) == ("stable", True)
+    assert not solution.displacement("B").any()
