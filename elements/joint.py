@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..framework.contact import law
+from ..framework.clearances.contact import law
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, JointElement
 from .parameters import array_of, common_shape, require
@@ -139,7 +139,7 @@ class Joint(JointElement):
         Returns
         -------
         energy, force, tangent
-            (m,), (m, 6) and (m, 6, 6), see `linkframe.framework.contact.law`; nothing from ideal components.
+            (m,), (m, 6) and (m, 6, 6), see `linkframe.framework.clearances.contact.law`; nothing from ideal components.
         """
         springs = np.where(np.isinf(self.stiffness), 0.0, self.stiffness)
         free = list(self.play)

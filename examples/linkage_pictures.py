@@ -4,7 +4,7 @@ import importlib
 import sys
 from pathlib import Path
 
-from linkframe.models.linkage.drawing import draw_mechanism
+from linkframe.models.linkage.job.drawing import draw_mechanism
 
 # Points that leave a trace.
 TRACED = {

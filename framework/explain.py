@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .broadcast import BroadcastSolver
-from .chunks import large_masks, steps
-from .clearance import loose_joints
-from .contact import STATES
+from .batched.broadcast import BroadcastSolver
+from .batched.chunks import large_masks, steps
+from .batched.order import Order
+from .batched.plan import Plan
+from .clearances.clearance import loose_joints
+from .clearances.contact import STATES
 from .dofs import DISPLACEMENTS
-from .order import Order
-from .parts import Grid
-from .plan import Plan
+from .structure.parts import Grid
 
 if TYPE_CHECKING:
     from .solution import Solution

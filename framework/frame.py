@@ -16,11 +16,11 @@ from .loads import LineLoad, MemberLoad, PointLoad
 from .protocol import JointElement, LineElement, PointElement
 
 if TYPE_CHECKING:
-    from .buckling import Buckling
+    from .batched.plan import Plan
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
-    from .modes import Modes
-    from .plan import Plan
+    from .results.buckling import Buckling
+    from .results.modes import Modes
     from .solution import Solution
 
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
@@ -483,7 +483,8 @@ class Frame:
         """Static solution of the whole batch; lazy, so nothing is computed that nobody reads.
 
         Where joints have clearance, it is the equilibrium at which each journal rests in its bearing, found at once
-        together with the compliance (see `linkframe.framework.clearance`); ``solution.contact(joint)`` tells where.
+        together with the compliance (see `linkframe.framework.clearances.clearance`); ``solution.contact(joint)``
+        tells where.
 
         Parameters
         ----------
@@ -551,7 +552,7 @@ class Frame:
         count
             Number of modes.
         """
-        from .modes import modes
+        from .results.modes import modes
 
         return modes(self, count)
 
@@ -563,7 +564,7 @@ class Frame:
         count
             Number of factors.
         """
-        from .buckling import buckling
+        from .results.buckling import buckling
 
         return buckling(self, count)
 

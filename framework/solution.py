@@ -12,23 +12,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .batch import Array, Shape
-from .broadcast import BroadcastSolver
-from .clearance import Clearances, loose_joints
-from .contact import FREE, STATES, UNRESOLVED, Contact
+from .batched.broadcast import BroadcastSolver
+from .batched.plan import Plan
+from .batched.reuse import same_structure
+from .clearances.clearance import Clearances, loose_joints
+from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
-from .method import BROADCAST, checked, choose
-from .parts import Row
-from .plan import Plan
-from .recovery import Recovery
-from .reuse import same_structure
-from .sparse import SparseSolver
+from .results.recovery import Recovery
+from .solvers.method import BROADCAST, checked, choose
+from .solvers.sparse import SparseSolver
+from .structure.parts import Row
 
 if TYPE_CHECKING:
-    from .bounds import Bounds
-    from .resolved import Solved
-    from .sensitivity import Sensitivity
-    from .singular import FreeMotion
+    from .error_bounds.bounds import Bounds
+    from .error_bounds.resolved import Solved
+    from .error_bounds.sensitivity import Sensitivity
+    from .results.singular import FreeMotion
 
 
 class Solution:
@@ -291,7 +291,7 @@ class Solution:
         FrameError
             Where the name or the kind of result is unknown.
         """
-        from .asked import checked
+        from .error_bounds.asked import checked
 
         computed = getattr(self, checked(of))(name)
         return self._read(("bound", of, name), lambda: self.bounds.bound(name, of, computed), mask=np.inf)
@@ -313,7 +313,7 @@ class Solution:
         tuple of ndarray
             Results and bounds, (..., 6), or (..., 12) for ``end_forces``.
         """
-        from .asked import checked
+        from .error_bounds.asked import checked
 
         getattr(self, checked(of))(name)
         return self.bounds.refined(name, of)
@@ -340,7 +340,7 @@ class Solution:
         FrameError
             Where the name, the component or the kind of result is unknown.
         """
-        from .sensitivity import sensitivity
+        from .error_bounds.sensitivity import sensitivity
 
         getattr(self, of, self.displacement)(name)
         return sensitivity(self, name, component, of)
@@ -353,7 +353,7 @@ class Solution:
         *entry
             Indices of a batch entry.
         """
-        from .status import describe
+        from .results.status import describe
 
         return describe(self.plan, entry)
 
@@ -365,7 +365,7 @@ class Solution:
         *entry
             Indices of a batch entry.
         """
-        from .singular import free_motion
+        from .results.singular import free_motion
 
         return free_motion(self.plan, entry)
 
@@ -381,28 +381,28 @@ class Solution:
     def nonlinearity(self) -> Array:
         """Estimated relative error of the displacements by their being linear, (...); inf where a mechanism.
 
-        From the forces out of balance in the displaced shape, see `linkframe.framework.validity`.
+        From the forces out of balance in the displaced shape, see `linkframe.framework.results.validity`.
         """
-        from .validity import nonlinearity
+        from .results.validity import nonlinearity
 
         return self._read("nonlinearity", lambda: nonlinearity(self))
 
     @property
     def linear(self) -> NDArray[np.bool_]:
         """Whether linear mechanics holds, (...): where `nonlinearity` is below 0.05."""
-        from .validity import LINEAR
+        from .results.validity import LINEAR
 
         return self.nonlinearity() < LINEAR
 
     def condition_number(self) -> Array:
         """2-norm condition number of K, assembled in the usual way with joints as springs between nodes, (...)."""
-        from .conditioning import usual
+        from .results.conditioning import usual
 
         return self._read("condition", lambda: usual(self.plan))
 
     def scaled_condition_number(self) -> Array:
         """2-norm condition number of K in joint-relative coordinates after scaling its diagonal to one, (...)."""
-        from .conditioning import scaled
+        from .results.conditioning import scaled
 
         return self._read("scaled", lambda: scaled(self.plan))
 
@@ -420,9 +420,9 @@ class Solution:
         path
             File ``.vtu`` or ``.pvd``.
         **options
-            See `linkframe.framework.export.save`.
+            See `linkframe.framework.paraview.export.save`.
         """
-        from .export import save
+        from .paraview.export import save
 
         save(self, path, **options)
 
@@ -478,7 +478,7 @@ class Solution:
     @cached_property
     def resolved(self) -> Solved | None:
         """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
-        from .resolved import MOST, Resolved, ResolvedLarge
+        from .error_bounds.resolved import MOST, Resolved, ResolvedLarge
 
         if self.clearances is not None:
             return None
@@ -497,7 +497,7 @@ class Solution:
     @cached_property
     def bounds(self) -> Bounds:
         """Estimates of the error of results."""
-        from .bounds import Bounds
+        from .error_bounds.bounds import Bounds
 
         if self.clearances is not None:
             raise FrameError(

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .drawing import Drawing, drawing
-from .entries import Entry, one, series
 from .errors import FrameError
-from .files import whole_or_nothing
-from .rendering import REMEDY, RenderingError, can_render, quiet
+from .paraview.entries import Entry, one, series
+from .paraview.files import whole_or_nothing
+from .pictures.drawing import Drawing, drawing
+from .pictures.rendering import REMEDY, RenderingError, can_render, quiet
 
 if TYPE_CHECKING:
     import pyvista
 
-    from .shapes import Surface
+    from .pictures.shapes import Surface
     from .solution import Solution
 
 Colour = Literal["von_mises", "displacement"]

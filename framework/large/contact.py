@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..batch import Array, aligned, turned
-from ..contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
+from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
 from . import rotation
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..clearance import loose_joints
+from ..clearances.clearance import loose_joints
 from .elimination import LARGE
 
 if TYPE_CHECKING:

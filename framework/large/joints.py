@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from ..tree import GROUND, Branch, Edge, spanning
+from ..structure.tree import GROUND, Branch, Edge, spanning
 from .law import Law, law_of
 from .links import Link
 from .numbers import Numbers, Where
 
 if TYPE_CHECKING:
     from ..frame import Frame
-    from ..topology import Topology
+    from ..structure.topology import Topology
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..assembly import component_loads
 from ..batch import Array, turned
 from ..errors import FrameError
-from ..member_loads import applied_forces, weight_forces
-from ..topology import Group, Index, Topology
+from ..structure.assembly import component_loads
+from ..structure.member_loads import applied_forces, weight_forces
+from ..structure.topology import Group, Index, Topology
 from .corotation import DEFORMATIONS, Pieces
 from .numbers import Numbers, Where
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from ..assembly import component_loads
+from ..batched.plan import Plan
 from ..errors import FrameError
-from ..plan import Plan
-from ..topology import Index
-from ..tree import GROUND, Branch, Edge
+from ..structure.assembly import component_loads
+from ..structure.topology import Index
+from ..structure.tree import GROUND, Branch, Edge
 from .joints import Joint, forest, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers

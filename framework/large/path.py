@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape
+from ..batched.plan import Plan
 from ..dofs import component
 from ..errors import FrameError
-from ..plan import Plan
 from . import rotation
 from .found import Linear, Place
 from .march import March

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from ..topology import Topology
-from ..tree import Edge
+from ..structure.topology import Topology
+from ..structure.tree import Edge
 from .joints import offsets
 from .loading import Loads
 

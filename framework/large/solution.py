@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array, Shape
-from ..clearance import loose_joints
-from ..contact import Contact
+from ..batched.plan import Plan
+from ..clearances.clearance import loose_joints
+from ..clearances.contact import Contact
 from ..errors import FrameError
-from ..plan import Plan
 from . import rotation
 from .equations import Equations
 from .found import Found
@@ -346,9 +346,9 @@ class LargeSolution:
         path
             File ``.vtu`` or ``.pvd``.
         **options
-            See `linkframe.framework.export.save`.
+            See `linkframe.framework.paraview.export.save`.
         """
-        from ..export import save
+        from ..paraview.export import save
 
         # what is asked of it, both kinds of solution answer
         save(cast("Solution", self), path, **options)

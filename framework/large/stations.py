@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ..batch import Array, aligned
-from ..member_loads import applied_forces, weight_forces
-from ..recovery import check_stations
-from ..topology import Group
+from ..results.recovery import check_stations
+from ..structure.member_loads import applied_forces, weight_forces
+from ..structure.topology import Group
 from . import corotation, rotation
 from .corotation import DEFORMATIONS, Motion, Response
 from .equations import Equations

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...framework.validity import LINEAR
+from ...framework.results.validity import LINEAR
 from ..job.tables import aligned, markdown, readable
 from ..spread import Spread
 from .accuracy import accuracy

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
-from ...framework.validity import LINEAR
+from ...framework.results.validity import LINEAR
 from .four_bar import JOINTS, FourBar
 from .inputs import Inputs
 from .large import large_samples

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ...framework.errors import FrameError
-from ...framework.files import whole_or_nothing
+from ...framework.paraview.files import whole_or_nothing
 
 
 @contextmanager

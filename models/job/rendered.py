@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ...framework.entries import Entry
+    from ...framework.paraview.entries import Entry
     from ...framework.solution import Solution
 
 
 def rendered(solution: Solution, path: Path, entry: Entry) -> list[str]:
     """Draw a solved frame in space; what there is to tell where that cannot be done."""
-    from ...framework.rendering import RenderingError
+    from ...framework.pictures.rendering import RenderingError
     from ...framework.view import picture
 
     try:

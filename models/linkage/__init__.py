@@ -1,14 +1,14 @@
 """Any linkage, planar or spatial: description, motion, reactions, compliance."""
 
-from .accuracy import PointAccuracy, Stress
-from .dead_points import DeadPoint, DriveRange
+from .description.joints import KINDS, Kind
+from .description.parts import GROUND, Link, Load, Pair, Spring
 from .files import read_linkage, write_linkage
-from .joints import KINDS, Kind
 from .linkage import Linkage
-from .mobility import Mobility
 from .motion import Motion
-from .parts import GROUND, Link, Load, Pair, Spring
-from .reactions import Reactions
+from .poses.dead_points import DeadPoint, DriveRange
+from .poses.mobility import Mobility
+from .statics.accuracy import PointAccuracy, Stress
+from .statics.reactions import Reactions
 
 __all__ = [
     "GROUND",

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError
-from ...framework.export import increasing
-from ...framework.files import whole_or_nothing
-from ...framework.scene import Part
-from ...framework.vtu import write_names, write_series
+from ...framework.paraview.export import increasing
+from ...framework.paraview.files import whole_or_nothing
+from ...framework.paraview.scene import Part
+from ...framework.paraview.vtu import write_names, write_series
 
 if TYPE_CHECKING:
     from .motion import Motion

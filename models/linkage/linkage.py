@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from .joining import Joining
+from .description.joining import Joining
 
 if TYPE_CHECKING:
-    from .dead_points import DeadPoint, DriveRange
-    from .mechanism import Mechanism
-    from .mobility import Mobility
+    from .kinematics.mechanism import Mechanism
     from .motion import Motion
+    from .poses.dead_points import DeadPoint, DriveRange
+    from .poses.mobility import Mobility
 
 
 class Linkage(Joining):
@@ -163,7 +163,7 @@ class Linkage(Joining):
         as drawn it is singular: velocities have 2 freedoms
         3 constraints too many: C (uz rx ry)
         """
-        from .mobility import mobility
+        from .poses.mobility import mobility
 
         return mobility(self, tolerance)
 
@@ -201,7 +201,7 @@ class Linkage(Joining):
         >>> [(round(point.value, 12), point.joint) for point in linkage.dead_points("slide")]
         [(2.0, 'B'), (4.0, 'B')]
         """
-        from .dead_points import dead_points
+        from .poses.dead_points import dead_points
 
         return dead_points(self, joint, coordinate, tolerance)
 
@@ -230,6 +230,6 @@ class Linkage(Joining):
         >>> linkage.drive_range("A").upper
         inf
         """
-        from .dead_points import drive_range
+        from .poses.dead_points import drive_range
 
         return drive_range(self, joint, coordinate, tolerance)

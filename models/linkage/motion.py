@@ -13,21 +13,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array, Shape, vector
 from ...framework.errors import FrameError
-from .assemble import Assembly, assembled
-from .blocks import blocks, cut_all
-from .coordinates import coordinate_of, rates_of_coordinate
-from .driven import remedy
-from .drives import Drives, given_drives
+from .description.parts import GROUND
+from .kinematics.blocks import blocks, cut_all
+from .kinematics.coordinates import coordinate_of, rates_of_coordinate
+from .kinematics.mechanism import Mechanism
+from .kinematics.tape import Program, Value
 from .linkage import Linkage
-from .mechanism import Mechanism
-from .parts import GROUND
-from .tape import Program, Value
+from .way.assemble import Assembly, assembled
+from .way.driven import remedy
+from .way.drives import Drives, given_drives
 
 if TYPE_CHECKING:
     from ...framework.frame import Frame
-    from .accuracy import PointAccuracy, Stress
-    from .frame import Builder
-    from .reactions import Reactions
+    from .statics.accuracy import PointAccuracy, Stress
+    from .statics.frame import Builder
+    from .statics.reactions import Reactions
 
 BRANCHES = ("keep", "switch")
 
@@ -117,7 +117,7 @@ class Motion:
         * ``"branch changed"``: assembled, but not on the branch of the drawing.
         * ``"not assembled: gap ... at joint ..."``: results are NaN.
         """
-        from .singular import pose_status
+        from .poses.singular import pose_status
 
         return pose_status(self)
 
@@ -133,7 +133,7 @@ class Motion:
     @cached_property
     def held(self) -> tuple[Array, Array]:
         """The conditioning, and at singular poses the motion of the unknown velocity coordinates that is not held."""
-        from .singular import conditioning
+        from .poses.singular import conditioning
 
         return conditioning(self)
 
@@ -162,7 +162,7 @@ class Motion:
         FrameError
             If there is no such joint, or its second link is the ground.
         """
-        from .transmission import transmission_angle
+        from .poses.transmission import transmission_angle
 
         return transmission_angle(self, joint)
 
@@ -443,13 +443,13 @@ class Motion:
         >>> round(float(arm.move(A=0.0).reactions().drive("A")[0]), 9)
         30.0
         """
-        from .reactions import reactions
+        from .statics.reactions import reactions
 
         return reactions(self)
 
     def kinetic_energy(self) -> Array:
         """Kinetic energy of all links, (...)."""
-        from .actions import kinetic_energy
+        from .statics.actions import kinetic_energy
 
         return kinetic_energy(self)
 
@@ -474,14 +474,14 @@ class Motion:
         FrameError
             If a joint is not driven, or the linkage has no inertia against one of its drives.
         """
-        from .free import free_accelerations
+        from .statics.free import free_accelerations
 
         return free_accelerations(self, forces or {})
 
     @cached_property
     def bare(self) -> Builder:
         """The frame of the motion without loads, whose plan serves all load cases."""
-        from .frame import Builder
+        from .statics.frame import Builder
 
         return Builder(self, clearance=True)
 
@@ -510,7 +510,7 @@ class Motion:
             The frame, batch shape (...) and that of beams, stiffnesses and loads. Poses that are not assembled are
             left out: their status is ``absent``.
         """
-        from .frame import frame
+        from .statics.frame import frame
 
         return frame(self, clearance=clearance, loads=loads, inertia=inertia)
 
@@ -556,7 +556,7 @@ class Motion:
         PointAccuracy
             Displacements (..., 6), computed when read.
         """
-        from .accuracy import accuracy
+        from .statics.accuracy import accuracy
 
         return accuracy(self, point, link, load, inertia=inertia)
 
@@ -575,7 +575,7 @@ class Motion:
         ndarray
             ``ux uy uz rx ry rz`` by ``fx fy fz mx my mz``, global, (..., 6, 6); symmetric.
         """
-        from .accuracy import flexibility
+        from .statics.accuracy import flexibility
 
         return flexibility(self, point, link)
 
@@ -599,7 +599,7 @@ class Motion:
         FrameError
             If links and joints are rigid on the way to the point, so that it cannot give way in some direction.
         """
-        from .accuracy import stiffness
+        from .statics.accuracy import stiffness
 
         return stiffness(self, point, link)
 
@@ -616,7 +616,7 @@ class Motion:
         ndarray
             Hz, (..., count).
         """
-        from .accuracy import frequencies
+        from .statics.accuracy import frequencies
 
         return frequencies(self, count)
 
@@ -638,7 +638,7 @@ class Motion:
         FrameError
             If the link is rigid.
         """
-        from .accuracy import stress
+        from .statics.accuracy import stress
 
         return stress(self, link)
 

@@ -16,9 +16,9 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 import numpy as np
 from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame, clock
-from linkframe.framework.iterative import Iterative
-from linkframe.framework.plan import Plan
-from linkframe.framework.sparse import SparseSolver
+from linkframe.framework.batched.plan import Plan
+from linkframe.framework.solvers.iterative import Iterative
+from linkframe.framework.solvers.sparse import SparseSolver
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.sparse import csr_matrix, diags, tril, triu
@@ -78,7 +78,7 @@ def linkframe(size: Size, method: str, *, plain: bool) -> tuple[Seconds, Array, 
     """Seconds by stage, displacements (n,), the method, and its operations; `plain` hides the extra ``fast``."""
     clock.perf_counter = process_time  # type: ignore[attr-defined]
     if plain:
-        from linkframe.framework import method as ways
+        from linkframe.framework.solvers import method as ways
 
         ways.find_spec = lambda name: None  # type: ignore[assignment]
     tip = f"{tuple(n - 1 for n in size)}"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import Frame, FrameError
-from linkframe.framework.scene import solved
+from linkframe.framework.paraview.scene import solved
 
 BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3, density=7850.0))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from linkframe.framework.balls import resting_points
+from linkframe.framework.clearances.balls import resting_points
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import minimize
 

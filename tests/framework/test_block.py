@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.block import Factor
-from linkframe.framework.broadcast import BroadcastSolver
+from linkframe.framework.batched.block import Factor
+from linkframe.framework.batched.broadcast import BroadcastSolver
 from linkframe.framework.solution import Solution
 from linkframe.models import FourBar
 

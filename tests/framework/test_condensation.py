@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, MechanismWarning, Solution, condensation
+from linkframe.framework import Frame, MechanismWarning, Solution
+from linkframe.framework.batched import condensation
 from reference.as_frame import as_frame
 from reference.compare import allowed, apart, stacked
 from reference.random_structures import CLAMPED, member

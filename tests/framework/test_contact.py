@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
-from linkframe.framework.contact import law
+from linkframe.framework.clearances.contact import law
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
@@ -447,5 +447,5 @@ def test_the_same_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(5)
     given = (rng.uniform(0.0, 1e-3, (4, 1)), 10 ** rng.uniform(5, 11, (4, 1)), np.linspace(0.0, 6.0, 7))
     whole = batch_frame(*given).solve().displacement("P1")
-    monkeypatch.setattr("linkframe.framework.resting._MOST", 5)
+    monkeypatch.setattr("linkframe.framework.clearances.resting._MOST", 5)
     assert_array_equal(batch_frame(*given).solve().displacement("P1"), whole)

@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Rectangle
-from linkframe.framework import Frame, stage
-from linkframe.framework.parts import Parts, Value
+from linkframe.framework import Frame
+from linkframe.framework.batched import stage
+from linkframe.framework.structure.parts import Parts, Value
 from linkframe.models import FourBar
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))

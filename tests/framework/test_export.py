@@ -12,9 +12,9 @@ import pytest
 import pyvista
 from linkframe.elements import Beam, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning
-from linkframe.framework import vtu as vtu_module
+from linkframe.framework.paraview import vtu as vtu_module
+from linkframe.framework.paraview.vtu import read_names
 from linkframe.framework.solution import Solution
-from linkframe.framework.vtu import read_names
 
 STATIONS = 8
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.order import Order, Pattern, link, order
-from linkframe.framework.parts import Grid
+from linkframe.framework.batched.order import Order, Pattern, link, order
+from linkframe.framework.structure.parts import Grid
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))
 POSE, SAMPLE = 1, 2

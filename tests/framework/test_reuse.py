@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework import plan as plan_module
-from linkframe.framework.broadcast import BroadcastSolver
-from linkframe.framework.lu import LUFactor
-from linkframe.framework.sparse import SparseSolver
+from linkframe.framework.batched import plan as plan_module
+from linkframe.framework.batched.broadcast import BroadcastSolver
+from linkframe.framework.solvers.lu import LUFactor
+from linkframe.framework.solvers.sparse import SparseSolver
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3, density=7850.0))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.framework.batch import Array
-from linkframe.framework.shapes import SIDES, Surface, arrow, block, cone, copies, sphere, tubes, upright
+from linkframe.framework.pictures.shapes import SIDES, Surface, arrow, block, cone, copies, sphere, tubes, upright
 
 # Area of the regular polygon that stands for a circle of radius 1.
 CIRCLE = 0.5 * SIDES * np.sin(2.0 * np.pi / SIDES)

@@ -8,14 +8,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle
-from linkframe.framework import Frame, dense
-from linkframe.framework.dissection import bisected, dissect
+from linkframe.framework import Frame
+from linkframe.framework.batched.plan import Plan
 from linkframe.framework.errors import FrameError, MechanismWarning
-from linkframe.framework.iterative import Iterative
-from linkframe.framework.plan import Plan
-from linkframe.framework.sparse import SparseSolver
-from linkframe.framework.spectrum import DENSE
-from linkframe.framework.status import free_motions, is_singular
+from linkframe.framework.results import dense
+from linkframe.framework.results.spectrum import DENSE
+from linkframe.framework.results.status import free_motions, is_singular
+from linkframe.framework.solvers.dissection import bisected, dissect
+from linkframe.framework.solvers.iterative import Iterative
+from linkframe.framework.solvers.sparse import SparseSolver
 
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
 BEAM = Beam(Rectangle(y=0.1, z=0.2), STEEL)
@@ -233,7 +234,7 @@ def test_a_varying_stiffness_is_refused() -> None:
 
 def test_a_missing_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without cvxopt there is no CHOLMOD, and the plan does without it."""
-    monkeypatch.setattr("linkframe.framework.method.find_spec", lambda name: None)
+    monkeypatch.setattr("linkframe.framework.solvers.method.find_spec", lambda name: None)
     with pytest.raises(FrameError, match=r"linkframe\[fast\]"):
         lattice().solve("cholesky")
     assert lattice().solve().plan.method.name in {"banded", "sparse", "iterative"}

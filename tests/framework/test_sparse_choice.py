@@ -50,7 +50,7 @@ def test_cube() -> None:
 def test_cube_of_many_load_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     """A factor serves them all, with or without CHOLMOD."""
     assert chosen(grid(16, 16, 16, np.arange(100.0)))[0] in {"cholesky", "banded"}
-    monkeypatch.setattr("linkframe.framework.method.find_spec", lambda name: None)
+    monkeypatch.setattr("linkframe.framework.solvers.method.find_spec", lambda name: None)
     assert chosen(grid(16, 16, 16, np.arange(100.0)))[0] == "banded"
 
 

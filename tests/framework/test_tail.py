@@ -9,11 +9,11 @@ import pytest
 from linkframe.elements import Joint
 from linkframe.framework import Frame
 from linkframe.framework.batch import Array
-from linkframe.framework.block import Factor
-from linkframe.framework.chunks import CHUNK, FEWEST, steps
-from linkframe.framework.combination import BLOCK, Combination
-from linkframe.framework.order import Order
-from linkframe.framework.parts import Grid
+from linkframe.framework.batched.block import Factor
+from linkframe.framework.batched.chunks import CHUNK, FEWEST, steps
+from linkframe.framework.batched.combination import BLOCK, Combination
+from linkframe.framework.batched.order import Order
+from linkframe.framework.structure.parts import Grid
 from linkframe.models import FourBar
 
 THETA = np.radians(np.linspace(15.0, 165.0, 11))[:, None]

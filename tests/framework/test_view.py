@@ -9,10 +9,11 @@ import matplotlib.image
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, FrameError, MechanismWarning, rendering, view
-from linkframe.framework.drawing import Drawing, drawing
-from linkframe.framework.entries import series
-from linkframe.framework.rendering import RenderingError, can_render
+from linkframe.framework import Frame, FrameError, MechanismWarning, view
+from linkframe.framework.paraview.entries import series
+from linkframe.framework.pictures import rendering
+from linkframe.framework.pictures.drawing import Drawing, drawing
+from linkframe.framework.pictures.rendering import RenderingError, can_render
 from linkframe.framework.solution import Solution
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))

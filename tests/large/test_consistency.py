@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle, Spring
 from linkframe.framework import Frame, FrameError
+from linkframe.framework.batched.plan import Plan
 from linkframe.framework.large.equations import Equations
 from linkframe.framework.large.flat_model import FlatModel
 from linkframe.framework.large.model import Model
 from linkframe.framework.large.planar import FlatEquations
 from linkframe.framework.large.state import State
-from linkframe.framework.plan import Plan
 
 STEEL = Material(E=200e3, nu=0.3, density=1.0)
 BAR = Rectangle(y=0.2, z=0.3)

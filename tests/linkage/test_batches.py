@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.models import FourBar, Linkage
-from linkframe.models.linkage import blocks
+from linkframe.models.linkage.kinematics import blocks
 from numpy.testing import assert_allclose, assert_array_equal
 from reference.linkages import bennett, four_bar, rssr
 from reference.spatial import stewart

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material
-from linkframe.framework.drawing import drawing
+from linkframe.framework.pictures.drawing import drawing
 from linkframe.models import Linkage
 from linkframe.models.command_line import main
 from linkframe.models.linkage import read_linkage, write_linkage

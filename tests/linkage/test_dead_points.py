@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
-from linkframe.models.linkage.configuration import Configurations
-from linkframe.models.linkage.curve import Curve
+from linkframe.models.linkage.poses.configuration import Configurations
+from linkframe.models.linkage.poses.curve import Curve
 from numpy.testing import assert_allclose
 from reference.linkages import bennett, four_bar, loop, n_four_bar, rssr
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material, Rectangle
 from linkframe.models import Linkage
-from linkframe.models.linkage.inertia import cross_matrix, inertia
+from linkframe.models.linkage.statics.inertia import cross_matrix, inertia
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 

@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
-from linkframe.framework.vtu import read_names
+from linkframe.framework.paraview.vtu import read_names
 from linkframe.models import FourBar
 from linkframe.models.command_line import main
 from linkframe.models.linkage.files import read_linkage, write_linkage

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from linkframe.models import FourBar, Linkage
-from linkframe.models.linkage import assemble, fan
-from linkframe.models.linkage.guess import guess_of
+from linkframe.models.linkage.way import assemble, fan
+from linkframe.models.linkage.way.guess import guess_of
 from numpy.testing import assert_allclose, assert_array_equal
 from reference.linkages import four_bar
 from reference.spatial import stewart
@@ -42,7 +42,7 @@ def test_scattered_poses_are_those_of_the_way(monkeypatch):
         asked.append(found is not None)
         return found
 
-    monkeypatch.setattr("linkframe.models.linkage.several_drives.fanned", fanned)
+    monkeypatch.setattr("linkframe.models.linkage.way.several_drives.fanned", fanned)
     at_once = linkage.move(legs)
     assert asked == [True]
     monkeypatch.setattr(fan, "POSES", 10**9)
@@ -123,7 +123,7 @@ def test_scattered_poses_out_of_reach_are_not_taken_at_once(monkeypatch):
         asked.append(whole(*arguments))
         return asked[-1]
 
-    monkeypatch.setattr("linkframe.models.linkage.several_drives.fanned", fanned)
+    monkeypatch.setattr("linkframe.models.linkage.way.several_drives.fanned", fanned)
     motion = linkage.move(A=first, E=second)
     assert asked[0] is None
     assert_array_equal(motion.closure_status == "regular", reach)

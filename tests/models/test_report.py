@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linkframe.framework import rendering, view
+from linkframe.framework import view
+from linkframe.framework.pictures import rendering
 from linkframe.models.command_line import main
 from linkframe.models.four_bar import FourBar
 from linkframe.models.four_bar.figures import draw_linkage

@@ -10,9 +10,9 @@ from typing import Any
 from ....elements import Beam, Circle, CrossSection, ISection, Material, Rectangle, Section, Tube
 from ....framework.batch import rotation
 from ....framework.dofs import FORCES
-from ..joints import KINDS
+from ..description.joints import KINDS
+from ..description.parts import GROUND
 from ..linkage import Linkage
-from ..parts import GROUND
 from .source import Source
 
 SECTIONS: dict[str, type[CrossSection]] = {

@@ -11,9 +11,9 @@ import numpy as np
 from ....elements import Beam, CrossSection, Material
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
-from ....framework.files import whole_or_nothing
+from ....framework.paraview.files import whole_or_nothing
+from ..description.parts import Link, Load, Pair, Spring, joint_axes
 from ..linkage import Linkage
-from ..parts import Link, Load, Pair, Spring, joint_axes
 from .read import SECTIONS
 from .toml import written
 

@@ -10,7 +10,7 @@ import numpy as np
 from ....framework.batch import Array
 from ...job.figures import draw_histograms, draw_trajectory
 from ...job.style import GREY, ORANGE, figure, space_figure, styled
-from ..drawing import COLOURS, draw_mechanism
+from .drawing import COLOURS, draw_mechanism
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

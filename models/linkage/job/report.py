@@ -9,7 +9,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ...job.tables import markdown, spent
-from ..reactions import NONE
+from ..statics.reactions import NONE
 from .table import as_markdown
 
 if TYPE_CHECKING:

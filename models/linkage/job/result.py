@@ -14,12 +14,12 @@ from ....framework.errors import FrameError, MechanismWarning
 from ....framework.solution import Solution
 from ...propagation import Propagation, propagate
 from ...spread import Spread
-from ..accuracy import PointAccuracy
 from ..linkage import Linkage
 from ..motion import Motion
-from ..plane import plane
-from ..reactions import Reactions
+from ..statics.accuracy import PointAccuracy
+from ..statics.reactions import Reactions
 from .inputs import Inputs
+from .plane import plane
 
 # How large the drawn displacements are, as a share of the linkage.
 DRAWN = 0.06

@@ -1,0 +1,296 @@
+"""Members in line condensed to their two ends, chain by chain, before anything else is eliminated.
+
+A link may be described as many members with nodes between them that nothing else holds or loads. Neighbours in a chain
+are joined two by two, all chains at once, and the node between them is eliminated: n members need log2 n such rounds,
+each a few operations of NumPy on stacks in extended precision (cyclic reduction: Golub & Van Loan, Matrix Computations,
+4th ed., 2013, sec. 4.5.4). Only what does not vary over the batch is treated so; for the rest the work is in the
+arrays, not in the number of steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..structure.parts import Extended, Row, Value, add_row
+from ..structure.topology import Index, Topology
+
+Real = NDArray[np.floating[Any]]
+# Nodes and the members between them, in turn.
+Chain = tuple[list[int], list[int]]
+
+# Nodes inside all chains from which on this is worth while.
+FEW = 16
+# A chain with a pivot below this share of the stiffness whose rounding it carries is left to who watches that closely.
+_SOUND = 1e-10
+# Where the unknowns of two neighbours stand when those of the node between them come first.
+_FIRST, _SECOND = np.r_[6:12, 0:6], np.r_[0:6, 12:18]
+_OTHER_WAY = np.r_[6:12, 0:6]
+
+
+def chains(topology: Topology, held: set[int]) -> list[Chain]:
+    """Members in line whose nodes between them bear no more than these; none where they are few.
+
+    Parameters
+    ----------
+    topology
+        Nodes and members.
+    held
+        Numbers of the nodes that joints, supports or loads are on.
+
+    Returns
+    -------
+    list
+        For each chain its nodes and the pieces between them; no piece of them varies over the batch.
+    """
+    fixed = np.zeros(len(topology.ends), dtype=bool)
+    for group in topology.groups:
+        fixed[group.pieces] = set(group.stiffness_shape) <= {1}
+    inside = np.bincount(topology.ends.reshape(-1), minlength=len(topology.number)) == 2
+    inside[topology.ends[~fixed]] = False
+    inside[list(held)] = False
+    if inside.sum() < FEW:
+        return []
+    found = _walked(topology.ends, inside)
+    return found if sum(len(nodes) - 2 for nodes, _ in found) >= FEW else []
+
+
+def loaded(topology: Topology) -> set[int]:
+    """Nodes that loads are on, those of loaded members included."""
+    frame = topology.frame
+    if frame.weight is not None:
+        return set(range(len(topology.number)))
+    pieces = [piece for member in frame.member_loads for piece in topology.pieces_of[member]]
+    return {topology.number[name] for name in frame.loads} | set(topology.ends[pieces].reshape(-1).tolist())
+
+
+def _walked(ends: Index, inside: NDArray[np.bool_]) -> list[Chain]:
+    """From each piece that leads from a node not `inside` to one that is, through to the next that is not."""
+    at: dict[int, list[int]] = {}
+    pairs, within = ends.tolist(), inside[ends].tolist()
+    for piece, (pair, are) in enumerate(zip(pairs, within, strict=True)):
+        for node, is_inside in zip(pair, are, strict=True):
+            if is_inside:
+                at.setdefault(node, []).append(piece)
+    found, taken = [], set()
+    for first in np.flatnonzero(inside[ends].sum(axis=1) == 1).tolist():
+        if first in taken:
+            continue
+        nodes, pieces = [pairs[first][within[first][0]]], [first]
+        while True:
+            here = sum(pairs[pieces[-1]]) - nodes[-1]
+            nodes.append(here)
+            if here not in at:
+                break
+            one, other = at[here]
+            pieces.append(other if pieces[-1] == one else one)
+        taken.update(pieces)
+        if nodes[0] != nodes[-1]:
+            found.append((nodes, pieces))
+    return found
+
+
+@dataclass(frozen=True)
+class _Round:
+    """Nodes eliminated together, p of them: their places, those of their neighbours, and the columns of L below them.
+
+    Attributes
+    ----------
+    first, between, last
+        Places (p,).
+    lower
+        By component of the node between: the column of L, which goes on with the neighbours, (6, 18, p).
+    """
+
+    first: Index
+    between: Index
+    last: Index
+    lower: Real
+
+    @property
+    def shares(self) -> Real:
+        """Displacements of the node between for unit displacements of its neighbours, (6, 12, p)."""
+        out: Real = np.zeros((6, 12, len(self.between)), dtype=Extended)
+        for k in reversed(range(6)):
+            out[k] = -self.lower[k, 6:] - (self.lower[k, :6, None] * out).sum(axis=0)
+        return out
+
+
+class Condensation:
+    """Chains of members as one stiffness each.
+
+    Parameters
+    ----------
+    topology
+        Nodes and members.
+    chains
+        What is condensed, see `chains`.
+
+    Attributes
+    ----------
+    chains
+        Those that were; not those that hardly resist anything, as with hinges in line.
+    pieces
+        Numbers of the pieces in them, (m,).
+    coupled
+        Pairs of DOF numbers that these pieces couple, (pairs, 2).
+    stiffness
+        Stiffness between the ends, in the axes of their nodes, (chains, 12, 12).
+    scale
+        Stiffness whose rounding its diagonal carries, (chains, 12).
+    """
+
+    def __init__(self, topology: Topology, chains: list[Chain]) -> None:
+        self._take(topology, chains)
+        sound = self._joined()
+        if not sound.all():
+            self._take(topology, [chain for chain, is_sound in zip(chains, sound, strict=True) if is_sound])
+            self._joined()
+        del self._each
+
+    @property
+    def dofs(self) -> Index:
+        """DOF numbers of the ends, (chains, 12)."""
+        ends = np.array([(nodes[0], nodes[-1]) for nodes, _ in self.chains], dtype=np.int64).reshape(-1, 2)
+        return (6 * ends[:, :, None] + np.arange(6)).reshape(-1, 12)
+
+    @cached_property
+    def nodes(self) -> dict[int, tuple[int, int]]:
+        """Nodes that are eliminated: their chain, and their place among the nodes of all chains."""
+        starts = np.cumsum([0, *(len(nodes) for nodes, _ in self.chains)]).tolist()
+        each = enumerate(zip(self.chains, starts, strict=False))
+        return {
+            node: (c, at + k) for c, ((nodes, _), at) in each for k, node in enumerate(nodes) if 0 < k < len(nodes) - 1
+        }
+
+    @cached_property
+    def excess(self) -> dict[int, Value]:
+        """By DOF number: what `scale` is more than the diagonal of the stiffness."""
+        more = self.scale - self.stiffness[:, np.arange(12), np.arange(12)]
+        out: dict[int, Value] = {}
+        for dof, value in zip(self.dofs.reshape(-1).tolist(), more.reshape(-1), strict=True):
+            out[dof] = out.get(dof, 0.0) + value
+        return out
+
+    @property
+    def operations(self) -> int:
+        """Multiplications and subtractions of the elimination."""
+        return len(self.nodes) * sum(below * (below + 2) for below in range(12, 18))
+
+    def spread(self, dof: int) -> Row:
+        """A displacement of an eliminated node over those of the ends of its chain."""
+        node, k = divmod(dof, 6)
+        chain, place = self.nodes[node]
+        return {
+            end: share for end, share in zip(self.dofs[chain].tolist(), self._shares[k, :, place], strict=True) if share
+        }
+
+    @cached_property
+    def _shares(self) -> Real:
+        """Displacements of all nodes of the chains for unit displacements of the ends, (6, 12, nodes)."""
+        last = np.cumsum([len(nodes) for nodes, _ in self.chains], dtype=np.int64) - 1
+        first = np.append(0, last[:-1] + 1)
+        out: Real = np.zeros((6, 12, last[-1] + 1), dtype=Extended)
+        out[:, :6, first] = out[:, 6:, last] = np.eye(6)[..., None]
+        for each in reversed(self._rounds):
+            shares = each.shares
+            near = np.concatenate([out[..., each.first], out[..., each.last]])
+            out[..., each.between] = sum(shares[:, j, None] * near[j] for j in range(12))
+        return out
+
+    def _take(self, topology: Topology, chains: list[Chain]) -> None:
+        """Stiffness of the pieces, each from the node before to the node after it in its chain."""
+        self.chains = chains
+        self.pieces = np.array([piece for _, pieces in chains for piece in pieces], dtype=np.int64)
+        before = np.array([node for nodes, _ in chains for node in nodes[:-1]], dtype=np.int64)
+        after = np.array([node for nodes, _ in chains for node in nodes[1:]], dtype=np.int64)
+        place = np.full(len(topology.ends), -1)
+        place[self.pieces] = np.arange(len(self.pieces))
+        each: Real = np.zeros((12, 12, len(self.pieces)), dtype=Extended)
+        for group in topology.groups:
+            where = place[group.pieces]
+            mine = np.flatnonzero(where >= 0)
+            if len(mine):
+                each[..., where[mine]] = np.moveaxis(group.part(mine).extended_stiffness().reshape(-1, 12, 12), 0, -1)
+        back = topology.ends[self.pieces, 0] != before
+        each[..., back] = each[..., back][_OTHER_WAY][:, _OTHER_WAY]
+        i, j, piece = np.nonzero(each)
+        dofs = np.stack([6 * before + k for k in range(6)] + [6 * after + k for k in range(6)])
+        self.coupled: Index = np.stack([dofs[i, piece], dofs[j, piece]], axis=-1)
+        self._each = each
+
+    def _joined(self) -> NDArray[np.bool_]:
+        """Join neighbours until one stiffness is left of each chain; whether all pivots were sound, (chains,)."""
+        each = self._each
+        chain = np.repeat(np.arange(len(self.chains)), [len(pieces) for _, pieces in self.chains])
+        first = np.arange(len(chain)) + chain
+        last = first + 1
+        scale = each[np.arange(12), np.arange(12)]
+        sound = np.ones(len(self.chains), dtype=bool)
+        self._rounds: list[_Round] = []
+        while len(chain) > len(self.chains):
+            even = (np.arange(len(chain)) - np.searchsorted(chain, chain)) % 2 == 0
+            left = np.flatnonzero(even[:-1] & (chain[1:] == chain[:-1]))
+            with np.errstate(all="ignore"):
+                each[..., left], scale[..., left], lower, least = _condensed(
+                    each[..., left], each[..., left + 1], scale[..., left], scale[..., left + 1]
+                )
+            sound[chain[left[~(least > _SOUND)]]] = False
+            self._rounds.append(_Round(first[left], last[left], last[left + 1], lower))
+            last[left] = last[left + 1]
+            kept = np.delete(np.arange(len(chain)), left + 1)
+            each, scale, chain, first, last = each[..., kept], scale[..., kept], chain[kept], first[kept], last[kept]
+        self.stiffness: Real = np.moveaxis(each, -1, 0)
+        self.scale: Real = scale.T
+        return sound
+
+
+def _condensed(left: Real, right: Real, scale: Real, other: Real) -> tuple[Real, Real, Real, Real]:
+    """Two neighbours (12, 12, p) as one, its scale, the columns of L and the least ratio of a pivot to its scale."""
+    whole: Real = np.zeros((18, 18, left.shape[-1]), dtype=Extended)
+    whole[np.ix_(_FIRST, _FIRST)] = left
+    whole[np.ix_(_SECOND, _SECOND)] += right
+    weight: Real = np.zeros((18, left.shape[-1]), dtype=Extended)
+    weight[_FIRST] = scale
+    weight[_SECOND] += other
+    lower: Real = np.zeros((6, 18, left.shape[-1]), dtype=Extended)
+    least = np.full(left.shape[-1], np.inf, dtype=Extended)
+    for k in range(6):
+        least = np.minimum(least, whole[k, k] / weight[k])
+        near = np.flatnonzero(whole[k].any(axis=-1))
+        near = near[near > k]
+        row = whole[k, near]
+        low = lower[k, near] = row / whole[k, k]
+        whole[near[:, None], near] -= low[:, None] * row
+        weight[near] += low * low * weight[k]
+    return whole[6:, 6:], weight[6:], lower, least
+
+
+def retained(row: Row, condensed: Condensation, rows: dict[int, list[Row]]) -> Row:
+    """`row` without the unknowns that are eliminated: over those of the ends of their chains.
+
+    Parameters
+    ----------
+    row
+        Factors by unknown and known number.
+    condensed
+        The chains.
+    rows
+        Displacements of the nodes on joints.
+    """
+    if not any(k // 6 in condensed.nodes for k in row if k >= 0):
+        return row
+    out: Row = {}
+    for k, factor in row.items():
+        if k < 0 or k // 6 not in condensed.nodes:
+            add_row(out, {k: 1.0}, factor)
+            continue
+        for dof, share in condensed.spread(k).items():
+            node, c = divmod(dof, 6)
+            term: Value = factor * share
+            add_row(out, rows[node][c] if node in rows else {dof: 1.0}, term)
+    return out

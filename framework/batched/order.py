@@ -1,0 +1,125 @@
+"""Elimination order: at each turn the unknown that costs least, itself and by the links that it makes.
+
+A pivot is computed once per thing that it depends on. What varies with nothing is cheap and goes before what varies
+with the pose, that before what varies with the sample: substructuring comes of it by itself. But where a cheap pivot
+would link many dear ones, as that between the joints of a long chain, it waits for them.
+"""
+
+from __future__ import annotations
+
+import functools
+import heapq
+import operator
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from ..structure.parts import Grid
+
+Pattern = dict[int, dict[int, int]]
+# Sorts unknowns, which are its last item: what to eliminate first.
+Key = Callable[[Pattern, int, Grid], tuple[int, int, int]]
+# Unknowns up to which two ways of ordering are compared.
+FEW = 60
+
+
+@dataclass(frozen=True)
+class Order:
+    """Pivots in turn.
+
+    Attributes
+    ----------
+    pivots
+        Unknowns in order of elimination.
+    below
+        By pivot: the unknowns that are left in its column.
+    masks
+        By pivot: the batch axes over which its column varies.
+    """
+
+    pivots: list[int]
+    below: dict[int, list[int]]
+    masks: dict[int, int]
+
+    def operations(self, grid: Grid, *, shared: bool = True) -> int:
+        """Multiplications and subtractions of the factorisation over the batch, as it is or with nothing `shared`."""
+        return sum(
+            (grid.sizes[self.masks[k]] if shared else grid.sizes[-1]) * len(self.below[k]) * (len(self.below[k]) + 2)
+            for k in self.pivots
+        )
+
+
+def link(pattern: Pattern, i: int, j: int, mask: int) -> None:
+    """Note that entry (i, j) is there and varies over `mask`."""
+    pattern.setdefault(i, {})
+    pattern.setdefault(j, {})
+    pattern[i][j] = pattern[j][i] = pattern[i].get(j, 0) | mask
+
+
+def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:
+    """Order the elimination of `candidates`; `pattern` becomes that of what is left, with its fill.
+
+    Where they are few, ordering strictly by batch shape is tried too, and the cheaper way taken.
+    """
+    waiting = set(candidates)
+    copied = {k: dict(row) for k, row in pattern.items()} if len(waiting) <= FEW else {}
+    sizes = {grid.sizes[mask] for k in waiting for mask in pattern[k].values()}
+    by_cost = _ordered(pattern, waiting, grid, _cost if len(sizes) > 1 else _shape)
+    if not copied or len(sizes) == 1:
+        return by_cost
+    return min(by_cost, _ordered(copied, waiting, grid, _shape), key=lambda found: found.operations(grid))
+
+
+def _ordered(pattern: Pattern, candidates: set[int], grid: Grid, key: Key) -> Order:
+    """Eliminate `candidates` from `pattern`, least `key` first."""
+    waiting = set(candidates)
+    result = Order([], {}, {})
+    keys = {k: key(pattern, k, grid) for k in waiting}
+    heap = sorted(keys.values())
+    while heap:
+        entry = heapq.heappop(heap)
+        k = entry[-1]
+        if k not in waiting or keys[k] != entry:
+            continue
+        keys[k] = key(pattern, k, grid)
+        if keys[k] > entry:
+            heapq.heappush(heap, keys[k])
+            continue
+        waiting.remove(k)
+        result.pivots.append(k)
+        result.below[k], result.masks[k] = _eliminate(pattern, k)
+        for i in waiting.intersection(result.below[k]):
+            keys[i] = key(pattern, i, grid)
+            heapq.heappush(heap, keys[i])
+    return result
+
+
+def _size(pattern: Pattern, k: int, grid: Grid) -> int:
+    """Number of batch entries over which the column of k varies."""
+    return grid.sizes[functools.reduce(operator.or_, pattern[k].values(), 0)]
+
+
+def _shape(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
+    """Batch shape, and degree within it."""
+    return _size(pattern, k, grid), len(pattern[k]), k
+
+
+def _cost(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
+    """Operations of pivot k over the batch, and two more, of the dearest kind, for each link that it makes."""
+    near = pattern[k].keys() - {k}
+    present = sum(len(near & pattern[i].keys()) - (i in pattern[i]) for i in near)
+    fill = (len(near) * (len(near) - 1) - present) // 2
+    own = _size(pattern, k, grid) * len(near) * (len(near) + 3)
+    return own + 2 * grid.sizes[-1] * fill, len(near), k
+
+
+def _eliminate(pattern: Pattern, k: int) -> tuple[list[int], int]:
+    """Take k out of the pattern, which is filled; return what is left in its column, and the axes it varies over."""
+    row = pattern.pop(k)
+    mask = row.pop(k)
+    below = sorted(row)
+    for j in below:
+        del pattern[j][k]
+    for a, i in enumerate(below):
+        for j in below[a:]:
+            link(pattern, i, j, row[i] | row[j] | mask)
+    return below, functools.reduce(operator.or_, row.values(), mask)

@@ -1,0 +1,184 @@
+"""One elimination with broadcasting: numbers of a matrix and its loads, each at its own batch shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..structure.parts import Parts, Row, Value, add, add_row, combine, is_zero, total
+from .order import Order
+
+Matrix = dict[int, dict[int, Parts]]
+Sources = dict[int, Parts]
+Forces = dict[int, Sources]
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """One step of LDL^T: the batch axes it varies over, the reciprocal pivot, the column below it."""
+
+    mask: int
+    inverse: Value
+    lower: dict[int, Value]
+
+
+@dataclass
+class Stage:
+    """Symmetric system on its way through elimination.
+
+    Attributes
+    ----------
+    matrix
+        Parts of entry (i, j); (j, i) is the same object.
+    forces
+        By unknown and source: parts of the load for a unit of that source. That of an eliminated unknown waits there
+        for the back substitution.
+    scale
+        Parts of the stiffness whose rounding the diagonal carries: as assembled, growing with the elimination.
+    pivots
+        Steps done.
+    margin
+        Least ratio of pivot to scale, by mask: zero to rounding where the matrix is singular.
+    complete
+        Whether all that was come by could be done, and nothing was left to the chunks.
+    """
+
+    matrix: Matrix = field(default_factory=dict)
+    forces: Forces = field(default_factory=dict)
+    scale: dict[int, Parts] = field(default_factory=dict)
+    pivots: dict[int, Pivot] = field(default_factory=dict)
+    margin: Parts = field(default_factory=dict)
+    complete: bool = True
+
+    def entry(self, i: int, j: int) -> Parts:
+        """Parts of entry (i, j), made where there are none."""
+        row = self.matrix.setdefault(i, {})
+        if j not in row:
+            row[j] = self.matrix.setdefault(j, {})[i] = {}
+        return row[j]
+
+    def force(self, i: int, source: int) -> Parts:
+        """Parts of the load on i for a unit of a source, made where there are none."""
+        return self.forces.setdefault(i, {}).setdefault(source, {})
+
+    def mapped(self, change: Callable[[Value], Value], *, steps: bool = True) -> Stage:
+        """A copy with `change` applied to every number; without the steps done and their loads where not `steps`."""
+        copy = Stage()
+        for i, row in self.matrix.items():
+            for j, parts in row.items():
+                if j >= i:
+                    new = {mask: change(value) for mask, value in parts.items()}
+                    copy.matrix.setdefault(i, {})[j] = new
+                    copy.matrix.setdefault(j, {})[i] = new
+        copy.scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
+        if steps:
+            copy.forces = {
+                i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
+                for i, by_source in self.forces.items()
+            }
+            copy.pivots = {
+                k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
+                for k, p in self.pivots.items()
+            }
+        return copy
+
+    def eliminate(self, order: Order, wanted: Sequence[bool]) -> None:
+        """Do the steps of `order` whose mask is `wanted`."""
+        for k in order.pivots:
+            if wanted[order.masks[k]]:
+                self._step(k, order.below[k], order.masks[k])
+
+    def _step(self, k: int, below: list[int], mask: int) -> None:
+        row = self.matrix.pop(k, {})
+        varying, pivot = total(row.get(k, {}))
+        inverse = reciprocal(pivot)
+        columns = [(j, *total(row[j])) for j in below if row.get(j)]
+        lower = {j: value * inverse for j, _, value in columns}
+        over, weight = total(self.scale.pop(k, {}))
+        self._judge(varying | over, pivot, weight)
+        for a, (i, own, _) in enumerate(columns):
+            del self.matrix[i][k]
+            low = lower[i]
+            for j, other, value in columns[a:]:
+                subtract(self.entry(i, j), own | other | varying, low * value)
+            add(self.scale.setdefault(i, {}), own | varying | over, low * low * weight)
+        self.pivots[k] = Pivot(mask, inverse, lower)
+
+    def _judge(self, mask: int, pivot: Value, weight: Value) -> None:
+        """Note a pivot in units of the stiffness whose rounding it carries.
+
+        With the unknowns before it relaxed, unit motion of an unknown is a shape z, the pivot its energy z.A z, and
+        the rounding of it that of z.diag(A) z; `scale` accumulates the latter.
+        """
+        ratio = pivot * reciprocal(weight)
+        self.margin[mask] = np.minimum(self.margin[mask], ratio) if mask in self.margin else ratio
+
+    def forward(self, order: Order, wanted: Sequence[bool]) -> None:
+        """Carry the loads of the eliminated unknowns on, as far as the result's mask is `wanted`."""
+        for k in order.pivots:
+            if k not in self.pivots:
+                continue
+            step = self.pivots[k]
+            for source, parts in self.forces.get(k, {}).items():
+                for mask, value in parts.items():
+                    if not wanted[mask | step.mask]:
+                        self.complete = False
+                        continue
+                    for j, low in step.lower.items():
+                        subtract(self.force(j, source), mask | step.mask, low * value)
+
+
+def closure(order: Order, wanted: set[int]) -> set[int]:
+    """`wanted` unknowns and all those from which they follow in back substitution."""
+    needed = set(wanted)
+    for k in order.pivots:
+        if k in needed:
+            needed.update(order.below[k])
+    return needed
+
+
+def backward(order: Order, needed: set[int], known: dict[int, Value], stage: Stage, knowns: Sequence[Value]) -> None:
+    """Add the `needed` unknowns to those `known`, from the steps of the elimination and the loads left in them."""
+    for k in reversed(order.pivots):
+        if k in needed:
+            step = stage.pivots[k]
+            value = collapsed(stage.forces.get(k, {}), knowns) * step.inverse
+            for j, low in step.lower.items():
+                if not is_zero(known[j]):
+                    value = value - low * known[j]
+            known[k] = value
+
+
+def carried(order: Order, row: Row, stage: Stage) -> Row:
+    """`row` without the unknowns that `stage` has eliminated: over those left and the known numbers.
+
+    It is the back substitution turned round, done for what is asked instead of for what is given.
+    """
+    out = dict(row)
+    for k in order.pivots:
+        if k in out and k in stage.pivots:
+            factor = out.pop(k)
+            step = stage.pivots[k]
+            for source, parts in stage.forces.get(k, {}).items():
+                add_row(out, {-1 - source: total(parts)[1]}, factor * step.inverse)
+            for j, low in step.lower.items():
+                term = low * factor
+                out[j] = out[j] - term if j in out else -term
+    return out
+
+
+def collapsed(by_source: Sources, sources: Sequence[Value]) -> Value:
+    """The load itself: the loads for a unit of each source, times the sources."""
+    return combine([(sources[source], total(parts)[1]) for source, parts in by_source.items()])
+
+
+def subtract(parts: Parts, mask: int, value: Value) -> None:
+    """Subtract `value`, which varies over `mask`, from a sum of parts."""
+    parts[mask] = parts[mask] - value if mask in parts else -value
+
+
+def reciprocal(value: Value) -> Value:
+    """1 / value; of an exact zero inf, which the margin reports."""
+    return np.inf if is_zero(value) else 1.0 / value

@@ -1,0 +1,1 @@
+"""Clearance in joints: where each journal rests."""

@@ -1,0 +1,131 @@
+"""Equilibrium of a frame whose joints have clearance: where each journal rests in its bearing.
+
+A joint of stiffness k and clearance ε holds the energy ``W(δ) = min over |o| ≤ ε of k/2 |δ − o|²``: it is the joint
+without clearance, its springs about an offset o that lies where the energy of the whole frame is least,
+
+    minimise  ½ o·S o − f·o   subject to |o_j| ≤ ε_j in each joint,
+
+with f the forces in the joints of the frame without clearance and S their fall for a unit offset in each. So the frame
+is solved once under its loads and once for the unit offsets, whatever it holds, k = inf included; what is left is a
+problem of two or three numbers a joint, see `balls`. Where joint forces follow from equilibrium alone, S vanishes and
+the journals lie along them, ``o = ε f/|f|``: the extreme point of what the linkage can reach in the load's direction.
+"""
+
+from __future__ import annotations
+
+import warnings
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, aligned, turned
+from ..batched.stage import collapsed
+from ..dofs import DISPLACEMENTS
+from ..errors import MechanismWarning
+from ..frame import Frame
+from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
+from .resting import Play, Rest
+from .unit_offsets import against_offsets
+
+if TYPE_CHECKING:
+    from ..batched.plan import Plan
+    from ..solution import Solution
+
+
+def loose_joints(frame: Frame) -> list[str]:
+    """Names of the joints with clearance."""
+    return [name for name, joint in frame.joints.items() if joint.element.clearance.any()]
+
+
+class Clearances:
+    """The clearances of a frame in equilibrium under its loads.
+
+    Parameters
+    ----------
+    frame
+        The frame.
+    tight
+        Its solution without clearances.
+
+    Attributes
+    ----------
+    names
+        The joints with clearance.
+    rest
+        Where their journals rest.
+    """
+
+    def __init__(self, frame: Frame, tight: Solution) -> None:
+        self.frame, self.names = frame, loose_joints(frame)
+        joints = [frame.joints[name].element for name in self.names]
+        own = np.repeat(np.arange(len(joints)), [len(joint.play) for joint in joints])
+        play = Play(self.names, own, [k for joint in joints for k in joint.play])
+        with warnings.catch_warnings():
+            # Entries that are mechanisms have no contact, which their state tells.
+            warnings.simplefilter("ignore", MechanismWarning)
+            force = np.stack([tight.joint_force(name)[..., k] for name, k in play.pairs])
+        self._singular = np.asarray(np.isnan(force).any(axis=0))
+        loaded = np.any(force.reshape(len(force), -1) != 0.0, axis=1)
+        self._resistance = against_offsets(frame, play, loaded)
+        radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
+        force = np.nan_to_num(force) if self._singular.any() else force
+        self.rest = Rest(play, self._resistance.stiffness, self._resistance.members, force, radius, _load(tight.plan))
+
+    @cached_property
+    def state(self) -> NDArray[np.uint8]:
+        """Number of the state of each joint, see `Contact`, (joints, ...)."""
+        state = self.rest.state
+        for lost, why in (
+            (self._resistance.unknown, UNRESOLVED),
+            (self._singular, MECHANISM),
+            (self.frame.absent, ABSENT),
+        ):
+            if lost is not None and np.any(lost):
+                state = np.where(lost, np.uint8(why), state)
+        return state
+
+    def offsets(self) -> Frame:
+        """The frame with each journal where it rests, as offsets of its joints."""
+        out = self.frame.copy()
+        for (name, k), offset in zip(self.rest.play.pairs, self.rest.offset, strict=True):
+            imposed = self.frame.offsets.get(name, {}).get(k, 0.0)
+            out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
+        return out
+
+    def contact(self, name: str) -> Contact:
+        """Contact in a joint."""
+        j = self.names.index(name)
+        state, radius = np.asarray(self.state[j]), self.rest.radius[j]
+        closed = np.asarray(state == CLOSED)
+        offset, force = self._vector(j, self.rest.offset), self._vector(j, self.rest.force)
+        along = np.where((radius > 0.0)[..., None], offset, force)
+        normal = along / np.where(closed, np.linalg.norm(along, axis=-1), 1.0)[..., None]
+        axes = self.frame.joints[name].element.axes
+        normal = normal if axes is None else turned(aligned(axes, len(self.frame.shape), 2), normal)
+        unknown = np.where(state >= UNRESOLVED, np.nan, 0.0)
+        return Contact(
+            joint=name,
+            state=STATES[state],
+            normal=np.where(closed[..., None], normal, unknown[..., None]),
+            force=np.where(closed, self.rest.size[j], unknown),
+            gap=np.where(closed, 0.0, radius - np.linalg.norm(offset, axis=-1) + unknown),
+            offset=offset,
+        )
+
+    def _vector(self, j: int, values: Array) -> Array:
+        """Values by component, (n, ...), as vectors in the axes of joint j, (..., 3)."""
+        out = np.zeros((*self.frame.shape, 3))
+        for index in np.flatnonzero(self.rest.play.own == j):
+            out[..., self.rest.play.component[index] % 3] = values[index]
+        return out
+
+
+def _load(plan: Plan) -> Array:
+    """Largest load on a node, moments as forces at the size of the frame, (...)."""
+    out: Array = np.zeros(plan.frame.shape)
+    for a, by_source in plan.forces.items():
+        value = np.abs(np.asarray(collapsed(by_source, plan.knowns.values), dtype=np.float64))
+        out = np.maximum(out, value / (plan.frame.size if a % 6 >= 3 else 1.0))
+    return out

@@ -1,0 +1,161 @@
+"""Where the journals of a frame rest, from the forces of the frame without clearances and its stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from .balls import resting_points
+from .contact import CLOSED, FREE, OPEN, UNRESOLVED
+
+# A force below this share of the largest load or joint force is the rounding of none.
+UNLOADED = 1e-12
+# A stiffness against offsets below this share of the members' lets a journal move freely.
+_SOFT = 1e-12
+# A joint's share of a free motion below which it does not take part.
+_STILL = 1e-6
+# Entries whose matrices are held at a time.
+_MOST = 2**16
+# Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
+_BALANCED = 1e-6
+
+
+@dataclass(frozen=True)
+class Play:
+    """Components with play, all joints in a row: names of the joints, joint and joint component of each."""
+
+    names: list[str]
+    own: NDArray[np.int64]
+    component: list[int]
+
+    @property
+    def pairs(self) -> list[tuple[str, int]]:
+        """Name of the joint and joint component of each."""
+        return [(self.names[j], k) for j, k in zip(self.own, self.component, strict=True)]
+
+    def length(self, vectors: Array) -> Array:
+        """Length of the vectors (n, ...) by joint, (joints, ...)."""
+        starts = np.searchsorted(self.own, np.arange(len(self.names)))
+        length: Array = np.sqrt(np.add.reduceat(vectors * vectors, starts, axis=0))
+        return length
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """Resting places of all journals.
+
+    Attributes
+    ----------
+    play
+        The components with play.
+    stiffness
+        S, fall of the forces for unit offsets, (n, n, ...); it may lack axes over which it does not vary.
+    members
+        Stiffness of the members, (n, ...), by which the softness of S is judged.
+    found
+        Forces without clearance, (n, ...).
+    radius
+        Clearance, (joints, ...).
+    load
+        Largest load on a node, (...).
+    """
+
+    play: Play
+    stiffness: Array
+    members: Array
+    found: Array
+    radius: Array
+    load: Array
+
+    @cached_property
+    def scale(self) -> Array:
+        """Largest load or joint force, (...)."""
+        scale: Array = np.maximum(self.load, np.abs(self.found).max(axis=0))
+        return scale
+
+    @cached_property
+    def tight(self) -> Array:
+        """Forces without clearance, (n, ...), those of rounding alone set to zero."""
+        loaded = self.play.length(self.found) > UNLOADED * self.scale
+        return self.found if loaded.all() else np.where(loaded[self.play.own], self.found, 0.0)
+
+    @property
+    def offset(self) -> Array:
+        """Displacement within the clearance, (n, ...)."""
+        return self._placed[0]
+
+    @property
+    def size(self) -> Array:
+        """Contact force by joint, (joints, ...); rounding where there is none."""
+        return self._placed[1]
+
+    @cached_property
+    def force(self) -> Array:
+        """Contact force by component, (n, ...)."""
+        if not self.stiffness.any():
+            return self.tight
+        force: Array = self.tight - np.einsum("ij...,j...->i...", self.stiffness, self.offset)
+        return force
+
+    @cached_property
+    def state(self) -> NDArray[np.uint8]:
+        """By joint: number of its state, closed, open, free or unresolved, (joints, ...)."""
+        closed = self.size > UNLOADED * self.scale
+        state = np.where(closed, np.uint8(CLOSED), np.uint8(OPEN))
+        loose = ~closed & (self.radius > 0.0)
+        some = np.asarray(loose.any(axis=0))
+        if some.any():
+            state[:, some] = np.where(self._free(loose[:, some], some), FREE, state[:, some])
+        if not self.stiffness.any():
+            return state
+        normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.play.own]
+        pressed = np.where((closed & (self.radius > 0.0))[self.play.own], self.size[self.play.own] * normal, 0.0)
+        unheld = np.where((self.radius > 0.0)[self.play.own], self.force - pressed, 0.0)
+        wrong = ~(np.abs(unheld).max(axis=0) <= _BALANCED * self.scale)
+        return np.where(wrong, np.uint8(UNRESOLVED), state)
+
+    @cached_property
+    def _placed(self) -> tuple[Array, Array]:
+        """Offset and size of the force: along the force where S vanishes, else where the energy is least."""
+        own, radius = self.play.own, self.radius
+        size = self.play.length(self.tight)
+        offset = radius[own] * self.tight / np.where(size > 0.0, size, 1.0)[own]
+        held = np.broadcast_to(np.any(self.stiffness != 0.0, axis=(0, 1)), self.tight.shape[1:])
+        for part in _parts(held):
+            offset[:, part], size[:, part] = self._least(part)
+        return offset, size
+
+    def _least(self, part: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Offset (n, N) and size of the force (joints, N) of least energy, at some entries."""
+        own, near, tight = self.play.own, self.radius[:, part], self.tight[:, part]
+        stiffness = np.broadcast_to(self.stiffness, (len(own), *self.tight.shape))[:, :, part]
+        reach = near[own]
+        x, multiplier = resting_points(stiffness * reach[:, None] * reach, tight * reach, own)
+        left = self.play.length(tight - np.einsum("ijn,jn->in", stiffness, reach * x))
+        return reach * x, np.where(near > 0.0, multiplier / np.where(near > 0.0, near, 1.0), left)
+
+    def _free(self, loose: NDArray[np.bool_], some: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which of the `loose` joints, (joints, N), take part in a motion that no force resists, at `some` entries."""
+        own, count = self.play.own, len(self.play.own)
+        shape = self.found.shape[1:]
+        stiffness = np.broadcast_to(self.stiffness, (count, count, *shape))[:, :, some]
+        root = np.sqrt(np.broadcast_to(self.members, (count, *shape))[:, some])
+        root = np.where(root > 0.0, root, 1.0)
+        moving = loose[own]
+        matrix = np.where(moving[:, None] & moving, stiffness / (root[:, None] * root), 0.0)
+        matrix[np.arange(count), np.arange(count)] += np.where(moving, 0.0, 1.0)
+        values, vectors = np.linalg.eigh(np.moveaxis(matrix, -1, 0))
+        part = np.where((values <= _SOFT)[:, None, :], np.abs(vectors), 0.0).max(axis=-1).T
+        return np.stack([(part[own == j] > _STILL).any(axis=0) for j in range(len(self.play.names))]) & loose
+
+
+def _parts(held: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
+    """The entries that are `held`, some at a time, so that their matrices do not fill the memory."""
+    number = np.cumsum(held).reshape(held.shape)
+    for start in range(0, int(held.sum()), _MOST):
+        yield np.asarray(held & (number > start) & (number <= start + _MOST))

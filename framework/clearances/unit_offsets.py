@@ -1,0 +1,147 @@
+"""Forces in joints for unit offsets in each: what the clearances of a frame are coupled by."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..batched.plan import Plan
+from ..dofs import DISPLACEMENTS
+from ..errors import FrameError, MechanismWarning
+from ..frame import Frame
+from ..protocol import JointElement
+from ..structure.parts import total
+from .resting import Play
+
+# A stiffness against offsets below this share of the members' is the rounding of none.
+_LOOSE = 1e-13
+
+
+@dataclass(frozen=True)
+class Resistance:
+    """How a frame resists offsets in its joints; axes of the batch over which nothing varies are of size one.
+
+    Attributes
+    ----------
+    stiffness
+        Fall of the force in each component for a unit offset in each, (n, n, ...); zero where it is no more than the
+        rounding of the members' stiffness.
+    members
+        The members' stiffness, (n, ...).
+    unknown
+        Where an offset moves a mechanism that the loads do not, and nothing can be said, (...).
+    """
+
+    stiffness: Array
+    members: Array
+    unknown: NDArray[np.bool_]
+
+
+def against_offsets(frame: Frame, play: Play, loaded: NDArray[np.bool_]) -> Resistance:
+    """How a frame resists offsets in its joints.
+
+    Whether a force comes of an offset at all depends on the geometry, not on how stiff the springs are. So it is asked
+    of a frame with one stiffness of joints for all samples first; where none does, nothing else is needed.
+
+    Parameters
+    ----------
+    frame
+        The frame.
+    play
+        Components of its joints.
+    loaded
+        Which of them bear a force anywhere in the batch, (n,): only those count where the others move a mechanism.
+
+    Raises
+    ------
+    FrameError
+        Where ideal joints close a loop of rigid links, in which no offset fits.
+    """
+    joints = {name: joint.element for name, joint in frame.joints.items()}
+    if all(_alike(element) for element in joints.values()):
+        typical = {name: element.typical() for name, element in joints.items()}
+        found = _answer(frame, typical, play, loaded)
+        if not found.stiffness.any() or all(element.stiffness.size == 6 for element in joints.values()):
+            return found
+    return _answer(frame, joints, play, loaded)
+
+
+def _alike(element: JointElement) -> bool:
+    """Whether each component is free at all batch entries or at none."""
+    free = (element.stiffness == 0.0).reshape(-1, 6)
+    return bool(np.all(free.all(axis=0) == free.any(axis=0)))
+
+
+def _answer(frame: Frame, joints: dict[str, JointElement], play: Play, loaded: NDArray[np.bool_]) -> Resistance:
+    count = len(play.pairs)
+    found, plan = _falls(_bare(frame, joints), play, np.ones(count, dtype=bool))
+    unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
+    members = _members(plan, play)
+    root = np.sqrt(members)
+    least = _LOOSE * root[:, None] * root
+    if unknown.any() and not loaded.all():
+        found, _ = _falls(_bare(frame, joints), play, loaded)
+        apart = loaded[:, None] & loaded
+        coupled = np.abs(np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), 0.0, found)) > least
+        unknown = np.asarray(np.isnan(found).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
+        found = np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), found, 0.0)
+    found = np.nan_to_num(0.5 * (found + np.swapaxes(found, 0, 1)))
+    stiffness = np.where(np.abs(found) > least, found, 0.0)
+    new = (1,) * (len(frame.shape) - unknown.ndim)
+    return Resistance(
+        stiffness.reshape(count, count, *new, *stiffness.shape[2:]),
+        members.reshape(count, *new, *members.shape[1:]),
+        unknown,
+    )
+
+
+def _falls(bare: Frame, play: Play, asked: NDArray[np.bool_]) -> tuple[Array, Plan]:
+    """Fall of the forces for a unit offset in each component that is `asked` for, (n, n, ...); NaN at mechanisms."""
+    from ..solution import Solution
+
+    count = len(play.pairs)
+    unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))
+    for index in np.flatnonzero(asked):
+        name, k = play.pairs[index]
+        bare.offset(name, **{DISPLACEMENTS[k]: unit[index]})
+    try:
+        solution = Solution.of(bare)
+    except FrameError as error:
+        raise FrameError(
+            f"joints {', '.join(play.names)} have clearance, but ideal ones among them close a loop of rigid links, in "
+            f"which no offset fits ({error}): give one of them a finite stiffness"
+        ) from error
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)
+        found = -np.stack([solution.joint_force(name)[..., k] for name, k in play.pairs])
+    return found, solution.plan
+
+
+def _bare(frame: Frame, joints: dict[str, JointElement]) -> Frame:
+    """The frame with these joints, without loads, offsets and displacements of supports."""
+    out = Frame()
+    for name, body in frame.bodies.items():
+        out.body(name, body.origin, body.axes)
+    for name, node in frame.nodes.items():
+        out.node(name, node.coordinates, node.body)
+    for name, member in frame.members.items():
+        out.add(name, member.element, member.start, member.end)
+    for name, joint in frame.joints.items():
+        out.add(name, joints[name], joint.first, joint.second)
+    out.ties = list(frame.ties)
+    for name, held in frame.supports.items():
+        out.fix(name, *(DISPLACEMENTS[k] for k in held))
+    return out
+
+
+def _members(plan: Plan, play: Play) -> Array:
+    """Largest stiffness of a member's end, against translation or rotation, by component, (n, ...)."""
+    largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
+    for a in plan.matrix:
+        value = np.asarray(total(plan.scale(a))[1], dtype=np.float64)
+        largest[a % 6 // 3] = np.maximum(largest[a % 6 // 3], value)
+    return np.stack([largest[k // 3][0] for k in play.component])

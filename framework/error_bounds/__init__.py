@@ -1,0 +1,1 @@
+"""How far computed results are from exact ones, and how they depend on every input."""

@@ -1,0 +1,111 @@
+"""Loads on nodes and members in extended precision, with the size of what was summed in double precision."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..batch import Array
+from ..batched.plan import Plan
+from ..structure.assembly import member_loads, nodal_loads
+from ..structure.member_loads import PointForces, applied_forces, weight_forces
+from ..structure.topology import Group, Index
+from .deformations import Springs
+from .kinematics import Change, Real, extended
+
+# Roundings in the equivalent end forces of a load on a member, for the size of what they are made of.
+ROUNDINGS = 256.0
+_ROUNDING = float(np.finfo(np.float64).eps) / 2.0
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Loads of a frame.
+
+    Attributes
+    ----------
+    forces
+        On the nodes, global, (..., nodes, 6), in extended precision.
+    doubt
+        What rounding in loads on members and masses may leave of it, (..., nodes, 6).
+    by_piece
+        Equivalent forces on the ends of pieces (..., 12), local, and the size of their doubt.
+    """
+
+    forces: Real
+    doubt: Array
+    by_piece: dict[int, tuple[Real, Array]]
+
+    @classmethod
+    def of(cls, plan: Plan, springs: list[Springs]) -> Loads:
+        """Loads as they are described."""
+        count, ndim = len(plan.topology.number), len(plan.frame.shape)
+        given = list(nodal_loads(plan.topology))
+        nodes = sum(len(each) for each in plan.frame.loads.values())
+        on_members = list(member_loads(plan.topology))
+        shapes = [vector.shape[:-1] for _, vector in given]
+        shapes += [local.shape[1:-1] for _, _, local in on_members]
+        shapes += [each.level.shape[:-3] for each in springs] if on_members else []
+        shape = np.broadcast_shapes((1,) * ndim, *shapes)
+        forces, doubt = extended(np.zeros((*shape, count, 6))), np.zeros((*shape, count, 6))
+        for index, (node, vector) in enumerate(given):
+            forces[..., node, :] += vector
+            if index >= nodes:  # the weight of a mass
+                doubt[..., node, :] += ROUNDINGS * _ROUNDING * _greatest(vector)
+        by_piece: dict[int, tuple[Real, Array]] = {}
+        numbers = {id(group): k for k, group in enumerate(plan.topology.groups)}
+        for group, positions, local in on_members:
+            level = springs[numbers[id(group)]].level
+            sizes = _sizes(plan, group, positions)
+            for position, force, size in zip(positions.tolist(), local, sizes, strict=True):
+                axes, piece = level[..., position, :, :], int(group.pieces[position])
+                nodal = _out(axes, force)
+                about = ROUNDINGS * _ROUNDING * size
+                spread = _out(np.abs(axes).astype(np.float64), about)
+                for side, node in enumerate(plan.topology.pieces[piece].nodes):
+                    forces[..., node, :] += nodal[..., 6 * side : 6 * side + 6]
+                    doubt[..., node, :] += spread[..., 6 * side : 6 * side + 6]
+                before = by_piece.get(piece, (extended(0.0), np.zeros(())))
+                by_piece[piece] = (before[0] + extended(force), before[1] + about)
+        return cls(forces, doubt, by_piece)
+
+    def mapped(self, change: Change) -> Loads:
+        """A copy with `change`, given the number of trailing axes, applied to every array."""
+        by_piece = {k: (change(force, 1), change(size, 1)) for k, (force, size) in self.by_piece.items()}
+        return replace(self, forces=change(self.forces, 2), doubt=change(self.doubt, 2), by_piece=by_piece)
+
+    def ends(self, piece: int) -> tuple[Real, Array]:
+        """Equivalent forces on the ends of a piece and their doubt, (..., 12), local."""
+        return self.by_piece.get(piece, (extended(np.zeros(12)), np.zeros(12)))
+
+
+def _sizes(plan: Plan, group: Group, positions: Index) -> Array:
+    """Sum of the sizes of what the equivalent forces are made of, (n, ..., 12)."""
+    each = []
+    for position in positions.tolist():
+        at = np.array([position])
+        total = _summed(group, at, weight_forces(plan.topology, group, at))
+        each.append((total + _summed(group, at, applied_forces(plan.topology, group, position)))[0])
+    shape = np.broadcast_shapes(*(size.shape for size in each))
+    return np.stack([np.broadcast_to(size, shape) for size in each])
+
+
+def _summed(group: Group, at: Index, forces: PointForces) -> Array:
+    out: Array = np.zeros((*group.length[at].shape, 12))
+    for x, force in forces:
+        shapes = np.abs(group.element.shape_functions(group.length[at], x))
+        out = out + np.einsum("...ij,...i->...j", shapes, _greatest(force))
+    return out
+
+
+def _greatest(force: Array) -> Array:
+    """The greatest force component three times, then the greatest moment component."""
+    return np.repeat(np.abs(force).reshape(*force.shape[:-1], 2, 3).max(axis=-1), 3, axis=-1)
+
+
+def _out(axes: Real, ends: Real) -> Real:
+    """Forces on both ends (..., 12) from local into global axes."""
+    split = ends.reshape(*ends.shape[:-1], 4, 3)
+    out: Real = np.einsum("...ji,...bj->...bi", axes, split)
+    return out.reshape(*out.shape[:-2], 12)

@@ -1,0 +1,199 @@
+"""Bounds on the error of a linear solution, component by component.
+
+With the solution u of the computed unknowns, its residual r in extended precision, and for each asked result the
+displacements z under the unit force (or opening) that does work equal to it, the exact result is ::
+
+    R* = R(u) + z . r + s . K^-1 r,    s = what z leaves of its own equations,
+
+so that one adjoint solve gives the error itself, up to a product of two errors. That is bounded in the energy norm by
+``|s| |r| / least eigenvalue``, which `linkframe.framework.error_bounds.compliance` proves. What is left is that the
+stiffnesses k of members are themselves rounded; as ``z . K u`` is a sum over springs, they change the result by no more
+than ``roundings * sum_i |k_i e_i(z) e_i(u)|``, in which nothing cancels. (Adjoint error estimates: Becker & Rannacher,
+Acta Numerica 10 (2001) 1-102; residuals in extended precision: Rump, Acta Numerica 19 (2010) 287-449.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..batched.broadcast import BroadcastSolver
+from .adjoint import Adjoint
+from .asked import asked
+from .compliance import Compliance, DenseCompliance, SparseCompliance
+from .equilibrium import Equilibrium, Statics
+from .kinematics import Real, extended
+from .resolved import MOST, excited, groups, hard
+
+if TYPE_CHECKING:
+    from ..solution import Solution
+
+# Least eigenvalue below which an entry is taken up in extended precision.
+HARD = 1e-10
+# Batch entries handled at a time, and parts of the batch kept for the next result.
+CHUNK = 1024
+_KEEP = 8
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the batch: where it is, the solution in it, and an inverse of its stiffness."""
+
+    where: Any
+    state: Equilibrium
+    compliance: Compliance
+
+
+class Bounds:
+    """Error bounds of a solution; what does not depend on the asked result is computed once.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    """
+
+    def __init__(self, solution: Solution) -> None:
+        self.solution, self.plan = solution, solution.plan
+        solution.frame.refuse_screws("error bounds, refinement and sensitivities")
+        shape = self.plan.frame.shape
+        self.axis = int(np.argmax(shape)) if shape else 0
+        self.step = max(1, CHUNK * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
+        self._kept: dict[int, list[Part]] = {}
+
+    def refined(self, name: str, kind: str) -> tuple[Array, Array]:
+        """Results of one iterative refinement in extended precision, and the bound on their error.
+
+        Parameters
+        ----------
+        name
+            Node, joint or member.
+        kind
+            What of it, see `linkframe.framework.error_bounds.asked`.
+        """
+        value, doubt = self._estimate(name, kind)
+        with np.errstate(all="ignore"):
+            rounded = value.astype(np.float64)
+            return rounded, _upwards(np.abs(rounded - value) + doubt)
+
+    def bound(self, name: str, kind: str, computed: Array) -> Array:
+        """Bound on the error of `computed` results (..., m); inf where none is known."""
+        value, doubt = self._estimate(name, kind)
+        with np.errstate(all="ignore"):
+            return _upwards(np.abs(computed - value) + doubt)
+
+    def distance(self) -> Array:
+        """Least singular value of the scaled deformations, (...)."""
+        out: Array = np.ones(self.solution.shape)
+        with np.errstate(all="ignore"):
+            for index in range(self._count):
+                where, state = self._state(index)
+                out[where] = self._inverted(state).distance()
+        return out
+
+    def adjoints(self, name: str, kind: str, steps: int = 0) -> Iterator[tuple[Any, Adjoint]]:
+        """Part by part of the batch: where it is, and the adjoint of results there, refined in `steps` at least."""
+        with np.errstate(all="ignore"):
+            for part in self.parts():
+                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind), steps)
+
+    def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
+        """Results refined in extended precision, and what they may be off, (..., m)."""
+        found = [(where, adjoint.refined, adjoint.doubt()) for where, adjoint in self.adjoints(name, kind)]
+        shape = (*self.solution.shape, found[0][1].shape[-1])
+        value, doubt = (np.empty(shape, dtype=found[0][1].dtype) for _ in range(2))
+        for where, refined, left in found:
+            value[where], doubt[where] = refined, left
+        return value, doubt
+
+    # -- parts of the batch -----------------------------------------------------------------------------------------
+
+    def parts(self) -> Iterator[Part]:
+        """The batch part by part; later parts stand for what earlier ones could not settle."""
+        for index in range(self._count):
+            parts = self._kept[index] if index in self._kept else list(self._part(index))
+            if self._count <= _KEEP:
+                self._kept[index] = parts
+            yield from parts
+
+    @property
+    def _count(self) -> int:
+        """Number of parts."""
+        shape = self.plan.frame.shape
+        return -(-shape[self.axis] // self.step) if shape else 1
+
+    def _part(self, index: int) -> Iterator[Part]:
+        where, state = self._state(index)
+        compliance = self._inverted(state)
+        yield Part(where, state.corrected(compliance) if compliance.near else state, compliance)
+        if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
+            shape = state.values.shape[:-1]
+            yield from self._hard(where, np.broadcast_to(compliance.least, shape) < HARD)
+
+    def _state(self, index: int) -> tuple[tuple[slice, ...], Equilibrium]:
+        """Where a part is, and the solution in it."""
+        shape = self.plan.frame.shape
+        where = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),) if shape else ()
+
+        def cut(array: Any, trailing: int) -> Any:
+            whole = where and array.ndim - trailing == len(shape) and array.shape[self.axis] > 1
+            return array[where] if whole else array
+
+        unknowns, values = self._values
+        return where, Equilibrium(self._statics, cut, unknowns, cut(values, 1))
+
+    def _inverted(self, state: Equilibrium) -> Compliance:
+        if not isinstance(self.solution.solver, BroadcastSolver):
+            return self._sparse
+        return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
+
+    def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[Part]:
+        """What double precision can hardly tell from singular, in extended precision."""
+        mask = np.zeros(self.plan.frame.shape, dtype=bool)
+        mask[where] = unproved
+        for index in groups(mask & (self.solution.status != "mechanism")):
+            at: Any = () if index is None else index
+            yield Part(at, *hard(self._hung, index, self._values[0]))
+
+    @cached_property
+    def _statics(self) -> Statics:
+        return Statics(self.plan)
+
+    @cached_property
+    def _hung(self) -> Statics:
+        return Statics(self.plan, hung=True)
+
+    @cached_property
+    def _sparse(self) -> SparseCompliance:
+        solver = self.solution.solver
+        assert not isinstance(solver, BroadcastSolver)
+        return SparseCompliance(solver.factor)
+
+    @cached_property
+    def _values(self) -> tuple[list[int], Real]:
+        """Unknowns that the loads reach, and their values (..., n)."""
+        solver = self.solution.solver
+        if isinstance(solver, BroadcastSolver):
+            unknowns = excited(self.plan)
+        else:
+            unknowns = solver.unknown[solver.excited].tolist()
+        values = extended(np.zeros((*self.solution.shape, len(unknowns))))
+        for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
+            values[..., k] = value
+        resolved = self.solution.resolved
+        if resolved is not None:
+            values[resolved.mask] = resolved.values([{key: 1.0} for key in unknowns])
+        return unknowns, values
+
+
+def _upwards(bound: Real) -> Array:
+    """A bound in double precision that is not below; inf for NaN."""
+    rounded = np.where(np.isnan(bound), np.inf, bound).astype(np.float64)
+    out: Array = np.where(rounded < bound, np.nextafter(rounded, np.inf), rounded)
+    return out

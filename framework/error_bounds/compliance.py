@@ -1,0 +1,247 @@
+"""An inverse of the stiffness with a proof of how good it is, for a stack of matrices or for one large one."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from .deformations import Springs
+from .kinematics import Kinematics, Real
+
+if TYPE_CHECKING:
+    from ..solvers.factor import Factor
+
+ROUNDING = float(np.finfo(np.float64).eps) / 2.0
+# Roundings in a deformation, for the size of what it is made of.
+_DEFORMATION = 32.0
+# Least eigenvalue below which products of two errors begin to count.
+NEAR = 1e-8
+# Steps of refinement with an inverse in extended precision, which serves what is hardest.
+_STEPS = 3
+# Inverse iterations for a large matrix, and the factor by which the least eigenvalue may still be below what they find.
+_ITERATIONS = 8
+_SAFETY = 4.0
+
+
+class Compliance(ABC):
+    """Solves approximately with the stiffness K on the unknowns.
+
+    Attributes
+    ----------
+    root
+        (..., n): one over the square root of the diagonal of K.
+    least
+        (...): what the least eigenvalue of K, scaled to unit diagonal, is not below; 0 where none is proved.
+    fuzz
+        (...): 2-norm of the rounding in the scaled matrix as it is applied.
+    """
+
+    root: Array
+    least: Array
+    fuzz: Array
+
+    @abstractmethod
+    def distance(self) -> Array:
+        """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""
+
+    @property
+    def near(self) -> bool:
+        """Whether something is so close to singular that one more step of refinement is worth it."""
+        return bool(np.any((self.least > 0.0) & (self.least < NEAR)))
+
+    @property
+    def steps(self) -> int:
+        """Steps of refinement that are worth it."""
+        if self.root.dtype != np.float64:
+            return _STEPS
+        return int(self.near)
+
+    @abstractmethod
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
+
+    @abstractmethod
+    def apply(self, displacement: Array) -> Array:
+        """Loads (..., n) for displacements (..., n)."""
+
+
+class DenseCompliance(Compliance):
+    """Stack of small matrices, inverted in the precision in which the frame is given.
+
+    From B, the deformations by the unknowns, ``S = D B^T k B D`` is assembled; its least eigenvalue is the square of
+    the least singular value of ``sqrt(k) B D``. With G an approximate inverse and ``a = |I - G S| < 1``, S has none
+    below ``(1 - a) / |G|`` (Rump, *Verification methods*, Acta Numerica 19 (2010) 287-449, sec. 10); the rounding of B
+    lowers the singular value by no more than its norm.
+
+    Parameters
+    ----------
+    kinematics, springs
+        The frame.
+    stiffness
+        By link: its springs (..., 6).
+    unknowns
+        Numbers of the unknowns (n,).
+    kind
+        Double or extended precision, as the frame is given.
+    """
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        springs: list[Springs],
+        stiffness: list[Array],
+        unknowns: Sequence[int],
+        kind: type[np.floating[Any]] = np.float64,
+    ) -> None:
+        size, rounding = len(unknowns), float(np.finfo(kind).eps) / 2.0
+        rows, sizes = _rows(kinematics, springs, unknowns, kind)
+        k = _together([*(each.stiffness.reshape(*each.stiffness.shape[:-2], -1) for each in springs), *stiffness])
+        used = np.flatnonzero(_any(k) & _any(sizes))
+        k, sizes, columns = k[..., used], sizes[..., used], np.moveaxis(rows[..., used], 0, -1)
+        matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
+        diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+        root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        self.root, self._columns, self._k = root, columns, k
+        self.matrix: Real = matrix * root[..., :, None] * root[..., None, :]
+        entries = rounding * (k.shape[-1] + 4.0)
+        weighed = (np.moveaxis(sizes**2, 0, -1) @ (root**2)[..., None])[..., 0]
+        lost = _DEFORMATION * rounding * np.sqrt(np.sum(k * weighed, axis=-1))
+        self.fuzz = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
+        # The shift keeps what is singular to rounding from stopping the others.
+        eye = np.eye(size)
+        finite = np.asarray(np.isfinite(self.matrix).all(axis=(-1, -2)))
+        safe = np.where(finite[..., None, None], self.matrix, eye)
+        inverse: Real = _inverse(safe + 4.0 * size * rounding * eye)
+        self.inverse = inverse
+        norm = np.sqrt(np.sum(inverse**2, axis=(-1, -2)))
+        off = np.sqrt(np.sum((eye - inverse @ safe) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * rounding * norm
+        proved = np.where(off < 1.0, (1.0 - off) / norm, 0.0) - size * entries
+        singular = np.sqrt(np.maximum(proved, 0.0)) * (1.0 - 64.0 * rounding) - lost
+        least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
+        self.least = least if size else np.ones(())
+
+    def distance(self) -> Array:
+        """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""
+        scaled = self.scaled
+        found = np.linalg.svd(np.where(np.isfinite(scaled), scaled, 0.0), compute_uv=False)
+        least: Array = found.min(axis=-1, initial=1.0)
+        return least if scaled.shape[-2] >= scaled.shape[-1] else 0.0 * least
+
+    @property
+    def scaled(self) -> Array:
+        """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one, (..., e, n)."""
+        weighed: Array = (np.sqrt(self._k)[..., None] * self._columns * self.root[..., None, :]).astype(np.float64)
+        return weighed
+
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
+        scaled = self.root * load
+        out: Array = self.root * np.einsum("...ij,...j->...i", self.inverse, scaled)
+        return out
+
+    def apply(self, displacement: Array) -> Array:
+        """Loads (..., n) for displacements (..., n)."""
+        out: Array = np.einsum("...ij,...j->...i", self.matrix, displacement / self.root) / self.root
+        return out
+
+
+class SparseCompliance(Compliance):
+    """One large matrix with its factor; the least eigenvalue by inverse iteration, with a margin for what that misses.
+
+    Parameters
+    ----------
+    factor
+        The factor.
+
+    Attributes
+    ----------
+    softest
+        The motion that the scaled matrix resists least (n,), of length one.
+    """
+
+    def __init__(self, factor: Factor) -> None:
+        self.factor, self.root = factor, factor.root
+        size = len(self.root)
+        vector = np.random.default_rng(0).standard_normal((size, 2))
+        growth = 0.0
+        for _ in range(_ITERATIONS):
+            found = factor.unscaled(vector / np.sqrt(np.sum(vector**2, axis=0)))
+            if found is None or not np.isfinite(found).all():
+                growth = np.inf
+                break
+            vector, growth = found, float(np.sqrt(np.sum(found**2, axis=0)).max())
+        self._growth = growth
+        self.softest: Array = vector[:, 0] / np.sqrt(np.sum(vector[:, 0] ** 2))
+        width = np.max(np.diff(factor.scaled.indptr))
+        self.fuzz = np.asarray(_DEFORMATION * ROUNDING * float(width))
+        self.least = np.asarray(max(1.0 / (_SAFETY * growth) - self.fuzz, 0.0))
+
+    def distance(self) -> Array:
+        """Least singular value of the deformations by the unknowns, scaled to columns of length one, estimated, ()."""
+        return np.asarray(1.0 / np.sqrt(self._growth))
+
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
+        flat = load.astype(np.float64).reshape(-1, load.shape[-1]).T
+        return self.factor.solve(flat).T.reshape(load.shape)
+
+    def apply(self, displacement: Array) -> Array:
+        """Loads (..., n) for displacements (..., n)."""
+        flat = (displacement.astype(np.float64) / self.root).reshape(-1, displacement.shape[-1]).T
+        out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
+        return out
+
+
+def _rows(
+    kinematics: Kinematics, springs: list[Springs], unknowns: Sequence[int], kind: type[np.floating[Any]]
+) -> tuple[Real, Real]:
+    """Deformations of members and openings of links by each unknown, (n, ..., springs), and sizes of their parts."""
+    size = len(unknowns)
+    ndim = max([len(kinematics.shape), *(each.rows.ndim - 3 for each in springs)])
+    if not size:
+        count = sum(6 * len(each.nodes) for each in springs) + 6 * len(kinematics.links)
+        none = np.zeros((0, *(1,) * ndim, count), kind)
+        return none, none
+    unit = np.eye(size, dtype=kind).reshape(size, *(1,) * ndim, size)
+    coordinates = kinematics.coordinates(unknowns, unit, [None] * len(kinematics.links))
+    moved, spread = kinematics.displacements(coordinates), kinematics.sizes(coordinates)
+    of = [_flat(each.of(moved, coordinates)) for each in springs] + kinematics.openings(coordinates, moved)
+    parts = [_flat(each.sizes(spread, coordinates)) for each in springs] + kinematics.opening_sizes(coordinates, spread)
+    return _together(of), _together(parts)
+
+
+def _inverse(matrix: Real) -> Real:
+    """Inverse of positive definite matrices (..., n, n); in extended precision, without LAPACK, by Gauss-Jordan."""
+    if matrix.dtype == np.float64:
+        inverse: Real = np.linalg.inv(matrix)
+        return inverse
+    work = matrix.copy()
+    for k in range(matrix.shape[-1]):
+        pivot = 1.0 / work[..., k, k]
+        row = work[..., k, :] * pivot[..., None]
+        column = work[..., :, k].copy()
+        work -= column[..., :, None] * row[..., None, :]
+        work[..., k, :] = row
+        work[..., :, k] = -column * pivot[..., None]
+        work[..., k, k] = pivot
+    return work
+
+
+def _any(values: Real) -> NDArray[np.bool_]:
+    """Along the last axis, whether any is not zero."""
+    found: NDArray[np.bool_] = (values != 0.0).reshape(-1, values.shape[-1]).any(axis=0)
+    return found
+
+
+def _flat(array: Real) -> Real:
+    return array.reshape(*array.shape[:-2], -1)
+
+
+def _together(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    shape = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+    return np.concatenate([np.broadcast_to(part, (*shape, part.shape[-1])) for part in parts], axis=-1)

@@ -1,0 +1,165 @@
+"""Members as springs on deformations, in extended precision: what of a rounded stiffness is known, and how well.
+
+``K = sum_i k_i b_i b_i^T``. The deformations b follow from the geometry, which is given exactly, and are evaluated in
+extended precision; the stiffnesses k are positive, and known to a few roundings of double precision.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..batch import Array, aligned, turned
+from ..batched.plan import Plan
+from ..structure.topology import Group, Index
+from .kinematics import Change, Real, extended, position
+
+
+@dataclass(frozen=True)
+class Springs:
+    """The members of one kind.
+
+    Attributes
+    ----------
+    nodes
+        Node numbers of their ends (n, 2).
+    pieces
+        Their numbers (n,).
+    rows
+        Deformations by the displacements of both ends in global axes, (..., n, 6, 12).
+    level
+        Local axes as rows, (..., n, 3, 3).
+    length
+        (..., n).
+    stiffness
+        (..., n, 6), double precision.
+    roundings
+        Roundings by which the stiffness may be off.
+    hung
+        1 where the end hangs on the start, -1 where the start on the end, 0 where neither (n,): the coordinates of what
+        hangs are its displacement relative to the rigid motion of the other, and alone deform the member.
+    """
+
+    nodes: Index
+    pieces: Index
+    rows: Real
+    level: Real
+    length: Real
+    stiffness: Array
+    roundings: float
+    hung: Index
+
+    def mapped(self, change: Change) -> Springs:
+        """A copy with `change`, given the number of trailing axes, applied to every array of the batch."""
+        return replace(
+            self,
+            rows=change(self.rows, 3),
+            level=change(self.level, 3),
+            length=change(self.length, 1),
+            stiffness=change(self.stiffness, 2),
+        )
+
+    def of(self, displacements: Real, coordinates: Real) -> Real:
+        """Deformations (..., n, 6) from displacements and coordinates of the nodes (..., nodes, 6)."""
+        return _applied(self.rows, self._ends(displacements, coordinates))
+
+    def sizes(self, displacements: Real, coordinates: Real) -> Real:
+        """Sum of the sizes of what the deformations are made of, (..., n, 6), in double precision."""
+        ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
+        return _applied(np.abs(self.rows).astype(np.float64), ends)
+
+    def forces(self, pulls: Real, count: int) -> Real:
+        """Forces (..., count, 6) on the nodes for forces (..., n, 6) that work on the deformations."""
+        return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, pulls), count)
+
+    def gathered(self, acting: Real, count: int) -> Real:
+        """Sum on the nodes, (..., count, 6), of forces on both ends of the members (..., n, 12), global."""
+        shape = acting.shape[:-2]
+        acting = acting.reshape(*shape, -1, 6)
+        out = np.zeros((*shape, count, 6), acting.dtype)
+        ends = self.nodes.reshape(-1)
+        order = np.argsort(ends, kind="stable")
+        starts = np.flatnonzero(np.diff(ends[order], prepend=-1))
+        out[..., ends[order][starts], :] = np.add.reduceat(acting[..., order, :], starts, axis=-2)
+        return out
+
+    @property
+    def local_rows(self) -> Real:
+        """Deformations by the end displacements in local axes, (..., n, 6, 12)."""
+        split = self.rows.reshape(*self.rows.shape[:-1], 4, 3)
+        turned_back = np.einsum("...nibl,...njl->...nibj", split, self.level)
+        local: Real = turned_back.reshape(*turned_back.shape[:-2], 12)
+        return local
+
+    def _ends(self, displacements: Real, coordinates: Real) -> Real:
+        taken = displacements[..., self.nodes, :]
+        if self.hung.any():
+            which = np.flatnonzero(self.hung)
+            side = (self.hung[which] > 0).astype(np.int64)
+            taken[..., which, 1 - side, :] = 0.0
+            taken[..., which, side, :] = coordinates[..., self.nodes[which, side], :]
+        ends: Real = taken.reshape(*taken.shape[:-2], 12)
+        return ends
+
+
+def springs(plan: Plan) -> list[Springs]:
+    """All members of a frame in extended precision."""
+    return [_of(plan, group) for group in plan.topology.groups]
+
+
+def _of(plan: Plan, group: Group) -> Springs:
+    topology = plan.topology
+    standing = topology.pieces[group.pieces[0]]
+    chord, level = _geometry(plan, group)
+    count = extended([topology.pieces[k].count for k in group.pieces]).reshape(-1, *(1,) * len(plan.frame.shape))
+    length = _length(chord) / count
+    stiffness, rows = standing.element.springs(length)
+    rows, level = np.moveaxis(rows, 0, -3), np.moveaxis(level, 0, -3)
+    split = rows.reshape(*rows.shape[:-1], 4, 3)
+    out = np.einsum("...nibj,...njl->...nibl", split, level)
+    return Springs(
+        topology.ends[group.pieces],
+        group.pieces,
+        out.reshape(*out.shape[:-2], 12),
+        level,
+        np.moveaxis(length, 0, -1),
+        np.moveaxis(stiffness, 0, -2),
+        standing.element.roundings,
+        np.zeros(len(group.pieces), dtype=np.int64),
+    )
+
+
+def _geometry(plan: Plan, group: Group) -> tuple[Real, Real]:
+    """Chords (n, ..., 3) of the members and their axes as rows (n, ..., 3, 3), global."""
+    topology, frame = plan.topology, plan.frame
+    pieces = [topology.pieces[k] for k in group.pieces]
+    members = [frame.members[piece.member] for piece in pieces]
+    ndim = len(frame.shape)
+    first, second = (topology.bodies[node] for node in pieces[0].nodes)
+    if first is None or first != second:
+        chord = np.stack([aligned(position(plan, m.end) - position(plan, m.start), ndim, 1) for m in members])
+        return chord, pieces[0].element.axes(chord)
+    ends = [(extended(frame.nodes[m.end].coordinates), extended(frame.nodes[m.start].coordinates)) for m in members]
+    local = np.stack([aligned(end - start, ndim, 1) for end, start in ends])
+    axes = aligned(extended(frame.bodies[first].axes), ndim, 2)
+    level = pieces[0].element.axes(local) @ np.swapaxes(axes, -1, -2)
+    return turned(axes, local), _orthonormal(level)
+
+
+def _orthonormal(rows: Real) -> Real:
+    """Axes that are orthonormal to rounding of double precision made so in extended, x as it is."""
+    x, y = rows[..., 0, :] / _length(rows[..., 0, :])[..., None], rows[..., 1, :]
+    y = y - np.sum(x * y, axis=-1, keepdims=True) * x
+    y = y / _length(y)[..., None]
+    return np.stack([x, y, np.cross(x, y)], axis=-2)
+
+
+def _length(vector: Real) -> Real:
+    length: Real = np.sqrt(np.sum(vector * vector, axis=-1))
+    return length
+
+
+def _applied(rows: Real, ends: Real) -> Real:
+    out: Real = np.einsum("...nij,...nj->...ni", rows, ends)
+    return out

@@ -1,0 +1,197 @@
+"""A computed solution put into the equations of equilibrium, evaluated in extended precision.
+
+The equations are those of the frame as it is described: nodes exactly at the given coordinates, joints along the given
+axes, members between them, ``sum_i k_i b_i b_i^T u = f``. What the solution leaves of them is its residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..batch import Array, aligned
+from ..batched.plan import Plan
+from ..structure.parts import Extended
+from .applied import Loads
+from .deformations import Springs, springs
+from .hanging import MEMBER, hanging
+from .kinematics import Change, Kinematics, Link, Real, extended
+
+if TYPE_CHECKING:
+    from .compliance import Compliance
+
+ROUNDING = float(np.finfo(np.float64).eps) / 2.0
+# Roundings of extended precision in a deformation or a force, for the size of what it is made of.
+_FINE = 24.0 * float(np.finfo(Extended).eps)
+
+
+class Statics:
+    """A frame in extended precision: what does not depend on its solution.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    hung
+        Whether one end of a member is to hang on the other where that makes a tree: what is stiff and short then
+        stands alone on coordinates of its own, as a joint does.
+    """
+
+    def __init__(self, plan: Plan, *, hung: bool = False) -> None:
+        self.plan = plan
+        members, links = hanging(plan, springs(plan)) if hung else (springs(plan), [])
+        self.kinematics = Kinematics.of(plan, links)
+        self.springs = members
+        self.loads = Loads.of(plan, self.springs)
+        ndim = len(plan.frame.shape)
+        links = self.kinematics.links
+        self.stiffness = [_six(link.edge.stiffness, ndim) for link in links]
+        self.imposed = [_imposed(plan, link) for link in links]
+
+
+class Equilibrium:
+    """The residual of a solution, for a part of the batch.
+
+    Parameters
+    ----------
+    statics
+        The frame.
+    change
+        Takes the part of an array, given its number of trailing axes.
+    unknowns
+        Numbers of the unknowns that the loads reach (n,).
+    values
+        Their values (..., n).
+    ndim
+        Number of batch axes that `change` leaves; all of the frame's where None.
+
+    Attributes
+    ----------
+    displacements
+        Of the nodes, global, (..., nodes, 6).
+    openings
+        By link: relative displacement in its axes, (..., 6).
+    pulls, member_pulls
+        Forces in springs: by link (..., 6), by kind of member (..., n, 6).
+    residual
+        Unbalanced force on every coordinate, (..., nodes, 6); on an ideal component the force that holds it.
+    """
+
+    rounding = ROUNDING
+    fine = _FINE
+
+    def __init__(
+        self, statics: Statics, change: Change, unknowns: Sequence[int], values: Array, ndim: int | None = None
+    ) -> None:
+        self.plan, self.unknowns, self.values = statics.plan, list(unknowns), extended(values)
+        self.statics, self.change = statics, change
+        self.ndim = len(self.plan.frame.shape) if ndim is None else ndim
+        self.kinematics = statics.kinematics.mapped(change)
+        self.springs = [each.mapped(change) for each in statics.springs]
+        self.stiffness = [change(each, 1) for each in statics.stiffness]
+        self.loads = statics.loads.mapped(change)
+        self.imposed = [None if each is None else change(each, 1) for each in statics.imposed]
+        kinematics = self.kinematics
+        self.coordinates = kinematics.coordinates(self.unknowns, self.values, self.imposed)
+        self.displacements = kinematics.displacements(self.coordinates)
+        self.openings = kinematics.openings(self.coordinates, self.displacements)
+        self.pulls = [
+            k * (opening if offset is None else opening - offset)
+            for k, opening, offset in zip(self.stiffness, self.openings, self.imposed, strict=True)
+        ]
+        self.deformations = [each.of(self.displacements, self.coordinates) for each in self.springs]
+        self.member_pulls = [each.stiffness * e for each, e in zip(self.springs, self.deformations, strict=True)]
+        inner = sum(
+            (each.forces(pull, kinematics.count) for each, pull in zip(self.springs, self.member_pulls, strict=True)),
+            extended(np.zeros((kinematics.count, 6))),
+        )
+        self.residual = kinematics.generalised(self.loads.forces - inner, [-pull for pull in self.pulls])
+
+    def corrected(self, compliance: Compliance) -> Equilibrium:
+        """The solution after one step of iterative refinement."""
+        step = compliance.solve(self.balance.astype(compliance.root.dtype))
+        better = self.values + np.where(np.isfinite(step), step, 0.0)
+        return Equilibrium(self.statics, self.change, self.unknowns, better, self.ndim)
+
+    @cached_property
+    def balance(self) -> Real:
+        """Unbalanced force on the unknowns, (..., n)."""
+        return self.kinematics.reduced(self.unknowns, self.residual)
+
+    def absolute(self) -> Real:
+        """Values of the unknowns as the frame's own coordinates have them, (..., n)."""
+        out = self.values.copy()
+        hung = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
+        for index, unknown in enumerate(self.unknowns):
+            node, component = divmod(unknown, 6)
+            if node in hung:
+                out[..., index] = self.displacements[..., node, component]
+        return out
+
+    @cached_property
+    def double(self) -> Kinematics:
+        """The kinematics in double precision."""
+        return self.kinematics.mapped(_rounded)
+
+    @cached_property
+    def double_springs(self) -> list[Springs]:
+        """The members in double precision."""
+        return [each.mapped(_rounded) for each in self.springs]
+
+    @cached_property
+    def sizes(self) -> Array:
+        """Sum of the sizes of what displacements are made of, (..., nodes, 6)."""
+        out: Array = extended(self.kinematics.sizes(self.coordinates))
+        return out
+
+    @cached_property
+    def deformation_sizes(self) -> list[Array]:
+        """The same of the deformations, by kind of member, (..., n, 6)."""
+        return [extended(each.sizes(self.sizes, self.coordinates)) for each in self.springs]
+
+    @cached_property
+    def opening_sizes(self) -> list[Array]:
+        """The same of the openings, by link, (..., 6)."""
+        found = self.kinematics.opening_sizes(self.coordinates, self.sizes)
+        given = [0.0 if each is None else np.abs(each) for each in self.imposed]
+        return [extended(size + more) for size, more in zip(found, given, strict=True)]
+
+    def pull_sizes(self, group: int, at: int) -> Array:
+        """Size of what the spring forces of a member are made of, (..., 6)."""
+        out: Array = self.springs[group].stiffness[..., at, :] * self.deformation_sizes[group][..., at, :]
+        return out
+
+    def place(self, piece: int) -> tuple[int, int]:
+        """Kind of a piece, and its position there."""
+        for number, each in enumerate(self.springs):
+            found = np.flatnonzero(each.pieces == piece)
+            if found.size:
+                return number, int(found[0])
+        raise KeyError(piece)
+
+
+def _rounded(array: Real, trailing: int) -> Real:
+    return array.astype(np.float64)
+
+
+def _six(stiffness: tuple[object, ...], ndim: int) -> Array:
+    """Six numbers as an array (..., 6) with all batch axes."""
+    values = [np.asarray(value, dtype=np.float64) for value in stiffness]
+    shape = np.broadcast_shapes((1,) * ndim, *(value.shape for value in values))
+    return np.stack([np.broadcast_to(value, shape) for value in values], axis=-1)
+
+
+def _imposed(plan: Plan, link: Link) -> Real | None:
+    """Displacement imposed on an edge, (..., 6) with all batch axes, None where there is none."""
+    if not any(link.edge.offset):
+        return None
+    ndim, values = len(plan.frame.shape), plan.knowns.values
+    six = []
+    for row in link.edge.offset:
+        terms = [np.asarray(factor) * extended(values[-1 - key]) for key, factor in row.items()]
+        six.append(sum(terms, extended(0.0)))
+    shape = np.broadcast_shapes((1,) * ndim, *(np.shape(value) for value in six))
+    return np.stack([np.broadcast_to(aligned(np.asarray(v), ndim), shape) for v in six], axis=-1)

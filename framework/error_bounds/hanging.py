@@ -1,0 +1,54 @@
+"""Ends of members that hang on each other, so that what is stiff and short stands alone on its own coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..batched.plan import Plan
+from ..structure.tree import GROUND, Edge
+from .deformations import Springs
+from .kinematics import Link
+
+MEMBER = "member"
+
+
+def hanging(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[Link]]:
+    """Members, stiffest first, of which one end can hang on the other, and their links.
+
+    An end can that hangs on nothing yet, and on which the other does not hang. Frames with moving bodies, and with
+    coordinates that constraints determine, are left as they are.
+    """
+    topology = plan.topology
+    if plan.tree.elimination.rows or plan.frame.bodies:
+        return springs, []
+    parents = {branch.child: branch.parent for branch in plan.tree.branches}
+    stiff = [
+        (float(np.max(each.stiffness[..., at, 1:3])), number, at)
+        for number, each in enumerate(springs)
+        for at, piece in enumerate(each.pieces)
+        if topology.pieces[piece].count == 1
+    ]
+    hung = [each.hung.copy() for each in springs]
+    links = []
+    for _, number, at in sorted(stiff, key=lambda one: -one[0]):
+        start, end = (int(node) for node in springs[number].nodes[at])
+        for parent, child, sign in ((start, end, 1), (end, start, -1)):
+            if child not in parents and _root(parents, parent) != child:
+                parents[child] = parent
+                hung[number][at] = sign
+                reach = springs[number].level[..., at, 0, :] * springs[number].length[..., at, None]
+                links.append(Link(_edge(parent, child), parent, child, 1.0, None, sign * reach))
+                break
+    return [replace(each, hung=own) for each, own in zip(springs, hung, strict=True)], links
+
+
+def _root(parents: dict[int, int], node: int) -> int:
+    while node in parents and node != GROUND:
+        node = parents[node]
+    return node
+
+
+def _edge(parent: int, child: int) -> Edge:
+    return Edge(None, MEMBER, parent, child, (), (0.0,) * 6, None, ({}, {}, {}, {}, {}, {}))

@@ -1,0 +1,380 @@
+"""Displacements of all nodes from joint-relative coordinates, and forces the other way, in any precision.
+
+The coordinates of a node are those of `linkframe.framework.structure.tree`: its own displacement in its axes, or that
+of the joint, rigid link, tie or support on which it hangs, ideal components included. A virtual displacement that opens
+an ideal component by one is then as good as any other, and the work that it does is the force there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import aligned, turned
+from ..batched.plan import Plan
+from ..structure.parts import Extended, Row
+from ..structure.topology import Index
+from ..structure.tree import GROUND, Edge
+
+Real = NDArray[Any]
+Change = Callable[[Real, int], Real]
+
+# Corrections of coordinates that constraints determine: each takes the error to the power of two or to rounding.
+_CORRECTIONS = 3
+
+
+@dataclass(frozen=True)
+class Link:
+    """An edge between two nodes, GROUND for the ground.
+
+    Attributes
+    ----------
+    edge
+        The joint, rigid link, tie or support.
+    first, second
+        Node numbers.
+    sign
+        Of an edge of the tree: 1 where its second node hangs on the first, -1 where the first on the second; 0 where
+        the edge closes a loop.
+    axes
+        (..., 3, 3) as columns, None for the global ones.
+    arm
+        From first to second node of a rigid link, (..., 3); None for every other edge.
+    """
+
+    edge: Edge
+    first: int
+    second: int
+    sign: float
+    axes: Real | None
+    arm: Real | None
+
+    @property
+    def child(self) -> int:
+        """The node that hangs on the other."""
+        return self.second if self.sign > 0 else self.first
+
+    @property
+    def parent(self) -> int:
+        """The node on which the other hangs."""
+        return self.first if self.sign > 0 else self.second
+
+    def out(self, vector: Real) -> Real:
+        """(..., 6) in the edge's axes as global components."""
+        return vector if self.axes is None else turned(self.axes, vector)
+
+    def into(self, vector: Real) -> Real:
+        """(..., 6) in global components along the edge's axes."""
+        return vector if self.axes is None else turned(np.swapaxes(self.axes, -1, -2), vector)
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """The tree of a frame and the edges that close its loops, as numbers.
+
+    Attributes
+    ----------
+    count
+        Number of nodes.
+    shape
+        Batch shape of the geometry.
+    bodies
+        Nodes with displacements of their own in the axes (..., 1, 3, 3) of a body.
+    links
+        Edges of the tree, parents first, then those that close a loop.
+    dependents
+        Coordinate that loop-closing ideal components determine: its row over the others, and by (number of the link,
+        component) what corrects it.
+    """
+
+    count: int
+    shape: tuple[int, ...]
+    bodies: list[tuple[Index, Real]]
+    links: list[Link]
+    dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
+
+    @classmethod
+    def of(cls, plan: Plan, hung: Sequence[Link] = ()) -> Kinematics:
+        """Kinematics of a frame in extended precision.
+
+        Parameters
+        ----------
+        plan
+            The compiled frame.
+        hung
+            Members of which one end is to hang on the other, as links.
+        """
+        tree, topology = plan.tree, plan.topology
+        hanging = {branch.child for branch in tree.branches} | {link.child for link in hung}
+        own: dict[str, list[int]] = {}
+        for node, body in enumerate(topology.bodies):
+            if body is not None and node not in hanging:
+                own.setdefault(body, []).append(node)
+        bodies = [(np.array(nodes), extended(topology.axes(nodes[0]))[..., None, :, :]) for nodes in own.values()]
+        links = [_link(plan, branch.edge, branch.sign) for branch in tree.branches]
+        links = _parents_first([*links, *hung]) if hung else links
+        links += [_link(plan, edge, 0.0) for edge, _ in tree.closing]
+        numbers = {id(link.edge): index for index, link in enumerate(links)}
+        given = [(numbers[id(each.edge)], each.component) for each in tree.elimination.given]
+        dependents = {
+            key: (
+                _free(row),
+                {given[index]: np.asarray(value) for index, value in tree.elimination.sources[key].items()},
+            )
+            for key, row in tree.elimination.rows.items()
+        }
+        shapes = [axes.shape[:-3] for _, axes in bodies]
+        shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]
+        shapes += [link.arm.shape[:-1] for link in links if link.arm is not None]
+        return cls(len(topology.number), np.broadcast_shapes(*shapes), bodies, links, dependents)
+
+    def mapped(self, change: Change) -> Kinematics:
+        """A copy with `change`, given the number of trailing axes, applied to every array."""
+
+        def each(array: Real | None, trailing: int) -> Real | None:
+            return None if array is None else change(array, trailing)
+
+        bodies = [(nodes, change(axes, 3)) for nodes, axes in self.bodies]
+        links = [replace(link, axes=each(link.axes, 2), arm=each(link.arm, 1)) for link in self.links]
+        dependents = {
+            key: ({k: change(v, 0) for k, v in row.items()}, {k: change(v, 0) for k, v in by.items()})
+            for key, (row, by) in self.dependents.items()
+        }
+        shapes = [axes.shape[:-3] for _, axes in bodies]
+        shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]
+        shapes += [link.arm.shape[:-1] for link in links if link.arm is not None]
+        return Kinematics(self.count, np.broadcast_shapes(*shapes), bodies, links, dependents)
+
+    # -- coordinates ------------------------------------------------------------------------------------------------
+
+    def coordinates(self, unknowns: Sequence[int], values: Real, imposed: Sequence[Real | None]) -> Real:
+        """Coordinates that meet all that is held or imposed.
+
+        Parameters
+        ----------
+        unknowns
+            Numbers of the free coordinates (n,).
+        values
+            Their values (..., n), without what is imposed.
+        imposed
+            By link: displacement (..., 6) imposed on it, in its axes; None for none.
+
+        Returns
+        -------
+        ndarray
+            (..., nodes, 6).
+        """
+        given = [each.shape[:-1] for each in imposed if each is not None]
+        shape = np.broadcast_shapes(values.shape[:-1], self.shape, *given)
+        out = np.zeros((*shape, 6 * self.count), values.dtype)
+        out[..., list(unknowns)] = values
+        for key, (row, _) in self.dependents.items():
+            for k, factor in row.items():
+                out[..., key] += factor * out[..., k]
+        out = out.reshape(*shape, self.count, 6)
+        for link, offset in zip(self.links, imposed, strict=True):
+            if offset is not None and link.sign:
+                out[..., link.child, :] += offset
+        for _ in range(_CORRECTIONS):
+            self._correct(out, imposed)
+        return out
+
+    def reduced(self, unknowns: Sequence[int], forces: Real) -> Real:
+        """Forces (..., n) on the free coordinates for forces (..., nodes, 6) on all."""
+        flat = forces.reshape(*forces.shape[:-2], -1)
+        if not self.dependents:
+            taken: Real = flat[..., list(unknowns)]
+            return taken
+        flat = flat.copy()
+        for key, (row, _) in self.dependents.items():
+            for k, factor in row.items():
+                flat[..., k] += factor * flat[..., key]
+        taken = flat[..., list(unknowns)]
+        return taken
+
+    def _correct(self, coordinates: Real, imposed: Sequence[Real | None]) -> None:
+        turned_links = [(k, link) for k, link in enumerate(self.links) if link.sign and link.axes is not None]
+        for k, link in turned_links:
+            held = list(link.edge.ideal)
+            if held:
+                # the given axes are orthonormal to rounding only
+                found = link.into(link.out(coordinates[..., link.child, :]))
+                wanted = imposed[k]
+                gap = found[..., held] if wanted is None else found[..., held] - wanted[..., held]
+                coordinates[..., link.child, held] -= gap
+        if not self.dependents:
+            return
+        openings = self.openings(coordinates, self.displacements(coordinates))
+        gaps = {}
+        for k, component in {where for _, by in self.dependents.values() for where in by}:
+            wanted = imposed[k]
+            gap = openings[k][..., component]
+            gaps[k, component] = gap if wanted is None else gap - wanted[..., component]
+        flat = coordinates.reshape(*coordinates.shape[:-2], -1)
+        for key, (_, by) in self.dependents.items():
+            for where, factor in by.items():
+                flat[..., key] += factor * gaps[where]
+
+    # -- displacements ----------------------------------------------------------------------------------------------
+
+    def displacements(self, coordinates: Real) -> Real:
+        """Displacements of the nodes in global axes, (..., nodes, 6), from their coordinates."""
+        shape = np.broadcast_shapes(coordinates.shape[:-2], self.shape)
+        out = np.array(np.broadcast_to(coordinates, (*shape, self.count, 6)))
+        for nodes, axes in self.bodies:
+            out[..., nodes, :] = turned(axes, out[..., nodes, :])
+        for link in self.links:
+            if link.sign and not (link.parent == GROUND and link.axes is None and link.sign > 0):
+                own = link.sign * link.out(out[..., link.child, :])
+                if link.parent != GROUND:
+                    own = own + _carried(out[..., link.parent, :], link.arm, link.sign)
+                out[..., link.child, :] = own
+        return out
+
+    def openings(self, coordinates: Real, displacements: Real) -> list[Real]:
+        """By link: displacement (..., 6) of its second node relative to the first, in its axes."""
+        out = []
+        for link in self.links:
+            if link.sign:
+                own = coordinates[..., link.child, :]
+                out.append(own if link.axes is None else link.into(link.out(own)))
+            else:
+                second = displacements[..., link.second, :]
+                if link.first != GROUND:
+                    second = second - _carried(displacements[..., link.first, :], link.arm, 1.0)
+                out.append(link.into(second))
+        return out
+
+    def sizes(self, coordinates: Real) -> Real:
+        """Sum of the sizes of what the displacements are made of, (..., nodes, 6), in double precision."""
+        shape = np.broadcast_shapes(coordinates.shape[:-2], self.shape)
+        out = np.array(np.broadcast_to(np.abs(coordinates).astype(np.float64), (*shape, self.count, 6)))
+        for nodes, axes in self.bodies:
+            out[..., nodes, :] = turned(_sizes(axes), out[..., nodes, :])
+        for link in self.links:
+            if link.sign:
+                own = out[..., link.child, :]
+                own = own if link.axes is None else turned(_sizes(link.axes), own)
+                if link.parent != GROUND:
+                    own = own + _spread(out[..., link.parent, :], link.arm)
+                out[..., link.child, :] = own
+        return out
+
+    def opening_sizes(self, coordinates: Real, sizes: Real) -> list[Real]:
+        """By link: the same for the openings, (..., 6)."""
+        out = []
+        for link in self.links:
+            if link.sign:
+                own = np.abs(coordinates[..., link.child, :]).astype(np.float64)
+            else:
+                own = sizes[..., link.second, :]
+                if link.first != GROUND:
+                    own = own + _spread(sizes[..., link.first, :], link.arm)
+            out.append(own if link.axes is None else turned(np.swapaxes(_sizes(link.axes), -1, -2), own))
+        return out
+
+    # -- forces -----------------------------------------------------------------------------------------------------
+
+    def generalised(self, forces: Real, pulls: Sequence[Real | None]) -> Real:
+        """Forces (..., nodes, 6) on the coordinates.
+
+        Parameters
+        ----------
+        forces
+            On the nodes, global, (..., nodes, 6).
+        pulls
+            By link: force (..., 6) that works on its opening; None for none.
+        """
+        shapes = [pull.shape[:-1] for pull in pulls if pull is not None]
+        shape = np.broadcast_shapes(forces.shape[:-2], self.shape, *shapes)
+        out = np.array(np.broadcast_to(forces, (*shape, self.count, 6)))
+        for link, pull in zip(self.links, pulls, strict=True):
+            if not link.sign and pull is not None:
+                force = link.out(pull)
+                out[..., link.second, :] += force
+                if link.first != GROUND:
+                    out[..., link.first, :] -= _moved(force, link.arm, 1.0)
+        for link, pull in zip(reversed(self.links), reversed(list(pulls)), strict=True):
+            if link.sign:
+                force = out[..., link.child, :]
+                if link.parent != GROUND:
+                    out[..., link.parent, :] += _moved(force, link.arm, link.sign)
+                own = link.sign * link.into(force)
+                out[..., link.child, :] = own if pull is None else own + link.into(link.out(pull))
+        for nodes, axes in self.bodies:
+            out[..., nodes, :] = turned(np.swapaxes(axes, -1, -2), out[..., nodes, :])
+        return out
+
+
+def extended(array: Any) -> Real:
+    """In extended precision."""
+    return np.asarray(array, dtype=Extended)
+
+
+def _link(plan: Plan, edge: Edge, sign: float) -> Link:
+    axes = None if edge.axes is None else extended(edge.axes)
+    arm = None
+    if edge.kind == "rigid":
+        names = plan.topology.names
+        arm = position(plan, names[edge.second]) - position(plan, names[edge.first])
+    return Link(edge, edge.first, edge.second, sign, axes, arm)
+
+
+def _parents_first(links: list[Link]) -> list[Link]:
+    by_parent: dict[int, list[Link]] = {}
+    for link in links:
+        by_parent.setdefault(link.parent, []).append(link)
+    children = {link.child for link in links}
+    queue = [node for node in by_parent if node not in children]
+    out: list[Link] = []
+    for node in queue:
+        out += by_parent.get(node, [])
+        queue += [link.child for link in by_parent.get(node, [])]
+    return out
+
+
+def position(plan: Plan, name: str) -> Real:
+    """Position of a described node in extended precision, (..., 3), with all batch axes."""
+    at = plan.frame.nodes[name]
+    place = extended(at.coordinates)
+    if at.body is not None:
+        body = plan.frame.bodies[at.body]
+        place = extended(body.origin) + turned(extended(body.axes), place)
+    return aligned(place, len(plan.frame.shape), 1)
+
+
+def _free(row: Row) -> dict[int, Real]:
+    return {k: np.asarray(value) for k, value in row.items() if k >= 0}
+
+
+def _carried(moved: Real, arm: Real | None, sign: float) -> Real:
+    """Rigid motion at the end of an arm."""
+    if arm is None:
+        return moved
+    shift = moved[..., :3] + sign * np.cross(moved[..., 3:], arm)
+    return np.concatenate([shift, np.broadcast_to(moved[..., 3:], shift.shape)], axis=-1)
+
+
+def _spread(sizes: Real, arm: Real | None) -> Real:
+    """Greatest displacement at the end of an arm."""
+    if arm is None:
+        return sizes
+    reach = np.abs(arm).astype(np.float64).sum(axis=-1, keepdims=True)
+    shift = sizes[..., :3] + reach * sizes[..., 3:].max(axis=-1, keepdims=True)
+    return np.concatenate([shift, np.broadcast_to(sizes[..., 3:], shift.shape)], axis=-1)
+
+
+def _sizes(array: Real) -> Real:
+    return np.abs(array).astype(np.float64)
+
+
+def _moved(force: Real, arm: Real | None, sign: float) -> Real:
+    """A force at the end of an arm as felt at its root."""
+    if arm is None:
+        return force
+    moment = force[..., 3:] + sign * np.cross(arm, force[..., :3])
+    return np.concatenate([np.broadcast_to(force[..., :3], moment.shape), moment], axis=-1)

@@ -1,0 +1,187 @@
+"""What is regular, but singular to double precision: solved in extended precision.
+
+A matrix whose least eigenvalue is that of rounding may belong to a frame that is not singular at all: the stiffness
+squares what its deformations know, as ``S = A^T A`` with ``A = sqrt(k) B D``. So the rank is that of A, by its singular
+values; and what has full rank is solved with S in extended precision, where that suffices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batched.plan import Plan
+from ..results.dense import Entries
+from ..solvers.sparse import SparseSolver
+from ..structure.parts import Extended, Row
+from .compliance import DenseCompliance, SparseCompliance
+from .equilibrium import Equilibrium, Statics
+from .kinematics import Real, extended
+
+# Unknowns up to which it is worth the time.
+MOST = 400
+# Singular values of A that a matrix in extended precision can tell from zero.
+_LEAST = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
+# Entries handled at a time.
+_CHUNK = 256
+# Steps of refinement: each takes a tenth of the error or less where a matrix is not singular to its precision.
+_STEPS = 12
+# Share of the load that the frame resists least that such steps leave unbalanced where it is not.
+_BALANCED = 1e-3
+
+
+class Solved(Protocol):
+    """Entries that are singular to double precision, and are not.
+
+    Attributes
+    ----------
+    mask
+        Those that are solved, (...).
+    """
+
+    mask: NDArray[np.bool_]
+
+    def values(self, rows: Sequence[Row]) -> Real:
+        """Values of `rows` over the unknowns and the known numbers at the solved entries, (m, rows)."""
+
+
+class Resolved:
+    """Entries of a batch that are singular to double precision, and are not.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    suspects
+        Entries to look at, (...) of the batch shape.
+
+    Attributes
+    ----------
+    mask
+        Those that are solved, (...).
+    """
+
+    def __init__(self, plan: Plan, suspects: NDArray[np.bool_]) -> None:
+        self.plan = plan
+        self.unknowns = excited(plan)
+        self.mask = np.zeros(plan.frame.shape, dtype=bool)
+        self._values = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
+        statics = Statics(plan, hung=True)
+        with np.errstate(all="ignore"):
+            for index in groups(suspects):
+                self._solve(statics, index)
+
+    def values(self, rows: Sequence[Row]) -> Real:
+        """Values of `rows` over the unknowns and the known numbers at the solved entries, (m, rows)."""
+        return _combined(self.plan, self.unknowns, self._values, rows)[self.mask]
+
+    def _solve(self, statics: Statics, index: tuple[NDArray[np.int64], ...] | None) -> None:
+        start = hard_state(statics, index, self.unknowns)
+        rough = DenseCompliance(start.double, start.double_springs, start.stiffness, self.unknowns)
+        near = np.atleast_1d(rough.distance() > _LEAST)
+        if not near.any():
+            return
+        kept = index if index is None else tuple(each[near] for each in index)
+        state, compliance = hard(statics, kept, self.unknowns)
+        where: Any = () if kept is None else kept
+        self.mask[where] = compliance.least > 0.0
+        self._values[where] = state.absolute()
+
+
+class ResolvedLarge:
+    """One large frame whose matrix is singular to double precision, by as many steps of refinement as it takes.
+
+    For a load in the shape of the softest motion they converge only where the frame is not singular.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    solver
+        Its factor.
+
+    Attributes
+    ----------
+    mask
+        Whether that is so, (...).
+    """
+
+    def __init__(self, plan: Plan, solver: SparseSolver) -> None:
+        self.plan = plan
+        self.unknowns = solver.unknown[solver.excited].tolist()
+        with np.errstate(all="ignore"):
+            compliance = SparseCompliance(solver.factor)
+            rest = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
+            state = Equilibrium(Statics(plan), lambda array, trailing: array, self.unknowns, rest)
+            regular = _regular(state, compliance)
+            for _ in range(_STEPS if regular else 0):
+                state = state.corrected(compliance)
+        self.mask = np.full(plan.frame.shape, regular)
+        self._values = state.values
+
+    def values(self, rows: Sequence[Row]) -> Real:
+        """Values of `rows` over the unknowns and the known numbers, (m, rows)."""
+        found: Real = _combined(self.plan, self.unknowns, self._values, rows)[self.mask]
+        return found
+
+
+def _regular(rest: Equilibrium, compliance: SparseCompliance) -> bool:
+    """Whether refinement balances a load in the shape that the matrix resists least."""
+    probe = compliance.softest / compliance.root
+    found = extended(np.zeros(rest.values.shape))
+    left = extended(np.broadcast_to(probe, found.shape))
+    for _ in range(_STEPS):
+        found = found + compliance.solve(left)
+        state = Equilibrium(rest.statics, rest.change, rest.unknowns, found, rest.ndim)
+        left = probe - (rest.balance - state.balance)
+    size = np.sqrt(np.max(np.sum((left * compliance.root) ** 2, axis=-1)))
+    return bool(size < _BALANCED)
+
+
+def _combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row]) -> Real:
+    """Values of `rows` over the unknowns and the known numbers, (..., rows)."""
+    knowns = plan.knowns.values
+    at = {k: number for number, k in enumerate(unknowns)}
+    out = extended(np.zeros((*plan.frame.shape, len(rows))))
+    for number, row in enumerate(rows):
+        for k, factor in row.items():
+            if k < 0:
+                out[..., number] += factor * extended(knowns[-1 - k])
+            elif k in at:
+                out[..., number] += factor * values[..., at[k]]
+    return out
+
+
+def hard_state(statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]) -> Equilibrium:
+    """Some entries (m,) of a batch as a state of their own, at rest."""
+    shape = statics.plan.frame.shape
+    count = () if index is None else (len(index[0]),)
+    start = extended(np.zeros((*count, len(unknowns))))
+    return Equilibrium(statics, Entries(index).of, unknowns, start, len(shape) if index is None else 1)
+
+
+def hard(
+    statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
+) -> tuple[Equilibrium, DenseCompliance]:
+    """Entries solved and inverted in extended precision."""
+    state = hard_state(statics, index, unknowns)
+    compliance = DenseCompliance(state.kinematics, state.springs, state.stiffness, unknowns, Extended)
+    for _ in range(_STEPS):
+        state = state.corrected(compliance)
+    return state, compliance
+
+
+def excited(plan: Plan) -> list[int]:
+    """Unknowns that the loads reach."""
+    return [k for k in plan.unknowns if plan.component[k] in plan.excited]
+
+
+def groups(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.int64], ...] | None]:
+    """Indices of the entries in a mask, some at a time; None for the only entry of a batch without axes."""
+    if not mask.ndim:
+        return [None] if mask else []
+    index = np.nonzero(mask)
+    return [tuple(each[k : k + _CHUNK] for each in index) for k in range(0, len(index[0]), _CHUNK)]

@@ -1,0 +1,111 @@
+"""How a result depends on every input, from one adjoint solve.
+
+With the displacements z under the unit force that does work equal to the result R, a change of a spring's stiffness k
+changes R by ``-e(z) e(u) dk``, a change of a load by the displacement z where it acts, and a change of what is imposed
+on an edge by the force there under the unit force (Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*,
+2005, ch. 2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..batch import Array
+from ..dofs import DISPLACEMENTS, FORCES, component
+from ..errors import FrameError
+from .adjoint import Adjoint
+from .asked import checked
+
+if TYPE_CHECKING:
+    from ..solution import Solution
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives of one result by the inputs of a frame, each of the batch shape and one for each component.
+
+    Attributes
+    ----------
+    loads
+        By node: by a force and moment on it, ``fx fy fz mx my mz``, (..., 6).
+    joints
+        By joint: by its six stiffnesses, (..., 6); 0 where ideal.
+    offsets
+        By joint: by a displacement imposed on it, in its axes, (..., 6).
+    supports
+        By node: by its prescribed displacements, (..., 6); 0 where it is not held.
+    members
+        By member: by the relative change of its stiffness in tension, shear along y and z, torsion, bending about
+        y and z, (..., 6). Young's modulus E scales all six (nu fixed): their sum is E dR/dE. The moment of inertia
+        Iz of a member without shear scales shear along y and bending about z.
+    """
+
+    loads: dict[str, Array]
+    joints: dict[str, Array]
+    offsets: dict[str, Array]
+    supports: dict[str, Array]
+    members: dict[str, Array]
+
+
+def sensitivity(solution: Solution, name: str, what: str, kind: str) -> Sensitivity:
+    """Derivatives of one component of a result.
+
+    Parameters
+    ----------
+    solution
+        A linear solution.
+    name
+        Node or joint.
+    what
+        Component, such as ``uy``, or ``fy`` where the result is a force.
+    kind
+        ``displacement``, ``reaction``, ``joint_displacement`` or ``joint_force``.
+    """
+    if checked(kind) == "end_forces":
+        raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
+    index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)
+    out: dict[tuple[str, str], Array] = {}
+    for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
+        for key, value in _derivatives(adjoint, name, kind, index):
+            out.setdefault(key, np.zeros((*solution.shape, 6)))[where] = value
+    singular = solution.status == "mechanism"
+    for value in out.values():
+        value[singular] = np.nan
+    named = {kind: {name: v for (k, name), v in out.items() if k == kind} for kind in Sensitivity.__annotations__}
+    return Sensitivity(**named)
+
+
+def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator[tuple[tuple[str, str], Any]]:
+    """Derivatives by name, (..., 6)."""
+    state = adjoint.state
+    plan, links = state.plan, state.kinematics.links
+    moved = adjoint.displacements[index]
+    for node in plan.frame.nodes:
+        yield ("loads", node), moved[..., plan.topology.number[node], :]
+    for member, pieces in plan.topology.pieces_of.items():
+        total: Any = 0.0
+        for piece in pieces:
+            group, at = state.place(piece)
+            total = total - adjoint.deformations[group][index][..., at, :] * state.member_pulls[group][..., at, :]
+        yield ("members", member), total
+    held = adjoint.held(index)
+    for k, link in enumerate(links):
+        edge = link.edge
+        if edge.name is None:
+            continue
+        if edge.kind == "support":
+            yield ("supports", edge.name), held[k]
+            continue
+        stiffness, opening = state.stiffness[k], adjoint.openings[k][index]
+        offset = state.imposed[k]
+        stretch = state.openings[k] if offset is None else state.openings[k] - offset
+        own = np.zeros(6)
+        own[index] = float(kind == "joint_force" and edge.name == name)
+        sprung = ~np.isin(np.arange(6), edge.ideal)
+        yield ("joints", edge.name), np.where(sprung, (own - opening) * stretch, 0.0)
+        imposed = np.where(sprung, stiffness * (opening - own), held[k])
+        yield ("offsets", edge.name), imposed

@@ -1,0 +1,131 @@
+"""Save a solution for ParaView: one pose as a .vtu, a batch axis as a .pvd of many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..batch import finite
+from ..errors import FrameError
+from .entries import Entry, Index, one, series
+from .files import whole_or_nothing
+from .scene import Part, beams, joints
+from .vtu import write_grid, write_names, write_series
+
+if TYPE_CHECKING:
+    from ..solution import Solution
+
+
+def save(
+    solution: Solution,
+    path: str | Path,
+    *,
+    entry: Entry | None = None,
+    axis: int | None = None,
+    times: ArrayLike | None = None,
+    stations: int = 8,
+) -> None:
+    """Write a solution for ParaView, whole or not at all.
+
+    Parameters
+    ----------
+    solution
+        What `Frame.solve` returned.
+    path
+        ``name.vtu``: one batch entry, beams as line cells and joints as vertex cells of one grid, told apart
+        by the cell array ``part``. ``name.pvd``: the poses along a batch axis as a time series; beams and
+        joints are parts of their own, in files of their own in the folder ``name`` beside it.
+    entry
+        Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
+    axis
+        For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
+    times
+        For a .pvd, increasing times (or angles) of the poses, (n,); their numbers 0, 1, ... by default.
+    stations
+        Cells of a member, so that its curved shape shows.
+
+    Raises
+    ------
+    FrameError
+        If the name ends otherwise, the batch does not fit, or the folder cannot be written.
+
+    Notes
+    -----
+    The arrays are those of `scene.beams` and `scene.joints`: on points ``displacement``, ``rotation``; for
+    beams ``N V T M stress_min stress_max von_mises`` on points and cells, ``member link solved`` on cells;
+    for joints ``gap gap_rotation force moment`` (global) on points, ``joint solved`` on cells. Where the
+    structure is a mechanism ``solved`` is 0 and so are the results. Numbers of members, links and joints
+    follow the order of the description; `vtu.read_names` gives their names.
+
+    In ParaView: Warp By Vector (displacement), Extract Surface, Tube.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from linkframe.elements import Beam, Material, Rectangle
+    >>> from linkframe.framework import Frame
+    >>> frame = Frame()
+    >>> frame.node("A", (0.0, 0.0, 0.0))
+    >>> frame.node("B", (1.0, 0.0, 0.0))
+    >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+    >>> frame.fix("A")
+    >>> frame.load("B", fy=[-10.0, -20.0])
+    >>> with TemporaryDirectory() as folder:
+    ...     frame.solve().save(f"{folder}/loads.pvd", times=[10.0, 20.0])
+    ...     sorted(path.name for path in Path(folder).rglob("*.*"))
+    ['beams_000.vtu', 'beams_001.vtu', 'loads.pvd']
+    """
+    path = Path(path)
+    if stations not in range(1, 1001):
+        raise FrameError(f"{path.name} was given {stations!r} stations a member: give a whole number from 1 to 1000")
+    if path.suffix == ".vtu":
+        if axis is not None or times is not None:
+            raise FrameError(f"{path.name} holds one pose, without axis or times: save as .pvd for a series of poses")
+        _save_pose(solution, path, one(solution.shape, entry, path.name), stations)
+    elif path.suffix == ".pvd":
+        index = series(solution.shape, axis, entry, path.name)
+        count = len(np.broadcast_to(0.0, solution.shape)[index])
+        _save_series(solution, path, index, increasing(times, count, path), stations)
+    else:
+        raise FrameError(f"{path.name} is neither .vtu (one pose) nor .pvd (a series of poses): choose one of them")
+
+
+def _save_pose(solution: Solution, path: Path, index: Index, stations: int) -> None:
+    with whole_or_nothing(path.parent) as stage:
+        write_grid(stage / path.name, _parts(solution, index, stations), 0)
+        write_names(stage / path.name, _names(solution))
+
+
+def _save_series(solution: Solution, path: Path, index: Index, times: Sequence[float], stations: int) -> None:
+    with whole_or_nothing(path.parent) as stage:
+        write_series(stage / path.name, _parts(solution, index, stations), times)
+        write_names(stage / path.name, _names(solution))
+
+
+def _parts(solution: Solution, index: Index, stations: int) -> list[Part]:
+    frame = solution.frame
+    parts = [beams(solution, index, stations)] if frame.members else []
+    parts += [joints(solution, index)] if frame.joints else []
+    if not parts:
+        raise FrameError("the frame has no member and no joint to save: add one")
+    return parts
+
+
+def _names(solution: Solution) -> dict[str, list[str]]:
+    frame = solution.frame
+    return {"member": list(frame.members), "link": list(frame.bodies), "joint": list(frame.joints)}
+
+
+def increasing(times: ArrayLike | None, count: int, path: Path) -> list[float]:
+    """Times of `count` poses: as given, checked, or their numbers."""
+    if times is None:
+        return [float(pose) for pose in range(count)]
+    given = finite(times, f"times of {path.name}")
+    if given.shape != (count,) or np.any(np.diff(given) <= 0.0):
+        raise FrameError(f"times of {path.name} have shape {given.shape}: give {count} increasing numbers, one a pose")
+    return [float(time) for time in given]

@@ -1,0 +1,180 @@
+"""What a solution shows: its beams and its joints as points, cells and arrays, all poses at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import turned
+from ..errors import FrameError
+from .entries import Index
+
+if TYPE_CHECKING:
+    from ..solution import Solution
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Cells of one kind at T poses.
+
+    Attributes
+    ----------
+    name
+        ``beams`` or ``joints``.
+    cell
+        ``line`` or ``vertex``.
+    points
+        Undeformed points, (T, n, 3).
+    cells
+        Point numbers, (m, 2) for lines, (m, 1) for vertices.
+    point_data, cell_data
+        Arrays by name, (T, n), (T, n, 3) and (T, m), (T, m, 3).
+    """
+
+    name: str
+    cell: str
+    points: Array
+    cells: Array
+    point_data: Mapping[str, Array]
+    cell_data: Mapping[str, Array]
+
+
+def beams(solution: Solution, index: Index, stations: int) -> Part:
+    """Members at the batch entries `index`, each as `stations` line cells.
+
+    Members share no points, so that section forces may jump from one to the next. Points carry
+    ``displacement`` and ``rotation`` (global) and, like the cells, ``N``, ``V`` = (0, Vy, Vz), ``T``,
+    ``M`` = (0, My, Mz) in the member's axes, ``stress_min``, ``stress_max``, ``von_mises``: points the
+    value at the station, cells the force at their middle and the worst stress of their ends. Cells
+    also carry ``member`` and ``link``, the numbers of the member and of its body (-1: the ground).
+    Where the batch entry is a mechanism ``solved`` is 0 and so is every result. Stresses of a section that is known
+    by its properties only are NaN.
+    """
+    frame = solution.frame
+    # Even numbers are the stations, odd ones the middles of the cells between them.
+    fraction = np.linspace(0.0, 1.0, 2 * stations + 1)
+    at = {name: frame.length(name)[..., None] * fraction for name in frame.members}
+    ends = [(frame.position(member.start), frame.position(member.end)) for member in frame.members.values()]
+    points = [start[..., None, :] + fraction[::2, None] * (end - start)[..., None, :] for start, end in ends]
+    displacement = results(solution, index, [solution.displacement_along(name, at[name][..., ::2]) for name in at])
+    force = results(solution, index, [solution.forces(name, at[name]) for name in at])
+    stress = results(solution, index, [_stress(solution, name, at[name][..., ::2]) for name in at])
+    worst = np.maximum(stress[:, :, :-1], stress[:, :, 1:])
+    worst[..., 0] = np.minimum(stress[:, :, :-1, 0], stress[:, :, 1:, 0])
+
+    count = len(at)
+    first = np.arange(count)[:, None] * (stations + 1) + np.arange(stations)
+    links = [_link(solution, member.start, member.end) for member in frame.members.values()]
+    return Part(
+        name="beams",
+        cell="line",
+        points=_joined(taken(solution, index, points)),
+        cells=first.reshape(-1, 1) + np.arange(2),
+        point_data=_halves("displacement", "rotation", _joined(displacement))
+        | _section(_joined(force[:, :, ::2]), _joined(stress)),
+        cell_data=_section(_joined(force[:, :, 1::2]), _joined(worst))
+        | _labels(solution, index, member=np.repeat(np.arange(count), stations), link=np.repeat(links, stations)),
+    )
+
+
+def joints(solution: Solution, index: Index) -> Part:
+    """Joints at the batch entries `index`, each as a vertex cell at its first node.
+
+    Points carry, in global axes, ``displacement`` and ``rotation`` of the first node, ``gap`` and
+    ``gap_rotation``, the displacement of the second node relative to the first, and ``force`` and
+    ``moment``, which the joint exerts on the first node. Cells carry ``joint``, the joint's number, and
+    ``solved``, as for the beams.
+    """
+    frame = solution.frame
+    axes = {name: link.element.axes for name, link in frame.joints.items()}
+    vectors = {
+        ("displacement", "rotation"): [solution.displacement(link.first) for link in frame.joints.values()],
+        ("gap", "gap_rotation"): [_to_global(axes[name], solution.joint_displacement(name)) for name in axes],
+        ("force", "moment"): [_to_global(axes[name], solution.joint_force(name)) for name in axes],
+    }
+    data: dict[str, Array] = {}
+    for (linear, angular), arrays in vectors.items():
+        data |= _halves(linear, angular, _joined(results(solution, index, [a[..., None, :] for a in arrays])))
+    number = np.arange(len(axes))
+    return Part(
+        name="joints",
+        cell="vertex",
+        points=_joined(
+            taken(solution, index, [frame.position(link.first)[..., None, :] for link in frame.joints.values()])
+        ),
+        cells=number[:, None],
+        point_data=data,
+        cell_data=_labels(solution, index, joint=number),
+    )
+
+
+def _stress(solution: Solution, member: str, at: Array) -> Array:
+    """Extreme stresses at stations; NaN where the section does not tell where its material lies."""
+    try:
+        return solution.stress(member, at)
+    except FrameError:
+        return np.full((*solution.shape, at.shape[-1], 3), np.nan)
+
+
+def _link(solution: Solution, start: str, end: str) -> int:
+    """Number of the body that carries both nodes, -1 if none does."""
+    nodes, bodies = solution.frame.nodes, list(solution.frame.bodies)
+    body = nodes[start].body
+    return bodies.index(body) if body is not None and body == nodes[end].body else -1
+
+
+def taken(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
+    """Entries `index` of arrays (..., k, c), stacked to (T, len(arrays), k, c)."""
+    return np.stack([np.broadcast_to(a, solution.shape + a.shape[-2:])[index] for a in arrays], axis=1)
+
+
+def solved(solution: Solution, index: Index) -> Array:
+    """Which of the entries have a solution, (T,)."""
+    return np.broadcast_to(~np.isin(solution.status, ("mechanism", "absent")), solution.shape)[index]
+
+
+def results(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
+    """As `taken`, with zeros for a mechanism: a viewer cannot place NaN, and `solved` tells."""
+    return np.where(solved(solution, index)[:, None, None, None], taken(solution, index, arrays), 0.0)
+
+
+def _joined(array: Array) -> Array:
+    """Members and stations in one axis: (T, m, k, c) to (T, m k, c)."""
+    return array.reshape(array.shape[0], -1, array.shape[-1])
+
+
+def _halves(linear: str, angular: str, array: Array) -> dict[str, Array]:
+    return {linear: array[..., :3], angular: array[..., 3:]}
+
+
+def _section(force: Array, stress: Array) -> dict[str, Array]:
+    """Section forces (T, n, 6) and stresses (T, n, 3) by name."""
+    shear, moment = force[..., :3].copy(), force[..., 3:].copy()
+    shear[..., 0] = moment[..., 0] = 0.0
+    return {
+        "N": force[..., 0],
+        "V": shear,
+        "T": force[..., 3],
+        "M": moment,
+        "stress_min": stress[..., 0],
+        "stress_max": stress[..., 1],
+        "von_mises": stress[..., 2],
+    }
+
+
+def _labels(solution: Solution, index: Index, **numbers: Array) -> dict[str, Array]:
+    """Numbers of the cells, the same at every pose, and `solved`, the same on every cell."""
+    flags = solved(solution, index)[:, None]
+    shape = (len(flags), len(next(iter(numbers.values()))))
+    return {n: np.broadcast_to(a, shape).astype(np.int32) for n, a in {**numbers, "solved": flags}.items()}
+
+
+def _to_global(axes: Array | None, vectors: Array) -> Array:
+    """Vectors (..., 6) from joint axes, the columns of `axes`, to global ones."""
+    return vectors if axes is None else turned(axes, vectors)

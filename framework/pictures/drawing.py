@@ -1,0 +1,267 @@
+"""The deformed structure as surfaces to look at: members, joints, supports and forces, at every pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..errors import FrameError
+from ..paraview.entries import Index
+from ..paraview.scene import beams, solved, taken
+from .shapes import Surface, arrow, block, cone, copies, sphere, tubes, upright
+
+if TYPE_CHECKING:
+    from ..solution import Solution
+
+STATIONS = 24
+# Ends of a colour range, per power of ten.
+TOPS = (1.0, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 4.0, 5.0, 6.0, 8.0)
+# Largest displacement and longest arrow drawn, as shares of the structure's size.
+SHOWN, LONGEST = 0.08, 0.16
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What is drawn at T poses.
+
+    Attributes
+    ----------
+    rest, shift, values
+        Points of the members and their displacements (T, m, k, 3), and what colours them (T, m, k).
+    joints
+        Joints and their displacements, two arrays (T, j, 3).
+    supports, held
+        Supported nodes (T, s, 3) and which of their components are held (s, 6).
+    members_at
+        Sum of the unit vectors along the members that leave each supported node, (T, s, 3).
+    loaded, forces
+        Loaded nodes and their displacements, two arrays (T, f, 3), and the forces there (T, f, 3).
+    scale
+        Factor on the displacements.
+    solved
+        Whether there is a solution, (T,).
+    """
+
+    rest: Array
+    shift: Array
+    values: Array
+    joints: tuple[Array, Array]
+    supports: Array
+    held: NDArray[np.bool_]
+    members_at: Array
+    loaded: tuple[Array, Array]
+    forces: Array
+    scale: float
+    solved: NDArray[np.bool_]
+
+    @property
+    def top(self) -> float:
+        """A round number not below any value, whose quarters are round too; 1 where all values are zero.
+
+        Springs and poses that are not solved have no value.
+        """
+        greatest = float(self.values.max(initial=0.0, where=np.isfinite(self.values)))
+        if greatest <= 0.0:
+            return 1.0
+        power = 10.0 ** np.floor(np.log10(greatest))
+        return float(min(step * power for step in (*TOPS, 10.0) if step * power >= greatest))
+
+    @cached_property
+    def points(self) -> Array:
+        """Members, deformed and not, at all poses, (n, 3)."""
+        return np.concatenate([self.rest, self.rest + self.scale * self.shift]).reshape(-1, 3)
+
+    @cached_property
+    def seen(self) -> Array:
+        """The members' points and the far ends of the arrows, at all poses, (n, 3)."""
+        nodes, moved = self.loaded
+        tails = nodes + self.scale * moved - self._arrows
+        return np.concatenate([self.points, tails.reshape(-1, 3)])
+
+    @property
+    def margin(self) -> float:
+        """How far what is drawn reaches beyond the points seen: the thickness of members and supports."""
+        return 3.7 * self._radius
+
+    @cached_property
+    def across(self) -> int | None:
+        """The global axis at right angles to a plane structure; None for one in space."""
+        extent = np.ptp(self.points, axis=0)
+        # The last of equals, so that what lies on a line is seen in the xy plane.
+        axis = 2 - int(extent[::-1].argmin())
+        return axis if extent[axis] <= 1e-3 * extent.max() else None
+
+    @property
+    def up(self) -> Array:
+        """The upward direction of the picture: y if it shows the xy plane, else z."""
+        up: Array = np.eye(3)[1 if self.across == 2 else 2]
+        return up
+
+    def surfaces(self, pose: int) -> dict[str, Surface]:
+        """What one pose shows, by kind; kinds of which there is nothing are left out."""
+        shapes = {
+            "undeformed": tubes(self.rest[pose], self.values[pose], 0.35 * self._radius),
+            "members": tubes(self.rest[pose] + self.scale * self.shift[pose], self.values[pose], self._radius),
+            "joints": self._joints(pose),
+            "clamps": self._supports(pose, block(), self._clamped, self._inwards(pose)),
+            "pins": self._supports(pose, cone(), self._pinned, self._upheld),
+            "forces": self._forces(pose),
+        }
+        return {kind: shape for kind, shape in shapes.items() if len(shape.points)}
+
+    @cached_property
+    def _radius(self) -> float:
+        """Radius of the members: thin against the structure and against themselves."""
+        length = np.linalg.norm(self.rest[:, :, -1] - self.rest[:, :, 0], axis=-1)
+        return min(0.01 * diagonal(self.rest), 0.06 * float(np.median(length)))
+
+    @property
+    def _counts(self) -> NDArray[np.bool_]:
+        """Which components matter to the supports: in a plane structure those in its plane, (6,)."""
+        if self.across is None:
+            return np.ones(6, dtype=bool)
+        turning = np.arange(3) == self.across
+        return np.concatenate([~turning, turning])
+
+    @property
+    def _clamped(self) -> NDArray[np.bool_]:
+        clamped: NDArray[np.bool_] = np.all(self.held | ~self._counts, axis=1)
+        return clamped
+
+    @property
+    def _pinned(self) -> NDArray[np.bool_]:
+        held: NDArray[np.bool_] = np.any((self.held & self._counts)[:, :3], axis=1)
+        return held & ~self._clamped
+
+    def _joints(self, pose: int) -> Surface:
+        places = self._displaced(self.joints, pose)
+        axes = np.broadcast_to(np.eye(3), (len(places), 3, 3))
+        return copies(sphere(), places, np.full(len(places), 1.6 * self._radius), axes)
+
+    def _supports(self, pose: int, template: Surface, chosen: NDArray[np.bool_], directions: Array) -> Surface:
+        places, axes = self.supports[pose, chosen], upright(directions[chosen])
+        return copies(template, places, np.full(len(places), 2.6 * self._radius), axes)
+
+    def _inwards(self, pose: int) -> Array:
+        """Direction from each support into the structure, upwards where no member says, (s, 3)."""
+        clear = np.linalg.norm(self.members_at[pose], axis=-1, keepdims=True) > 1e-3
+        return np.where(clear, self.members_at[pose], self.up)
+
+    @property
+    def _upheld(self) -> Array:
+        """Upwards where a support holds that way, else a direction in which it holds, (s, 3)."""
+        held = (self.held & self._counts)[:, :3]
+        return np.where((held @ self.up > 0.0)[:, None], self.up, np.eye(3)[held.argmax(axis=1)])
+
+    @property
+    def _arrows(self) -> Array:
+        """The forces as long as they are drawn, (T, f, 3)."""
+        greatest = float(np.linalg.norm(self.forces, axis=-1).max(initial=np.finfo(float).tiny))
+        return LONGEST * diagonal(self.rest) / greatest * self.forces
+
+    def _forces(self, pose: int) -> Surface:
+        """Arrows that end at the loaded nodes."""
+        drawn = self._arrows[pose]
+        length = np.linalg.norm(drawn, axis=-1)
+        axes = upright(np.where(length[:, None] > 0.0, drawn, self.up))
+        return copies(arrow(), self._displaced(self.loaded, pose), length, axes)
+
+    def _displaced(self, nodes: tuple[Array, Array], pose: int) -> Array:
+        rest, shift = nodes
+        places: Array = rest[pose] + self.scale * shift[pose]
+        return places
+
+
+def drawing(solution: Solution, index: Index, scale: float | None, colour: str) -> Drawing:
+    """Collect what is drawn of the batch entries `index`.
+
+    Parameters
+    ----------
+    solution
+        What `Frame.solve` returned.
+    index
+        Index into the batch that leaves one axis.
+    scale
+        Factor on the displacements; None for a round one that makes them visible.
+    colour
+        ``von_mises`` or ``displacement``.
+    """
+    frame = solution.frame
+    if not frame.members:
+        raise FrameError("the frame has no member to draw: add one")
+    part = beams(solution, index, STATIONS)
+    count = len(frame.members)
+
+    def by_member(array: Array) -> Array:
+        return array.reshape(len(array), count, STATIONS + 1, *array.shape[2:])
+
+    shift = by_member(part.point_data["displacement"])
+    values = np.linalg.norm(shift, axis=-1) if colour == "displacement" else by_member(part.point_data[colour])
+    loads = {node: force for node in frame.loads if np.any(force := _force(solution, node))}
+    rest = by_member(part.points)
+    return Drawing(
+        rest=rest,
+        shift=shift,
+        values=values,
+        joints=_nodes(solution, index, [link.first for link in frame.joints.values()]),
+        supports=_nodes(solution, index, list(frame.supports))[0],
+        held=np.array([[k in held for k in range(6)] for held in frame.supports.values()], dtype=bool).reshape(-1, 6),
+        members_at=_stacked(solution, index, [_leaving(solution, node) for node in frame.supports]),
+        loaded=_nodes(solution, index, list(loads)),
+        forces=_stacked(solution, index, list(loads.values())),
+        scale=_visible(shift, diagonal(rest)) if scale is None else scale,
+        solved=solved(solution, index),
+    )
+
+
+def diagonal(points: Array) -> float:
+    """Diagonal of the box around points (..., 3)."""
+    flat = points.reshape(-1, 3)
+    return float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
+
+
+def _visible(shift: Array, size: float) -> float:
+    """The greatest 1, 2 or 5 times a power of ten that draws no displacement longer than allowed."""
+    greatest = float(np.linalg.norm(shift, axis=-1).max())
+    if greatest == 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(SHOWN * size / greatest))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power * greatest <= SHOWN * size))
+
+
+def _force(solution: Solution, node: str) -> Array:
+    """Sum of the forces at a node, (..., 3)."""
+    force = np.zeros((*solution.shape, 3))
+    for component, value in solution.frame.loads[node]:
+        if component < 3:
+            force[..., component] += value
+    return force
+
+
+def _leaving(solution: Solution, node: str) -> Array:
+    """Sum of the unit vectors along the members that leave a node, (..., 3)."""
+    frame = solution.frame
+    total = np.zeros(3)
+    for member in frame.members.values():
+        if node in (member.start, member.end):
+            chord = frame.position(member.end if node == member.start else member.start) - frame.position(node)
+            total = total + chord / np.linalg.norm(chord, axis=-1, keepdims=True)
+    return total
+
+
+def _nodes(solution: Solution, index: Index, names: list[str]) -> tuple[Array, Array]:
+    """Positions and displacements of nodes, each (T, n, 3)."""
+    places = _stacked(solution, index, [solution.frame.position(name) for name in names])
+    moved = _stacked(solution, index, [solution.displacement(name)[..., :3] for name in names])
+    return places, np.where(solved(solution, index)[:, None, None], moved, 0.0)
+
+
+def _stacked(solution: Solution, index: Index, vectors: list[Array]) -> Array:
+    """Vectors (..., 3) at the entries `index`, (T, n, 3)."""
+    empty = np.zeros((*solution.shape, 0, 3))[index]
+    return taken(solution, index, [v[..., None, :] for v in vectors])[:, :, 0] if vectors else empty

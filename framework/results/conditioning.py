@@ -1,0 +1,85 @@
+"""Condition numbers, of the usual assembly and of the one that is solved."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+
+from ..batch import Array, aligned, block_diagonal
+from ..batched.plan import Plan
+from ..errors import FrameError
+from ..solvers.node_blocks import summed
+from ..solvers.sparse import SparseSolver
+from ..structure.topology import Index
+from . import dense
+from .spectrum import DENSE, extremes
+
+Stack = tuple[Index, Array]
+
+
+def usual(plan: Plan) -> Array:
+    """2-norm condition number of K as structural programs assemble it, (...).
+
+    Every node has its six global displacements, joints are 12 x 12 springs between duplicate nodes, held components
+    are struck out.
+
+    Raises
+    ------
+    FrameError
+        Where a joint is ideal or a tie would need a penalty.
+    """
+    frame, number = plan.frame, plan.topology.number
+    if frame.ties:
+        raise FrameError("condition_number: rigid links and ties have no usual assembly: use scaled_condition_number()")
+    stacks = [*_members(plan), *(_joint(plan, name) for name in frame.joints)]
+    held = {6 * number[node] + k for node, parts in frame.supports.items() for k in parts}
+    free = [k for k in range(6 * len(number)) if k not in held]
+    if _sparse(plan):
+        parts = [(dofs[:, ::6] // 6, stack.__getitem__) for dofs, stack in stacks]
+        return _spread(plan, extremes(summed(parts, np.ones(len(number), dtype=bool))[free][:, free]))
+    return _ratio(plan, dense.summed(stacks, 6 * len(number))[..., free, :][..., :, free])
+
+
+def scaled(plan: Plan) -> Array:
+    """2-norm condition number of K in joint-relative coordinates with unit diagonal, (...)."""
+    if _sparse(plan):
+        matrix = SparseSolver(plan).stiffness
+        root = diags(1.0 / np.sqrt(matrix.diagonal()))
+        return _spread(plan, extremes(csr_matrix(root @ matrix @ root)))
+    return _ratio(plan, dense.scaled(dense.stiffness(plan))[0])
+
+
+def _sparse(plan: Plan) -> bool:
+    return plan.large and len(plan.unknowns) > DENSE
+
+
+def _members(plan: Plan) -> list[Stack]:
+    """Stiffness of the members in global axes."""
+    stacks = []
+    for group in plan.topology.groups:
+        turn = block_diagonal([group.level] * 4)
+        local = group.element.stiffness_matrix(group.length)
+        stacks.append((group.dofs, np.swapaxes(turn, -1, -2) @ local @ turn))
+    return stacks
+
+
+def _joint(plan: Plan, name: str) -> Stack:
+    """A joint as twelve by twelve springs in global axes, a stack of one."""
+    link, number = plan.frame.joints[name], plan.topology.number
+    if np.isinf(link.element.stiffness).any():
+        raise FrameError(f"condition_number: joint {name!r} is ideal (inf): use scaled_condition_number()")
+    dofs = np.concatenate([6 * number[node] + np.arange(6) for node in (link.first, link.second)])
+    return dofs[None], aligned(link.element.matrix(), len(plan.frame.shape), 2)[None]
+
+
+def _ratio(plan: Plan, matrix: Array) -> Array:
+    if matrix.shape[-1] == 0:
+        return np.ones(plan.frame.shape)
+    values = np.abs(np.linalg.eigvalsh(matrix))
+    return _spread(plan, (values.min(axis=-1), values.max(axis=-1)))
+
+
+def _spread(plan: Plan, limits: tuple[Array, Array]) -> Array:
+    """Largest over smallest eigenvalue at the whole batch."""
+    with np.errstate(divide="ignore"):
+        return np.array(np.broadcast_to(np.divide(limits[1], limits[0]), plan.frame.shape))

@@ -1,0 +1,124 @@
+"""Whole matrices as stacks (..., n, n): for eigenvalues, condition numbers and the naming of mechanisms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..batched.plan import Plan
+from ..structure.assembly import point_masses
+from ..structure.parts import Row, Value
+from ..structure.topology import Group, Index
+
+
+@dataclass(frozen=True)
+class Entries:
+    """Some batch entries as one axis, or (None) the whole batch as it is.
+
+    Attributes
+    ----------
+    index
+        By batch axis the indices (m,) of the entries.
+    """
+
+    index: tuple[NDArray[np.int64], ...] | None = None
+
+    def of(self, stack: Array, trailing: int, leading: int = 0) -> Array:
+        """`stack` (leading..., batch..., trailing...) at the entries, (leading..., m, trailing...)."""
+        if self.index is None or stack.ndim == leading + trailing:
+            return stack
+        sizes = stack.shape[leading : stack.ndim - trailing]
+        if max(sizes) == 1:
+            return stack.reshape(*stack.shape[:leading], 1, *stack.shape[stack.ndim - trailing :])
+        picked = tuple(k if n > 1 else np.zeros_like(k) for k, n in zip(self.index, sizes, strict=True))
+        out: Array = stack[(slice(None),) * leading + picked]
+        return out
+
+
+WHOLE = Entries()
+# Element matrices held at a time where only some of their batch are wanted.
+_MATRICES = 16384
+
+
+def summed(stacks: list[tuple[Index, Array]], size: int) -> Array:
+    """Sum over all DOFs, (..., size, size), of matrices (n, ..., m, m) at DOF numbers (n, m)."""
+    shape = np.broadcast_shapes(*(stack.shape[1:-2] for _, stack in stacks)) if stacks else ()
+    out = np.zeros((*shape, size, size))
+    for numbers, stack in stacks:
+        for dofs, matrix in zip(numbers, stack, strict=True):
+            out[..., dofs[:, None], dofs[None, :]] += matrix
+    return out
+
+
+def nodal(plan: Plan, stacks: list[tuple[Group, Array]]) -> Array:
+    """Sum of member matrices (n, ..., 12, 12), given in the nodes' axes, over all DOFs, (..., N, N)."""
+    return summed([(group.dofs, stack) for group, stack in stacks], 6 * len(plan.topology.number))
+
+
+def members(group: Group, entries: Entries = WHOLE) -> Array:
+    """Stiffness of pieces in the nodes' axes, (n, ..., 12, 12), computed at the entries alone."""
+    if entries.index is None:
+        return group.stiffness()
+    start, end = (entries.of(turn, 2, leading=1) for turn in group.turns)
+    if set(group.element.shape) <= {1}:
+        local = group.element.stiffness_matrix(entries.of(group.length, 0, leading=1))
+    else:
+        step = max(1, _MATRICES // int(np.prod(group.stiffness_shape)))
+        parts = (group.length[k : k + step] for k in range(0, len(group.length), step))
+        local = np.concatenate([entries.of(group.element.stiffness_matrix(part), 2, leading=1) for part in parts])
+    return replace(group, turns=(start, end)).turned(local)
+
+
+def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
+    """Stiffness in joint-relative coordinates, (..., n, n), in the order of `plan.unknowns`."""
+    out = reduced(plan, nodal(plan, [(group, members(group, entries)) for group in plan.topology.groups]), entries)
+    for spring in plan.tree.springs:
+        row = _spread(plan, [spring.row], entries)
+        k = entries.of(np.asarray(spring.stiffness), 0)
+        out = out + k[..., None, None] * np.swapaxes(row, -1, -2) * row
+    return out
+
+
+def mass(plan: Plan) -> Array:
+    """Mass in joint-relative coordinates, (..., n, n)."""
+    out = nodal(plan, [(group, group.mass()) for group in plan.topology.groups])
+    for node, matrix in point_masses(plan):
+        padded = np.zeros((*np.broadcast_shapes(out.shape[:-2], matrix.shape[:-2]), *out.shape[-2:]))
+        padded[..., 6 * node : 6 * node + 6, 6 * node : 6 * node + 6] = matrix
+        out = out + padded
+    return reduced(plan, out)
+
+
+def reduced(plan: Plan, matrix: Array, entries: Entries = WHOLE) -> Array:
+    """T^T A T for a matrix over all DOFs, with T of ``u = T q + g``."""
+    nodes = range(len(plan.topology.number))
+    change = _spread(plan, [plan.tree.row(node, k) for node in nodes for k in range(6)], entries)
+    out: Array = np.swapaxes(change, -1, -2) @ matrix @ change
+    return out
+
+
+def global_substitution(plan: Plan, nodes: list[int], entries: Entries = WHOLE) -> Array:
+    """Displacements of `nodes` in global axes from the unknowns, (..., 6 nodes, n)."""
+    return _spread(plan, [row for node in nodes for row in plan.tree.global_rows(node)], entries)
+
+
+def _spread(plan: Plan, rows: list[Row], entries: Entries) -> Array:
+    column = {k: index for index, k in enumerate(plan.unknowns)}
+    values: list[tuple[int, int, Value]] = [
+        (r, column[k], entries.of(np.asarray(v), 0)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0
+    ]
+    shape = np.broadcast_shapes(*(np.shape(value) for _, _, value in values)) if values else ()
+    out = np.zeros((*shape, len(rows), len(column)))
+    for r, c, value in values:
+        out[..., r, c] = value
+    return out
+
+
+def scaled(matrix: Array) -> tuple[Array, Array]:
+    """D A D with unit diagonal, and the diagonal of D, (..., n); rows that are zero stay so."""
+    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+    root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    return matrix * root[..., :, None] * root[..., None, :], root

@@ -1,0 +1,110 @@
+"""Natural frequencies and mode shapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..batch import Array
+from ..batched.plan import Plan
+from ..errors import FrameError
+from ..frame import Frame
+from ..solvers.sparse import SparseSolver
+from . import dense
+from .spectrum import DENSE, inverse_pencil, sparse_pencil
+
+# Scaled eigenvalues below this are those of rigid-body motions and mechanisms.
+_REGULAR = 1e-12
+# The shift that makes their stiffness regular is narrowed down to the first elastic mode in so many steps, each of
+# which finds squared frequencies down to this share of the shift.
+_NARROWINGS = 4
+_NOISE = 1e-6
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes of a frame, the slowest first; rigid-body and mechanism modes have frequency zero.
+
+    Attributes
+    ----------
+    frequencies
+        Hz, (..., count).
+    """
+
+    frequencies: Array
+    _plan: Plan
+    _vectors: Array
+
+    def shapes(self, node: str) -> Array:
+        """Displacement of a node in each mode, (..., count, 6), global; modes have unit modal mass."""
+        number = self._plan.topology.number[self._plan.frame.aliases.get(node, node)]
+        moved = dense.global_substitution(self._plan, [number]) @ self._vectors
+        return np.swapaxes(moved, -1, -2)
+
+
+def modes(frame: Frame, count: int) -> Modes:
+    """The `count` lowest modes of ``K x = omega^2 M x`` for every batch entry.
+
+    Raises
+    ------
+    FrameError
+        Where the frame has no mass, or fewer modes than asked for.
+    """
+    plan = Plan(frame.copy(), cut=True)
+    if not 1 <= count <= len(plan.unknowns):
+        raise FrameError(f"modes({count}): give a number from 1 to the frame's {len(plan.unknowns)} unknowns")
+    squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)
+    frequencies = np.sqrt(np.maximum(squared, 0.0)) / (2.0 * np.pi)
+    shape = np.broadcast_shapes(frame.shape, frequencies.shape[:-1])
+    out = np.array(np.broadcast_to(frequencies, (*shape, count)))
+    if frame.absent is not None:
+        out[np.broadcast_to(frame.absent, shape)] = np.nan
+    return Modes(out, plan, vectors)
+
+
+def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
+    stiffness, mass = dense.stiffness(plan), dense.mass(plan)
+    _check(bool(np.any(mass)))
+    shift = _shift(stiffness, mass)
+    values, vectors = inverse_pencil(stiffness + shift[..., None, None] * mass, mass, count)
+    if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
+        raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
+    return 1.0 / values - shift[..., None], vectors / np.sqrt(values)[..., None, :]
+
+
+def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
+    solver = SparseSolver(plan)
+    _check(solver.mass.nnz > 0)
+    shift = 0.0
+    if solver.singular(excited=True).any() or solver.singular(excited=False).any():
+        shift = float(solver.stiffness.diagonal().sum() / solver.mass.diagonal().sum())
+        for _ in range(_NARROWINGS):
+            squared, _ = sparse_pencil(solver.stiffness, solver.mass, count + 6, shift)
+            shift = min([shift, *squared[squared > _NOISE * shift]])
+    squared, vectors = sparse_pencil(solver.stiffness, solver.mass, count, shift)
+    return squared, vectors
+
+
+def _check(massive: bool) -> None:
+    if not massive:
+        raise FrameError("modes: the frame has no mass: give its materials a density, or add a PointMass")
+
+
+def _shift(stiffness: Array, mass: Array) -> Array:
+    """Zero where the stiffness is regular, else about the least squared frequency that is not zero."""
+    shape = np.broadcast_shapes(stiffness.shape[:-2], mass.shape[:-2])
+    least = np.linalg.eigvalsh(dense.scaled(stiffness)[0])[..., 0]
+    singular = np.broadcast_to(least <= _REGULAR, shape)
+    if not singular.any():
+        return np.zeros(shape)
+    shift = np.trace(stiffness, axis1=-2, axis2=-1) / np.trace(mass, axis1=-2, axis2=-1)
+    shift = np.array(np.broadcast_to(shift, shape))
+    for _ in range(_NARROWINGS):
+        size = stiffness.shape[-1]
+        values, _ = inverse_pencil(stiffness + shift[..., None, None] * mass, mass, size)
+        with np.errstate(divide="ignore"):
+            squared = np.where(values > 0.0, 1.0 / np.where(values > 0.0, values, 1.0), np.inf) - shift[..., None]
+        elastic = np.where(squared > _NOISE * shift[..., None], squared, np.inf).min(axis=-1)
+        shift = np.minimum(shift, elastic)
+    return np.where(singular, shift, 0.0)

@@ -1,0 +1,266 @@
+"""Forces from displacements: at member ends, in joints and supports, and along members."""
+
+from __future__ import annotations
+
+import weakref
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..batch import Array, aligned, turned
+from ..structure.assembly import nodal_loads
+from ..structure.member_loads import applied_forces, equivalent, weight_forces
+from ..structure.parts import Row, add_row, combine
+from ..structure.topology import Group
+from ..structure.tree import ABOUT, ALONG, Branch, Edge
+from .member_field import cut_forces, deflection
+
+if TYPE_CHECKING:
+    from ..solution import Solution
+
+
+class Recovery:
+    """What follows from the displacements of a solution.
+
+    Parameters
+    ----------
+    solution
+        Where the unknowns come from.
+    """
+
+    def __init__(self, solution: Solution) -> None:
+        # Weakly, as the solution holds this: what nobody needs any more is then freed at once, not by the collector.
+        self.solution: Solution = weakref.proxy(solution)
+        self.plan = solution.plan
+        self.topology = solution.plan.topology
+        self.tree = solution.plan.tree
+        self._pieces: dict[int, Array] = {}
+
+    # -- members ----------------------------------------------------------------------------------------------------
+
+    def end_forces(self, member: str) -> Array:
+        """Forces on both ends of a member in its local axes, (..., 12)."""
+        pieces = self.topology.pieces_of[member]
+        start, end = self.piece_forces(pieces[0]), self.piece_forces(pieces[-1])
+        return np.concatenate([start[..., :6], end[..., 6:]], axis=-1)
+
+    def forces(self, member: str, at: Array) -> Array:
+        """Internal forces at stations, (..., k, 6)."""
+        return self._along(member, at, lambda k, x: self._cut(k, x))
+
+    def stress(self, member: str, at: Array) -> Array:
+        """Extreme stresses at stations, (..., k, 3)."""
+
+        def stress(piece: int, x: Array) -> Array:
+            group, position = self._where[piece]
+            fraction = x / group.length[position]
+            return group.element.stress(fraction, self._cut(piece, x))
+
+        return self._along(member, at, stress)
+
+    def displacement_along(self, member: str, at: Array) -> Array:
+        """Displacement at stations in global axes, (..., k, 6)."""
+
+        def displacement(piece: int, x: Array) -> Array:
+            group, position = self._where[piece]
+            local = deflection(self.topology, group, position, x, self.piece_displacement(piece))
+            return turned(np.swapaxes(group.level[position], -1, -2), local)
+
+        return self._along(member, at, displacement)
+
+    def piece_displacement(self, piece: int) -> Array:
+        """End displacements of a piece in its local axes, (..., 12)."""
+        group, position = self._where[piece]
+        rows = [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
+        nodal = self.solution.stacked(rows)
+        local: Array = (group.transform[position] @ nodal[..., None])[..., 0]
+        return local
+
+    def piece_forces(self, piece: int) -> Array:
+        """Forces on both ends of a piece in its local axes, (..., 12)."""
+        if piece not in self._pieces:
+            group, position = self._where[piece]
+            at = np.array([position])
+            forces = group.element.end_forces(group.length[position], self.piece_displacement(piece))
+            loads = equivalent(group, at, weight_forces(self.topology, group, at))
+            loads = loads + equivalent(group, at, applied_forces(self.topology, group, position))
+            self._pieces[piece] = np.broadcast_to(forces - loads[0], (*self.solution.shape, 12))
+        return self._pieces[piece]
+
+    def _cut(self, piece: int, x: Array) -> Array:
+        group, position = self._where[piece]
+        return cut_forces(self.topology, group, position, x, self.piece_forces(piece)[..., :6])
+
+    def _along(self, member: str, at: Array, field: object) -> Array:
+        assert callable(field)
+        pieces = self.topology.pieces_of[member]
+        whole = self.solution.frame.length(member)
+        check_stations(member, at, whole)
+        # Where lengths vary, so may the piece on which a station lies. Stations lead, the batch follows.
+        fraction = aligned(at / whole[..., None], len(self.solution.shape), 1)
+        which = np.moveaxis(np.minimum((fraction * len(pieces)).astype(int), len(pieces) - 1), -1, 0)
+        stations = np.moveaxis(np.broadcast_to(at, fraction.shape), -1, 0)
+        out: Array = np.zeros(())
+        for index in np.unique(which):
+            group, position = self._where[pieces[index]]
+            length = group.length[position]
+            value = field(pieces[index], np.clip(stations - index * length, 0.0, length))
+            out = np.where((which == index)[..., None], value, out)
+        full: Array = np.broadcast_to(out, (len(stations), *self.solution.shape, out.shape[-1]))
+        return np.array(np.moveaxis(full, 0, -2))
+
+    @cached_property
+    def _where(self) -> dict[int, tuple[Group, int]]:
+        return {
+            int(piece): (group, position)
+            for group in self.topology.groups
+            for position, piece in enumerate(group.pieces)
+        }
+
+    # -- joints and supports ----------------------------------------------------------------------------------------
+
+    def joint_rows(self, joint: str) -> list[Row]:
+        """Relative displacement in a joint, in its axes."""
+        if joint in self._branches:
+            return [self.tree.joint_row(self._branches[joint], k) for k in range(6)]
+        return next(rows for edge, rows in self.tree.closing if edge.kind == "joint" and edge.name == joint)
+
+    def joint_force(self, joint: str) -> Array:
+        """Force of a joint on its first node, in its axes, (..., 6)."""
+        edge = next(e for e in self.tree.edges if e.kind == "joint" and e.name == joint)
+        return self._edge_force(edge)
+
+    def reaction(self, node: str) -> Array:
+        """Force of the ground on a node, global, (..., 6)."""
+        edge = next(e for e in self.tree.edges if e.kind == "support" and e.name == node)
+        return -self._edge_force(edge)
+
+    def _edge_force(self, edge: Edge) -> Array:
+        """Force of an edge on its first node, in its axes: springs by their displacement, the held by equilibrium."""
+        if id(edge) in self._closing_forces:
+            return self._closing_forces[id(edge)]
+        branch = next(b for b in self.tree.branches if b.edge is edge)
+        out = self._tree_springs(branch)
+        if edge.ideal:
+            transmitted = -branch.sign * self._in_axes(edge, self._carried_force(branch.child, closed=True))
+            out[..., list(edge.ideal)] = transmitted[..., list(edge.ideal)]
+            if ALONG in edge.ideal and ABOUT not in edge.ideal:
+                out[..., ABOUT] -= edge.pitch * out[..., ALONG]
+        return out
+
+    def _tree_springs(self, branch: Branch) -> Array:
+        moved = [self.tree.joint_row(branch, k) for k in range(6)]
+        return self._springs(branch.edge, moved)
+
+    def _springs(self, edge: Edge, moved: list[Row]) -> Array:
+        """Forces of an edge's springs on its first node, in its axes, for its relative displacement."""
+        force: list[Row] = [{} for _ in range(6)]
+        for k, row in enumerate(edge.elastic(moved)):
+            add_row(force[k], row, edge.stiffness[k])
+        add_row(force[ABOUT], force[ALONG], combine([(-1.0, edge.pitch)]))
+        return self.solution.stacked(force)
+
+    @cached_property
+    def _branches(self) -> dict[str, Branch]:
+        return {b.edge.name: b for b in self.tree.branches if b.edge.kind == "joint" and b.edge.name is not None}
+
+    @cached_property
+    def _children(self) -> dict[int, list[Branch]]:
+        children: dict[int, list[Branch]] = {}
+        for branch in self.tree.branches:
+            children.setdefault(branch.parent, []).append(branch)
+        return children
+
+    @cached_property
+    def _closing_springs(self) -> dict[int, Array]:
+        """Forces of the springs in loop-closing edges on their first nodes."""
+        return {id(edge): self._springs(edge, between) for edge, between in self.tree.closing}
+
+    @cached_property
+    def _closing_forces(self) -> dict[int, Array]:
+        """Forces of loop-closing edges on their first nodes: springs, and multipliers of what they hold."""
+        out = {key: force.copy() for key, force in self._closing_springs.items()}
+        for constraint, multiplier in zip(self.tree.elimination.given, self._multipliers(), strict=True):
+            force, edge = out[id(constraint.edge)], constraint.edge
+            force[..., constraint.component] += multiplier
+            if constraint.component == ALONG:
+                force[..., ABOUT] -= edge.pitch * multiplier
+        return out
+
+    def _multipliers(self) -> list[Array]:
+        """One multiplier a constraint: what keeps the dependent unknowns in equilibrium."""
+        elimination = self.tree.elimination
+        out: list[Array] = [np.zeros(self.solution.shape) for _ in elimination.given]
+        for dependent, source in elimination.sources.items():
+            residual = self._generalised(dependent)
+            for index, factor in source.items():
+                out[index] = out[index] + factor * residual
+        return out
+
+    def _generalised(self, unknown: int) -> Array:
+        """Unbalanced force on an unknown before the multipliers."""
+        node, k = divmod(unknown, 6)
+        total = self._carried_force(node, closed=False)
+        branch = next((b for b in self.tree.branches if b.child == node), None)
+        if branch is None:
+            axes = self.topology.axes(node)
+            return (total if axes is None else turned(np.swapaxes(axes, -1, -2), total))[..., k]
+        force = branch.sign * self._in_axes(branch.edge, total) + self._tree_springs(branch)
+        advance = branch.edge.pitch * force[..., ALONG] if k == ABOUT else 0.0
+        value: Array = force[..., k] + advance
+        return value
+
+    def _in_axes(self, edge: Edge, vector: Array) -> Array:
+        return vector if edge.axes is None else turned(np.swapaxes(edge.axes, -1, -2), vector)
+
+    def _carried_force(self, node: int, *, closed: bool) -> Array:
+        """Inner minus outer forces at a node and all that hangs on it, global, (..., 6)."""
+        total = self._residual(node, closed=closed)
+        for branch in self._children.get(node, []):
+            force = self._carried_force(branch.child, closed=closed)
+            total = total + self._moved(force, branch.edge, branch.sign)
+        return total
+
+    def _moved(self, force: Array, edge: Edge, sign: float) -> Array:
+        """A force at the child of a rigid link as felt at its parent."""
+        if edge.kind != "rigid":
+            return force
+        arm = sign * (self.topology.position(edge.second) - self.topology.position(edge.first))
+        moment = force[..., 3:] + np.cross(arm, force[..., :3])
+        return np.concatenate([force[..., :3], moment], axis=-1)
+
+    def _residual(self, node: int, *, closed: bool) -> Array:
+        total: Array = np.zeros((*self.solution.shape, 6))
+        for piece, side in self._touching.get(node, []):
+            group, position = self._where[piece]
+            end = self.piece_forces(piece)[..., 6 * side : 6 * side + 6]
+            total = total + turned(np.swapaxes(group.level[position], -1, -2), end)
+        for loaded, vector in nodal_loads(self.topology):
+            if loaded == node:
+                total = total - vector
+        closing = self._closing_forces if closed else self._closing_springs
+        for edge, _ in self.tree.closing:
+            if node in (edge.first, edge.second):
+                force = closing[id(edge)]
+                force = force if edge.axes is None else turned(edge.axes, force)
+                total = total + (force if node == edge.second else -self._moved(force, edge, 1.0))
+        return total
+
+    @cached_property
+    def _touching(self) -> dict[int, list[tuple[int, int]]]:
+        touching: dict[int, list[tuple[int, int]]] = {}
+        for index, piece in enumerate(self.topology.pieces):
+            for side, node in enumerate(piece.nodes):
+                touching.setdefault(node, []).append((index, side))
+        return touching
+
+
+def check_stations(member: str, at: Array, length: Array) -> None:
+    """Refuse stations (..., k) that do not lie on a member of this length (...)."""
+    from ..errors import FrameError
+
+    if np.any(at < 0.0) or np.any(at > length[..., None] * (1.0 + 1e-9)):
+        least = float(length.min())
+        asked = at.tolist()
+        raise FrameError(f"stations {asked} on member {member!r}: give distances from 0 to its length {least:.6g}")

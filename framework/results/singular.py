@@ -1,0 +1,142 @@
+"""A singular pose as an answer: how the frame can move, which joints turn, and which loads do work on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..batch import Array
+from ..error_bounds.compliance import DenseCompliance
+from ..error_bounds.equilibrium import Equilibrium, Statics
+from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.resolved import MOST, hard_state
+from ..errors import FrameError
+from ..solvers.sparse import SparseSolver
+from .status import reach
+
+if TYPE_CHECKING:
+    from ..batched.plan import Plan
+
+# Singular values of sqrt(k) B with columns of length one that are zero to rounding, by the square root of their number.
+_ZERO = 16.0 * float(np.finfo(np.float64).eps)
+# Share of the greatest work that the loads could do on a motion that is rounding.
+_NONE = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class FreeMotion:
+    """Motions of one batch entry that nothing resists, as small as one likes.
+
+    The first is the one that the load drives, if it drives any; the load does no work on the others. The largest
+    displacement of each is one, rotations counting as what they move at the end of the longest member.
+
+    Attributes
+    ----------
+    count
+        How many there are.
+    joints
+        By joint: relative displacement in its axes, (count, 6).
+    work
+        By loaded node: work of its load on each motion, (count,); a load on a member counts at its ends.
+    drive
+        Work of everything that acts, offsets and prescribed displacements included, (count,).
+    solvable
+        Whether the load is in equilibrium: it does no work on any motion.
+    """
+
+    count: int
+    joints: dict[str, Array]
+    work: dict[str, Array]
+    drive: Array
+    solvable: bool
+    _displacements: dict[str, Array]
+
+    def displacement(self, node: str) -> Array:
+        """Displacement of a node, global, (count, 6).
+
+        Parameters
+        ----------
+        node
+            The node.
+
+        Raises
+        ------
+        FrameError
+            If the node is unknown.
+        """
+        if node not in self._displacements:
+            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self._displacements)}")
+        return self._displacements[node]
+
+
+def free_motion(plan: Plan, entry: tuple[int, ...]) -> FreeMotion:
+    """Motions that nothing resists at a batch entry."""
+    state = _state(plan, entry)
+    shapes = _shapes(plan, state)
+    none: list[Real | None] = [None] * len(state.kinematics.links)
+    coordinates = state.kinematics.coordinates(state.unknowns, extended(shapes), none)
+    residual = state.residual
+    drive = np.sum(coordinates * residual, axis=(-1, -2))
+    shapes = _driven(shapes, drive)
+    coordinates = state.kinematics.coordinates(state.unknowns, extended(shapes), none)
+    moved = state.kinematics.displacements(coordinates)
+    size = np.array([1.0, 1.0, 1.0] + 3 * [reach(plan)])
+    if len(shapes):
+        largest = np.abs(moved * size).max(axis=(-1, -2), keepdims=True)
+        coordinates, moved = coordinates / largest, moved / largest
+    openings = state.kinematics.openings(coordinates, moved)
+    joints = {
+        link.edge.name: np.broadcast_to(opening, (len(shapes), 6)).astype(np.float64)
+        for link, opening in zip(state.kinematics.links, openings, strict=True)
+        if link.edge.kind == "joint" and link.edge.name is not None
+    }
+    number, forces = plan.topology.number, state.loads.forces
+    loaded = {node: forces[..., number[node], :] for node in plan.frame.nodes if np.any(forces[..., number[node], :])}
+    drive = np.sum(coordinates * residual, axis=(-1, -2))
+    # what the load would do if all of it went with a motion of size one
+    most = np.sum(np.abs(state.balance) / size[np.array(plan.unknowns, dtype=np.int64) % 6])
+    return FreeMotion(
+        count=len(shapes),
+        joints=joints,
+        work={node: np.sum(moved[..., number[node], :] * f, axis=-1).astype(np.float64) for node, f in loaded.items()},
+        drive=drive.astype(np.float64),
+        solvable=bool(np.all(np.abs(drive) <= _NONE * most)),
+        _displacements={node: moved[..., number[node], :].astype(np.float64) for node in plan.frame.nodes},
+    )
+
+
+def _state(plan: Plan, entry: tuple[int, ...]) -> Equilibrium:
+    """The entry at rest under its loads."""
+    index = tuple(np.array([k]) for k in entry) or None
+    state = hard_state(Statics(plan), index, plan.unknowns)
+
+    def only(array: Real, trailing: int) -> Real:
+        return state.change(array, trailing).reshape(array.shape[array.ndim - trailing :])
+
+    return Equilibrium(state.statics, only, plan.unknowns, extended(np.zeros(len(plan.unknowns))), 0)
+
+
+def _shapes(plan: Plan, state: Equilibrium) -> Array:
+    """Values of the unknowns in each motion, (count, n), by the singular values of the deformations."""
+    if plan.large and len(plan.unknowns) > MOST:
+        return SparseSolver(plan).motions().T
+    found = DenseCompliance(state.double, state.double_springs, state.stiffness, plan.unknowns)
+    _, values, rows = np.linalg.svd(found.scaled)
+    rank = int(np.sum(values > _ZERO * np.sqrt(len(plan.unknowns))))
+    shapes: Array = rows[rank:] * found.root
+    return shapes
+
+
+def _driven(shapes: Array, drive: Real) -> Array:
+    """The motions turned among themselves so that all work is done on the first, and is positive."""
+    weights = drive.astype(np.float64)
+    size = np.linalg.norm(weights)
+    if not size > 0.0:
+        return shapes
+    turn, _ = np.linalg.qr(np.column_stack([weights / size, np.eye(len(weights))]))
+    turn = turn[:, : len(weights)]
+    turn[:, 0] *= np.sign(turn[:, 0] @ weights)
+    turned: Array = turn.T @ shapes
+    return turned

@@ -1,0 +1,106 @@
+"""Mechanisms: where the stiffness is singular, and in words which nodes move in which direction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from ..batch import Array
+from ..batched.plan import Plan
+from ..dofs import DISPLACEMENTS
+from ..solvers.lu import LUFactor
+from ..solvers.sparse import SparseSolver
+from ..structure.matrices import Matrices
+from . import dense
+from .dense import Entries
+from .spectrum import DENSE, zero_eigenvalue
+
+# Motions below this share of the largest are not named, and no more than so many nodes are.
+_NAMED = 0.05
+_MOST = 6
+
+
+def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> NDArray[np.bool_]:
+    """Which of the `suspects`, (...) of the batch shape, have a zero eigenvalue among `unknowns`."""
+    out = np.zeros(suspects.shape, dtype=bool)
+    index = np.nonzero(np.atleast_1d(suspects)) if suspects.ndim else ()
+    kept = [k for k, unknown in enumerate(plan.unknowns) if unknown in unknowns]
+    if not suspects.any():
+        return out
+    entries = Entries(index or None)
+    if len(kept) > DENSE:
+        out[suspects] = [LUFactor(matrix[kept][:, kept]).singular for matrix in _matrices(plan, entries)]
+        return out
+    matrix = dense.stiffness(plan, entries)[..., kept, :][..., :, kept]
+    values = np.linalg.eigvalsh(dense.scaled(matrix)[0])
+    out[suspects] = values[..., 0] <= zero_eigenvalue(len(kept))
+    return out
+
+
+def _matrices(plan: Plan, entries: Entries) -> Iterator[csr_matrix]:
+    """Sparse stiffness of the entries one by one."""
+    stacks = [(group.nodes, dense.members(group, entries)) for group in plan.topology.groups]
+    for k, entry in enumerate(zip(*entries.index, strict=True) if entries.index else [()]):
+        members = [(nodes, _at(stack, k).__getitem__) for nodes, stack in stacks]
+        yield Matrices(plan, tuple(int(i) for i in entry), members).stiffness
+
+
+def _at(stack: Array, k: int) -> Array:
+    """Matrices (n, ..., 12, 12) of the entry `k`, (n, 12, 12)."""
+    flat = stack.reshape(len(stack), -1, 12, 12)
+    return flat[:, k if flat.shape[1] > 1 else 0]
+
+
+def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
+    """Displacements of the described nodes, (motions, nodes, 6), global, that cost no energy at a batch entry."""
+    entries = Entries(tuple(np.array([k]) for k in entry) or None)
+    nodes = [plan.topology.number[name] for name in plan.frame.nodes]
+    if plan.large and len(plan.unknowns) > DENSE:
+        solver = SparseSolver(plan)
+        shapes = solver.motions()
+        change: Array | csr_matrix = solver.matrices.global_substitution(nodes)
+    else:
+        matrix, root = dense.scaled(_only(dense.stiffness(plan, entries)))
+        values, vectors = np.linalg.eigh(matrix)
+        shapes = root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]
+        change = _only(dense.global_substitution(plan, nodes, entries))
+    motions: Array = np.asarray(change @ shapes).T.reshape(shapes.shape[1], -1, 6)
+    return motions
+
+
+def describe(plan: Plan, entry: tuple[int, ...]) -> str:
+    """Each free motion of a batch entry as a list of nodes and directions."""
+    names = list(plan.frame.nodes)
+    size = reach(plan)
+    sentences = []
+    for motion in free_motions(plan, entry):
+        weighed = motion * np.array([1.0, 1.0, 1.0, size, size, size])
+        largest = np.abs(weighed).max(axis=-1)
+        leading = [k for k in np.argsort(-largest, kind="stable") if largest[k] > _NAMED * largest.max()]
+        told = [f"{names[k]} ({_direction(weighed[k], float(largest.max()))})" for k in leading[:_MOST]]
+        more = f" and {len(leading) - _MOST} more" if len(leading) > _MOST else ""
+        sentences.append(", ".join(told) + more)
+    return "; ".join(f"free motion {i + 1}: {text}" for i, text in enumerate(sentences))
+
+
+def _direction(weighed: Array, largest: float) -> str:
+    return " ".join(
+        f"{'+' if value > 0 else '-'}{name}"
+        for name, value in zip(DISPLACEMENTS, weighed, strict=True)
+        if abs(value) > _NAMED * largest
+    )
+
+
+def reach(plan: Plan) -> float:
+    """Length of the longest member."""
+    lengths = [float(np.max(plan.frame.length(member))) for member in plan.frame.members]
+    return max(lengths, default=1.0)
+
+
+def _only(stack: Array) -> Array:
+    """The matrix of the one entry in a stack."""
+    matrix: Array = stack.reshape(stack.shape[-2:])
+    return matrix

@@ -1,0 +1,49 @@
+"""LAPACK's banded Cholesky factor, for frames that are long and thin: few operations more, each of them fast."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+from scipy.sparse import csr_matrix
+
+from ..batch import Array
+from ..structure.topology import Index
+from .factor import Factor
+from .lu import LUFactor
+
+
+class BandedFactor(Factor):
+    """L L^T within a band.
+
+    Parameters
+    ----------
+    matrix
+        The matrix (n, n).
+    order
+        Which unknown is eliminated first, second, ..., (n,); neighbours near each other.
+    """
+
+    def __init__(self, matrix: csr_matrix, order: Index) -> None:
+        super().__init__(matrix)
+        self.order = order
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        # Column by column, as the band lies in memory.
+        entries = self.scaled[order].tocoo()
+        below = place[entries.col] - entries.row
+        lower = below >= 0
+        band = np.zeros((int(below.max(initial=0)) + 1, len(order)), order="F")
+        band[below[lower], entries.row[lower]] = entries.data[lower]
+        self.instead: Factor | None = None
+        try:
+            self.factor: Array = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+        except LinAlgError:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
+            self.instead = LUFactor(matrix)
+
+    def unscaled(self, load: Array) -> Array | None:
+        """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
+        if self.instead is not None:
+            return self.instead.unscaled(load)
+        out = np.empty_like(load)
+        out[self.order] = cho_solve_banded((self.factor, True), load[self.order], check_finite=False)
+        return out

@@ -1,0 +1,82 @@
+"""What every way of solving a large positive definite matrix shares: scaling, and the test for singularity."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags, eye
+
+from ..batch import Array
+from ..results.spectrum import zero_eigenvalue
+
+# Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
+_ITERATIONS = 4
+# A random vector that inverse iteration makes grow by this share of what it would for a zero eigenvalue is suspect:
+# it may have missed the eigenvector by as much.
+SUSPECT = 1e-6
+# No more motions without resistance are sought, and eigenvalues near minus this.
+MOTIONS = 6
+_NEAR = 1e-9
+
+
+class Factor(ABC):
+    """A symmetric positive semidefinite matrix, scaled to unit diagonal, ready to be solved with.
+
+    Attributes
+    ----------
+    scaled
+        The scaled matrix (n, n).
+    root
+        The scale (n,): ``scaled = diag(root) matrix diag(root)``.
+    """
+
+    def __init__(self, matrix: csr_matrix) -> None:
+        diagonal = matrix.diagonal()
+        self.root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        self.scaled = csr_matrix(diags(self.root) @ matrix @ diags(self.root))
+
+    @abstractmethod
+    def unscaled(self, load: Array) -> Array | None:
+        """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
+
+    def solve(self, load: Array) -> Array:
+        """Solution for loads (n, k), NaN where a pivot is zero."""
+        found = self.unscaled(self.root[:, None] * load)
+        return np.full_like(load, np.nan) if found is None else self.root[:, None] * found
+
+    @cached_property
+    def singular(self) -> bool:
+        """Whether the least eigenvalue of the scaled matrix is zero to rounding, by inverse iteration."""
+        zero = zero_eigenvalue(len(self.root))
+        vector = np.random.default_rng(0).standard_normal((len(self.root), 1))
+        growth = 1.0
+        for _ in range(_ITERATIONS):
+            found = self.unscaled(vector / np.linalg.norm(vector))
+            if found is None or not np.isfinite(found).all():
+                return True
+            vector, growth = found, float(np.linalg.norm(found))
+            if growth < SUSPECT / zero:
+                return False
+        return bool(1.0 / growth <= zero)
+
+    def motions(self, direct: Callable[[csr_matrix], Factor]) -> Array:
+        """Vectors (n, motions) that the matrix sends to zero: Lanczos' method on the inverse of a shifted matrix.
+
+        Parameters
+        ----------
+        direct
+            Makes a factor of the shifted matrix.
+        """
+        from scipy.sparse.linalg import LinearOperator, eigsh
+
+        size = len(self.root)
+        count = min(MOTIONS, size - 1)
+        shifted = direct(csr_matrix(self.scaled + _NEAR * eye(size)))
+        inverse = LinearOperator((size, size), matvec=lambda x: shifted.solve(x.reshape(-1, 1))[:, 0], dtype=float)
+        start = np.random.default_rng(0).standard_normal(size)
+        values, vectors = eigsh(self.scaled, k=count, sigma=-_NEAR, OPinv=inverse, v0=start)
+        found: Array = self.root[:, None] * vectors[:, values <= zero_eigenvalue(size)]
+        return found

@@ -1,0 +1,117 @@
+"""The graph of a large frame: nodes that carry unknowns, where they are, and which are coupled."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from ..batch import Array
+from ..structure.parts import Row, unknowns
+from ..structure.topology import Index
+from .dissection import Dissection, dissect
+
+if TYPE_CHECKING:
+    from ..batched.plan import Plan
+
+
+class Graph:
+    """Nodes and their coupling through members, joints and ties.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame; its first batch entry gives the positions.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.topology, self.tree = plan.topology, plan.tree
+        self.unknown: Index = np.array(plan.unknowns, dtype=np.int64)
+        self.node = self.unknown // 6
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """Nodes whose six displacements are unknowns of their own, (nodes,)."""
+        out = np.ones(len(self.topology.number), dtype=bool)
+        out[list(self.tree.rows)] = False
+        return out
+
+    @cached_property
+    def points(self) -> Array:
+        """Positions of all nodes, (nodes, 3)."""
+        return self.topology.points
+
+    @property
+    def entries(self) -> int:
+        """Entries of the stiffness, six by six for each node and each coupled pair."""
+        return 36 * (len(self._local[0]) + 2 * len(self.pairs))
+
+    @cached_property
+    def pairs(self) -> Index:
+        """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
+        count = len(self.topology.number)
+        free = np.flatnonzero(self.free)
+        on_edges = {node: _nodes(six) for node, six in self.tree.rows.items()}
+        owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
+        rows = np.concatenate([free, *owners])
+        columns = np.concatenate([free, *on_edges.values()])
+        carries = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+        ends = self.topology.ends
+        joined = csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+        whole = joined + csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
+        coupled = (carries.T @ whole @ carries).tocoo()
+        first, second = [coupled.row], [coupled.col]
+        for spring in self.tree.springs:
+            own = _nodes([spring.row])
+            first.append(np.repeat(own, len(own)))
+            second.append(np.tile(own, len(own)))
+        i, j = np.concatenate(first).astype(np.int64), np.concatenate(second).astype(np.int64)
+        low, high = np.minimum(i, j), np.maximum(i, j)
+        found = np.unique((low * count + high)[low < high])
+        return np.stack([found // max(count, 1), found % max(count, 1)], axis=1)
+
+    @cached_property
+    def dissection(self) -> Dissection:
+        """Elimination order of the nodes that carry unknowns; `order` counts these only."""
+        carrying, pairs = self._local
+        return dissect(self.points[carrying], pairs)
+
+    @cached_property
+    def band(self) -> Index:
+        """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
+        count, (first, second) = len(self._local[0]), self._local[1].T
+        joined = csr_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
+        return reverse_cuthill_mckee(csr_matrix(joined + joined.T), symmetric_mode=True).astype(np.int64)
+
+    @cached_property
+    def width(self) -> int:
+        """Unknowns on one side of the diagonal in that order, six a node."""
+        apart = np.abs(np.diff(_ranks(self.band)[self._local[1]], axis=1))
+        return 6 * int(apart.max(initial=0)) + 6
+
+    @cached_property
+    def _local(self) -> tuple[Index, Index]:
+        """Nodes that carry unknowns, and the coupled pairs as numbers among them."""
+        carrying = np.unique(self.node)
+        return carrying, np.searchsorted(carrying, self.pairs)
+
+    def order(self, nodes: Index, where: NDArray[np.bool_]) -> Index:
+        """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
+        place = np.searchsorted(self._local[0], self.node[where])
+        return np.argsort(_ranks(nodes)[place], kind="stable")
+
+
+def _ranks(order: Index) -> Index:
+    """Where each number stands in an order."""
+    ranks = np.empty_like(order)
+    ranks[order] = np.arange(len(order))
+    return ranks
+
+
+def _nodes(rows: list[Row]) -> Index:
+    """Nodes that carry the unknowns of some rows."""
+    return np.array(sorted({k // 6 for row in rows for k in unknowns(row)}), dtype=np.int64)

@@ -1,0 +1,233 @@
+"""Conjugate gradients for lattices whose factor would be too dear, with a coarse frame of rigid pieces.
+
+The preconditioner adds the answer of each node by itself (block Jacobi) and that of the frame cut into pieces that
+are rigid (Nicolaides, SIAM J. Numer. Anal. 24, 1987, 355-365, with the six rigid motions of each piece).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix, diags
+
+from ..batch import Array
+from ..results.spectrum import zero_eigenvalue
+from ..structure.topology import Index
+from .dissection import bisected
+from .factor import MOTIONS, SUSPECT, Factor
+from .lu import LUFactor
+
+# Nodes of a rigid piece.
+PIECE = 100
+# Iterations after which a factor is the better way.
+ITERATIONS = 4000
+# A random load whose residual comes down to this share has no part in a motion that nothing resists.
+_PROBE = 1e-5
+# Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
+_FLOOR = 1e-12
+_EPS = float(np.finfo(float).eps)
+
+Operator = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where unknowns are: node (n,), component (n,), position of the node (n, 3), and whether it is the unknown's own
+    displacement in global axes that counts (n,), not one in a joint."""
+
+    node: Index
+    component: Index
+    points: Array
+    free: NDArray[np.bool_]
+
+    def of(self, where: NDArray[np.bool_]) -> Places:
+        """Some of the unknowns."""
+        return Places(self.node[where], self.component[where], self.points[where], self.free[where])
+
+
+class Iterative(Factor):
+    """Solves by iteration to rounding; by a factor where that does not converge.
+
+    Parameters
+    ----------
+    matrix
+        The matrix (n, n).
+    places
+        Where its unknowns are.
+    direct
+        Makes the factor that serves instead.
+    """
+
+    def __init__(self, matrix: csr_matrix, places: Places, direct: Callable[[csr_matrix], Factor]) -> None:
+        super().__init__(matrix)
+        self.matrix, self._direct = matrix, direct
+        self.instead: Factor | None = None
+        self.iterations = 0
+        self.norm = float(abs(self.scaled).sum(axis=1).max())
+        try:
+            self.precondition = _preconditioner(self.scaled, self.root, places)
+        except np.linalg.LinAlgError:
+            self._give_up()
+
+    def unscaled(self, load: Array) -> Array | None:
+        """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
+        if self.instead is None:
+            columns = [self._column(column) for column in load.T]
+            found = [column for column in columns if column is not None]
+            if len(found) == len(columns):
+                return np.stack(found, axis=1)
+            if self.singular and self.instead is None:
+                return None
+        assert self.instead is not None
+        return self.instead.unscaled(load)
+
+    @cached_property
+    def singular(self) -> bool:
+        """Whether a random load meets a motion that nothing resists; where none is found, a factor has the word."""
+        if self.instead is None:
+            probe = np.random.default_rng(0).standard_normal(len(self.root))
+            found = self._descend(probe, lambda _: _PROBE * _norm(probe))
+            if found is not None and _norm(found) < SUSPECT / zero_eigenvalue(len(probe)) * _norm(probe):
+                return False
+            if self._motions.size:
+                return True
+            self._give_up()
+        assert self.instead is not None
+        return self.instead.singular
+
+    def motions(self, direct: Callable[[csr_matrix], Factor]) -> Array:
+        """Vectors (n, motions) that the matrix sends to zero."""
+        if self.instead is not None:
+            return self.instead.motions(direct)
+        found: Array = self.root[:, None] * self._motions
+        return found
+
+    @cached_property
+    def _motions(self) -> Array:
+        """Orthonormal vectors that the scaled matrix sends to zero: what of a random vector x does not come back when
+        ``A y = A x`` is solved, one after the other until it all does."""
+        rng, size = np.random.default_rng(1), len(self.root)
+        known = np.zeros((size, 0))
+        while known.shape[1] < MOTIONS:
+            vector = rng.standard_normal(size)
+            vector -= known @ (known.T @ vector)
+            found = self._descend(self.scaled @ vector, self._rounding(vector))
+            if found is None:
+                break
+            lost = vector - found
+            lost -= known @ (known.T @ lost)
+            lost /= _norm(lost)
+            if _dot(lost, self.scaled @ lost) > zero_eigenvalue(size):
+                break
+            known = np.column_stack([known, lost])
+        return known
+
+    def _rounding(self, vector: Array) -> Callable[[Array], float]:
+        least = 16.0 * _EPS * self.norm * _norm(vector)
+        return lambda _: least
+
+    def _give_up(self) -> None:
+        self.instead = self._direct(self.matrix)
+
+    def _column(self, load: Array) -> Array | None:
+        size = _norm(load)
+        if size == 0.0:
+            return np.zeros_like(load)
+        found = self._descend(load, lambda x: _EPS * (self.norm * _norm(x) + size))
+        if found is None:
+            return None
+        left = _norm(load - self.scaled @ found)
+        return found if left <= 64.0 * _EPS * (self.norm * _norm(found) + size) else None
+
+    def _descend(self, load: Array, enough: Callable[[Array], float]) -> Array | None:
+        """Preconditioned conjugate gradients until the residual is `enough`, None where it does not become so."""
+        x, residual = np.zeros_like(load), load.copy()
+        way = z = self.precondition(residual)
+        power = _dot(residual, z)
+        for _ in range(ITERATIONS):
+            ahead = self.scaled @ way
+            work = _dot(way, ahead)
+            if not work > 0.0 or not power > 0.0:
+                return None
+            x += (power / work) * way
+            residual -= (power / work) * ahead
+            self.iterations += 1
+            if _norm(residual) <= enough(x):
+                return x
+            z = self.precondition(residual)
+            before, power = power, _dot(residual, z)
+            way = z + (power / before) * way
+        return None
+
+
+def _dot(a: Array, b: Array) -> float:
+    """Inner product; short of what BLAS would share among threads, which would wait for each other at each step."""
+    return float(np.einsum("i,i->", a, b))
+
+
+def _norm(a: Array) -> float:
+    return float(np.sqrt(_dot(a, a)))
+
+
+def _preconditioner(scaled: csr_matrix, root: Array, places: Places) -> Operator:
+    nodes = _node_inverses(scaled, places)
+    rigid = _rigid_motions(places)
+    rigid = csr_matrix(diags(1.0 / root) @ rigid)
+    moved = csr_matrix(rigid.T @ scaled @ rigid)
+    stiff = moved.diagonal()
+    moved = csr_matrix(moved + diags(_FLOOR * stiff))
+    kept = np.flatnonzero(stiff > _EPS * stiff.max(initial=0.0))
+    coarse = LUFactor(moved[kept][:, kept])
+    rigid = csr_matrix(rigid[:, kept] @ diags(coarse.root))
+    back = csr_matrix(rigid.T)
+    if coarse.factor is None:
+        return lambda residual: np.asarray(nodes @ residual)
+    return lambda residual: np.asarray(nodes @ residual + rigid @ coarse.factor.solve(back @ residual))
+
+
+def _node_inverses(scaled: csr_matrix, places: Places) -> csr_matrix:
+    """Inverse of each node's own matrix, (n, n)."""
+    node, count = _compact(places.node)
+    entries = scaled.tocoo()
+    own = node[entries.row] == node[entries.col]
+    row, column = entries.row[own], entries.col[own]
+    blocks = np.zeros((count, 6, 6)) + np.eye(6)
+    blocks[node[row], places.component[row], places.component[column]] = entries.data[own]
+    inverse = np.linalg.inv(blocks)
+    padded = csr_matrix(bsr_matrix((inverse, np.arange(count), np.arange(count + 1))).tocsr())
+    present = 6 * node + places.component
+    out = csr_matrix(padded[present][:, present])
+    out.eliminate_zeros()
+    return out
+
+
+def _rigid_motions(places: Places) -> csr_matrix:
+    """Displacements (n, 6 pieces) for the six motions of each rigid piece about its centre."""
+    at = np.flatnonzero(places.free)
+    if not len(at):
+        return csr_matrix((len(places.node), 0))
+    _, first, inverse = np.unique(places.node[at], return_index=True, return_inverse=True)
+    points = places.points[at[first]]
+    of_node = bisected(points, PIECE)
+    centre = np.stack([np.bincount(of_node, x) for x in points.T], axis=1) / np.bincount(of_node)[:, None]
+    piece, component = of_node[inverse], places.component[at]
+    arm = places.points[at] - centre[piece]
+    rows, columns, values = [at], [6 * piece + component], [np.ones(len(at))]
+    for k in range(3):
+        on = component == k
+        for axis, other, sign in (((k + 1) % 3, (k + 2) % 3, 1.0), ((k + 2) % 3, (k + 1) % 3, -1.0)):
+            rows.append(at[on])
+            columns.append(6 * piece[on] + 3 + axis)
+            values.append(sign * arm[on, other])
+    shape = (len(places.node), 6 * len(centre))
+    return coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape).tocsr()
+
+
+def _compact(numbers: Index) -> tuple[Index, int]:
+    """Numbers renamed 0, 1, ... and how many there are."""
+    found, renamed = np.unique(numbers, return_inverse=True)
+    return renamed.astype(np.int64), len(found)

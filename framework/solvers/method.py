@@ -1,0 +1,105 @@
+"""Which way a frame is solved, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import FrameError
+
+if TYPE_CHECKING:
+    from ..batched.plan import Plan
+
+BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
+
+# Unknowns above which a frame that does not vary goes a sparse way.
+LARGE = 100
+# What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
+# the matrix; and iterations that a lattice needs. Only their ratios matter.
+_RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
+# Entries up to which a band is held.
+_BAND = 4e8
+_ITERATION = 0.4e-9
+_ITERATIONS = 500
+
+
+@dataclass(frozen=True)
+class Method:
+    """How a frame is solved.
+
+    Attributes
+    ----------
+    name
+        ``broadcast``, ``banded``, ``sparse``, ``cholesky`` or ``iterative``.
+    reason
+        Why so, in words.
+    """
+
+    name: str
+    reason: str
+
+
+def available() -> bool:
+    """Whether cvxopt, and with it CHOLMOD, is installed."""
+    return find_spec("cvxopt") is not None
+
+
+def checked(name: str | None) -> str | None:
+    """A method that is known and installed.
+
+    Raises
+    ------
+    FrameError
+        Where it is not.
+    """
+    if name is not None and name not in METHODS:
+        raise FrameError(f"method {name!r} is unknown: use one of {', '.join(METHODS)}, or None to let the plan choose")
+    if name == CHOLESKY and not available():
+        raise FrameError("method 'cholesky' needs cvxopt: install linkframe[fast], or use 'sparse' or 'iterative'")
+    return name
+
+
+def choose(plan: Plan, asked: str | None) -> Method:
+    """The way for a plan: the one asked for, or the one that promises to be fastest.
+
+    Raises
+    ------
+    FrameError
+        Where a sparse way is asked for and the stiffness varies over the batch.
+    """
+    if asked is not None:
+        if asked != BROADCAST and not plan.constant:
+            raise FrameError(
+                f"method {asked!r} solves one matrix, but the stiffness varies over the batch {plan.frame.shape}: "
+                "use 'broadcast', or give the entries frames of their own"
+            )
+        return Method(asked, f"{asked}, as asked for")
+    if not plan.constant:
+        return Method(BROADCAST, "broadcasting LDL^T, as the stiffness varies over the batch")
+    if not plan.large:
+        return Method(BROADCAST, f"broadcasting LDL^T, as {len(plan.unknowns)} unknowns are no more than {LARGE}")
+    return _fastest(plan)
+
+
+def _fastest(plan: Plan) -> Method:
+    graph, cases = plan.graph, int(np.prod(plan.frame.shape, dtype=np.int64))
+    factor, size = graph.dissection, len(plan.unknowns)
+    direct = CHOLESKY if available() else SPARSE
+    seconds = {
+        direct: factor.operations / _RATE[direct],
+        # The test for mechanisms costs about half a load case.
+        ITERATIVE: (cases + 0.5) * _ITERATIONS * _ITERATION * graph.entries,
+        BANDED: size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf,
+    }
+    name = min(seconds, key=lambda name: seconds[name])
+    dear = f"a factor in nested dissection order takes {factor.operations:.2g} operations"
+    reasons = {
+        ITERATIVE: f"conjugate gradients on {cases} load case(s), as {dear}",
+        BANDED: f"banded Cholesky, as the frame is slender: a band of {graph.width} by {size}, while {dear}",
+        SPARSE: f"SuperLU in minimum degree order, as {dear}",
+        CHOLESKY: f"CHOLMOD in nested dissection order, as {dear}",
+    }
+    return Method(name, reasons[name])

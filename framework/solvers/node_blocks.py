@@ -1,0 +1,106 @@
+"""Sums of element matrices by pairs of nodes: the pattern comes from node numbers, values are added component by
+component over many elements at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import bsr_matrix, csr_matrix, vstack
+
+from ..batch import Array
+from ..structure.topology import Index
+
+# Node numbers (n, k) of elements between k nodes, and what gives the symmetric matrices (m, ..., 6 k, 6 k) of a slice
+# of them.
+Stack = tuple[Index, Callable[[slice], Array]]
+
+# Elements, and rows of blocks, at once: they stay in the cache.
+_CHUNK = 4096
+
+
+def summed(stacks: Sequence[Stack], kept: NDArray[np.bool_]) -> csr_matrix:
+    """Sum over the DOFs of some nodes of element matrices, without what is exactly zero.
+
+    Parameters
+    ----------
+    stacks
+        Node numbers and matrices of one batch entry each; ``stack.__getitem__`` gives those of an array.
+    kept
+        Whether the DOFs of a node are wanted, (nodes,); what couples to the others is left out.
+
+    Returns
+    -------
+    csr_matrix
+        (6 nodes wanted, 6 nodes wanted), column numbers in order.
+    """
+    number = np.where(kept, np.cumsum(kept) - 1, -1)
+    couples = [number[nodes[:, [p, q]]] for nodes, _ in stacks for p, q in _sides(nodes) if p < q]
+    blocks = _Blocks(int(kept.sum()), np.concatenate([np.zeros((0, 2), np.int64), *couples]))
+    for nodes, matrices in stacks:
+        for start in range(0, len(nodes), _CHUNK):
+            part = slice(start, min(start + _CHUNK, len(nodes)))
+            ends, stack = number[nodes[part]], np.moveaxis(matrices(part), (-2, -1), (0, 1))
+            for p, q in _sides(nodes):
+                values = stack[6 * p : 6 * p + 6, 6 * q : 6 * q + 6].reshape(6, 6, -1)
+                blocks.add(ends[:, p], ends[:, q], values)
+    return blocks.matrix()
+
+
+def _sides(nodes: Index) -> list[tuple[int, int]]:
+    """Pairs of an element's nodes, by their places in it."""
+    k = nodes.shape[1]
+    return [(p, q) for p in range(k) for q in range(p, k)]
+
+
+class _Blocks:
+    """Blocks of a symmetric matrix, six by six: those of `count` nodes, then those of the pairs that `ends` (n, 2)
+    join, the lower node first; a negative node is none."""
+
+    def __init__(self, count: int, ends: Index) -> None:
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        self.count = count
+        pairs: Index = np.sort((count * low + high)[low >= 0])
+        self.pairs = pairs[np.diff(pairs, prepend=-1) > 0]
+        self.total = np.zeros((6, 6, count + len(self.pairs)))
+
+    def add(self, first: Index, second: Index, values: Array) -> None:
+        """Add `values` (6, 6, n) that couple nodes to themselves or to others."""
+        wanted = (first >= 0) & (second >= 0)
+        if not wanted.all():
+            first, second, values = first[wanted], second[wanted], values[..., wanted]
+        if not len(first):
+            return
+        low, high = np.minimum(first, second), np.maximum(first, second)
+        if np.any(first > second):
+            values = np.where(first > second, values.swapaxes(0, 1), values)
+        place = np.where(low == high, low, self.count + np.searchsorted(self.pairs, self.count * low + high))
+        start, stop = place.min(), place.max() + 1
+        for r, c in np.argwhere(values.any(axis=-1)):
+            self.total[r, c, start:stop] += np.bincount(place - start, values[r, c], stop - start)
+
+    def matrix(self) -> csr_matrix:
+        """Both triangles."""
+        low, high = np.divmod(self.pairs, max(self.count, 1))
+        own = np.arange(self.count)
+        # In this order the columns of a row come sorted.
+        rows, columns = np.concatenate([high, own, low]), np.concatenate([low, own, high])
+        shape = self.count, self.count
+        pattern = csr_matrix((np.arange(1, len(rows) + 1), (rows, columns)), shape=shape)
+        parts = [csr_matrix((0, 6 * self.count))]
+        for start in range(0, self.count, _CHUNK):
+            parts.append(self._rows(pattern, pattern.indptr[start : start + _CHUNK + 1]))
+        return csr_matrix(vstack(parts, format="csr"))
+
+    def _rows(self, pattern: csr_matrix, ends: NDArray[np.int32]) -> csr_matrix:
+        """Some rows of blocks."""
+        which = slice(ends[0], ends[-1])
+        source = pattern.data[which] - 1 - len(self.pairs)
+        below = source < 0
+        data = np.moveaxis(self.total[..., np.where(below, source + len(self.pairs) + self.count, source)], -1, 0)
+        data = np.where(below[:, None, None], np.swapaxes(data, 1, 2), data)
+        shape = 6 * (len(ends) - 1), 6 * self.count
+        out = csr_matrix(bsr_matrix((data, pattern.indices[which], ends - ends[0]), shape=shape).tocsr())
+        out.eliminate_zeros()
+        return out

@@ -1,0 +1,235 @@
+"""Solver of one large frame: its matrix assembled by node blocks, and factorised or iterated as the plan says."""
+
+from __future__ import annotations
+
+import copy
+import weakref
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..batch import Array, turned
+from ..batched.plan import Plan
+from ..clock import timed
+from ..structure.assembly import component_loads, mass_loads, member_loads
+from ..structure.matrices import Matrices
+from ..structure.parts import Row, Value
+from ..structure.topology import Index
+from .banded import BandedFactor
+from .cholesky import CholeskyFactor
+from .factor import Factor
+from .graph import Graph
+from .iterative import Iterative, Places
+from .lu import LUFactor
+from .method import BANDED, CHOLESKY, ITERATIVE, available
+from .refinement import REFINED, refined
+
+
+class SparseSolver:
+    """One matrix, any number of load cases.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame; no stiffness in it varies over the batch.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        # Weakly, as the plan holds this: what nobody needs any more is then freed at once, not by the collector.
+        self.plan: Plan = weakref.proxy(plan)
+        self.unknown: Index = plan.graph.unknown
+        self.matrices = Matrices(self.plan)
+        self._factors: dict[bytes, Factor] = {}
+
+    def reloaded(self, plan: Plan) -> SparseSolver:
+        """The same matrix and factors under the loads of another plan."""
+        twin = copy.copy(self)
+        twin.plan = weakref.proxy(plan)
+        twin.matrices = copy.copy(self.matrices)
+        twin.matrices.plan = twin.plan
+        for loaded in ("load", "unknowns", "_numbers", "excited"):
+            vars(twin).pop(loaded, None)
+        return twin
+
+    @property
+    def reason(self) -> str:
+        """Which way the matrix is solved, and why."""
+        gave_up = any(isinstance(factor, Iterative) and factor.instead is not None for factor in self._factors.values())
+        return self.plan.method.reason + ("; it did not converge, so a factor served instead" if gave_up else "")
+
+    def values(self, rows: Sequence[Row]) -> list[Value]:
+        """Value of each of `rows` over the unknowns."""
+        shape = self.plan.frame.shape
+        size = len(self.unknown)
+        out: list[Value] = []
+        for row in rows:
+            keys = np.array(list(row), dtype=np.int64)
+            index = np.where(keys >= 0, np.searchsorted(self.unknown, keys), size - 1 - keys)
+            factors = np.array([float(factor) for factor in row.values()])
+            out.append(self.plan.grid.value((factors @ self._numbers[index]).reshape(shape)))
+        return out
+
+    def singular(self, *, excited: bool) -> NDArray[np.bool_]:
+        """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
+        where = self.excited if excited else ~self.excited
+        found = bool(where.any()) and self._factor(where).singular
+        return np.full(self.plan.frame.shape, found)
+
+    @cached_property
+    def unknowns(self) -> Array:
+        """Displacements in joint-relative coordinates, (n, load cases)."""
+        from skfem import solve
+
+        out = np.zeros_like(self.load)
+        where = self.excited
+        if where.any():
+            factor = self._factor(where)
+            with timed(self.plan.times, "solution"):
+                out[where] = solve(factor.scaled, self.load[where], solver=lambda _, load: factor.solve(load))
+            if self.plan.method.name != ITERATIVE and where.sum() <= REFINED and not factor.singular:
+                with timed(self.plan.times, "refinement"):
+                    out[where] = refined(self.plan, self.unknown[where], out[where], factor.solve)
+        return out
+
+    # -- matrices ---------------------------------------------------------------------------------------------------
+
+    @property
+    def stiffness(self) -> csr_matrix:
+        """T^T K T and the springs, (n, n)."""
+        if "stiffness" in vars(self.matrices):
+            return self.matrices.stiffness
+        with timed(self.plan.times, "assembly"):
+            return self.matrices.stiffness
+
+    @property
+    def mass(self) -> csr_matrix:
+        """T^T M T of members and point masses, (n, n)."""
+        return self.matrices.mass
+
+    def motions(self) -> Array:
+        """Displacements of the unknowns that cost no energy, (n, motions): no more than a few are sought."""
+        everything = np.ones(len(self.unknown), dtype=bool)
+        return self._factor(everything).motions(self._direct(everything))
+
+    # -- loads ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def load(self) -> Array:
+        """Load on the unknowns, (n, load cases)."""
+        with timed(self.plan.times, "assembly"):
+            nodal = self._nodal_load()
+            shifts = self._shifts()
+            if shifts.any():
+                nodal -= self.matrices.members @ shifts
+            out: Array = self.matrices.substitution.T @ nodal
+            springs = self.plan.tree.springs
+            if springs:
+                rows = [spring.row for spring in springs]
+                stiffness = np.array(self.matrices.springs)
+                out -= self.matrices.spread(rows).T @ (stiffness[:, None] * self._known(rows))
+            return out
+
+    def _nodal_load(self) -> Array:
+        topology = self.plan.topology
+        out: Array = np.zeros((self._size, self._cases))
+        for node, k, value in component_loads(topology):
+            axes = topology.axes(node)
+            if axes is None:
+                out[6 * node + k] += value if value.ndim == 0 else self._flat(value[None, ..., None])[0, :, 0]
+            else:
+                local = axes[..., k % 3, :] * value[..., None]
+                half = 6 * node + k - k % 3
+                out[half : half + 3] += self._flat(local[None])[0].T
+        for node, vector in mass_loads(topology):
+            axes = topology.axes(node)
+            local = vector if axes is None else turned(np.swapaxes(axes, -1, -2), vector)
+            out[6 * node : 6 * node + 6] += self._flat(local[None])[0].T
+        for group, positions, local in member_loads(topology):
+            nodal = (np.swapaxes(group.transform[positions], -1, -2) @ local[..., None])[..., 0]
+            np.add.at(out, group.dofs[positions], np.swapaxes(self._flat(nodal), -1, -2))
+        return out
+
+    def _shifts(self) -> Array:
+        """g of ``u = T q + g``, (DOFs, load cases)."""
+        out = np.zeros((self._size, self._cases))
+        for node, six in self.plan.tree.rows.items():
+            out[6 * node : 6 * node + 6] = self._known(six)
+        return out
+
+    # -- inside -----------------------------------------------------------------------------------------------------
+
+    @property
+    def _size(self) -> int:
+        return 6 * len(self.plan.topology.number)
+
+    @property
+    def _cases(self) -> int:
+        return int(np.prod(self.plan.frame.shape, dtype=np.int64))
+
+    @property
+    def factor(self) -> Factor:
+        """Factor of the stiffness of what the loads reach."""
+        return self._factor(self.excited)
+
+    @cached_property
+    def excited(self) -> NDArray[np.bool_]:
+        """Unknowns that the loads reach, (n,)."""
+        _, label = connected_components(self.stiffness, directed=False)
+        pushed = np.unique(label[np.any(self.load != 0.0, axis=1)])
+        found: NDArray[np.bool_] = np.isin(label, pushed)
+        return found
+
+    def _factor(self, where: NDArray[np.bool_]) -> Factor:
+        key = where.tobytes()
+        if key not in self._factors:
+            matrix = self.stiffness if where.all() else self.stiffness[where][:, where]
+            with timed(self.plan.times, "factorisation"):
+                self._factors[key] = self._factorised(csr_matrix(matrix), where)
+        return self._factors[key]
+
+    def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
+        direct = self._direct(where)
+        if self.plan.method.name != ITERATIVE:
+            return direct(matrix)
+        graph = self.plan.graph
+        free = graph.free & np.array([body is None for body in self.plan.topology.bodies])
+        places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
+        return Iterative(matrix, places.of(where), direct)
+
+    def _direct(self, where: NDArray[np.bool_]) -> Callable[[csr_matrix], Factor]:
+        return partial(_direct, self.plan.method.name, self.plan.graph, where)
+
+    @cached_property
+    def _numbers(self) -> Array:
+        """Unknowns and known numbers, (n + knowns, load cases)."""
+        shape = self.plan.frame.shape
+        knowns = [np.broadcast_to(value, shape).reshape(-1) for value in self.plan.knowns.values]
+        return np.concatenate([self.unknowns, np.stack(knowns)])
+
+    def _known(self, rows: Sequence[Row]) -> Array:
+        """The known part of rows, (rows, load cases)."""
+        out = np.zeros((len(rows), self._cases))
+        values = self.plan.knowns.values
+        for r, row in enumerate(rows):
+            for k, factor in row.items():
+                if k < 0:
+                    out[r] += np.broadcast_to(factor * values[-1 - k], self.plan.frame.shape).reshape(-1)
+        return out
+
+    def _flat(self, stack: Array) -> Array:
+        """(n, ..., m) with its batch as one axis, (n, load cases, m)."""
+        n, m = stack.shape[0], stack.shape[-1]
+        return np.broadcast_to(stack, (n, *self.plan.frame.shape, m)).reshape(n, self._cases, m)
+
+
+def _direct(name: str, graph: Graph, where: NDArray[np.bool_], matrix: csr_matrix) -> Factor:
+    """Factor of the matrix of the unknowns `where`."""
+    if name == BANDED:
+        return BandedFactor(matrix, graph.order(graph.band, where))
+    if name == CHOLESKY or (name == ITERATIVE and available()):
+        return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))
+    return LUFactor(matrix)

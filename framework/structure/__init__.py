@@ -1,0 +1,1 @@
+"""A description made into numbers: stacks of members, joint-relative coordinates, matrices."""

@@ -1,0 +1,129 @@
+"""Member stiffness and loads in the nodes' axes: as stacks, and entry by entry for the broadcasting elimination."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, aligned, block_diagonal, turned
+from ..batched.condensation import Condensation
+from ..batched.stage import Forces, Matrix
+from .member_loads import applied_forces, equivalent, weight_forces
+from .parts import Grid, Knowns, Value, add, combine, is_zero
+from .topology import Group, Index, Topology
+
+if TYPE_CHECKING:
+    from ..batched.plan import Plan
+
+
+def stiffness_entries(topology: Topology, grid: Grid, condensed: Condensation) -> Matrix:
+    """Parts of the stiffness of all members by pair of DOF numbers, those in chains condensed to their ends."""
+    matrix: Matrix = {}
+    for numbers, stacks in _stacks(topology, condensed):
+        used = np.triu((stacks != 0.0).any(axis=tuple(range(1, stacks.ndim - 2))))
+        piece, a, b = np.nonzero(used)
+        entries = np.moveaxis(stacks, (0, -2, -1), (0, 1, 2))[piece, a, b]
+        shared = entries.size == len(entries)
+        values = list(entries.reshape(-1)) if shared else [grid.value(entry) for entry in entries]
+        first, second = (numbers[piece, end].tolist() for end in (a, b))
+        for i, j, value in zip(first, second, values, strict=True):
+            row = matrix.setdefault(i, {})
+            if j not in row:
+                row[j] = matrix.setdefault(j, {})[i] = {}
+            add(row[j], 0 if shared else grid.mask(value), value)
+    return matrix
+
+
+def _stacks(topology: Topology, condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
+    """DOF numbers (n, 12) and stiffness (n, ..., 12, 12) of members and chains."""
+    for group in topology.groups:
+        left = np.flatnonzero(~np.isin(group.pieces, condensed.pieces))
+        if len(left):
+            part = group.part(left) if len(left) < len(group.pieces) else group
+            yield part.dofs, part.extended_stiffness()
+    yield condensed.dofs, condensed.stiffness
+
+
+def force_entries(topology: Topology, knowns: Knowns) -> Forces:
+    """By DOF and known number: parts of the load for a unit of it; loads on members as equivalent nodal loads."""
+    forces: Forces = {}
+    grid = knowns.grid
+
+    def put(dof: int, source: int, value: Value) -> None:
+        if not is_zero(value):
+            add(forces.setdefault(dof, {}).setdefault(source, {}), grid.mask(value), value)
+
+    for node, k, value in component_loads(topology):
+        unit = _in_node(topology, node, np.eye(6)[k])
+        for key, factor in knowns.row(grid.value(value)).items():
+            for c, share in enumerate(grid.components(unit)):
+                put(6 * node + c, -1 - key, combine([(factor, share)]))
+    for node, vector in mass_loads(topology):
+        for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
+            put(6 * node + c, 0, share)
+    for group, positions, local in member_loads(topology):
+        nodal = (np.swapaxes(group.transform[positions], -1, -2) @ local[..., None])[..., 0]
+        for dofs, stack in zip(group.dofs[positions].tolist(), nodal, strict=True):
+            for dof, share in zip(dofs, grid.components(stack), strict=True):
+                put(dof, 0, share)
+    return forces
+
+
+def _in_node(topology: Topology, node: int, vector: Array) -> Array:
+    """A global vector (..., 6) in the axes of a node."""
+    axes = topology.axes(node)
+    aligned_vector = aligned(vector, len(topology.frame.shape), 1)
+    return aligned_vector if axes is None else turned(np.swapaxes(axes, -1, -2), aligned_vector)
+
+
+def nodal_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
+    """Loads at nodes and weight of masses: node number, and vector (..., 6) in global axes."""
+    for node, k, value in component_loads(topology):
+        yield node, aligned(value[..., None] * np.eye(6)[k], len(topology.frame.shape), 1)
+    yield from mass_loads(topology)
+
+
+def component_loads(topology: Topology) -> Iterator[tuple[int, int, Array]]:
+    """Loads at nodes as given: node number, component, value (...)."""
+    for name, loads in topology.frame.loads.items():
+        for k, value in loads:
+            yield topology.number[name], k, value
+
+
+def mass_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
+    """Weight of masses: node number, and vector (..., 6) in global axes."""
+    frame = topology.frame
+    if frame.weight is not None:
+        push = np.concatenate([frame.weight, np.zeros_like(frame.weight)], axis=-1)
+        for mass in frame.masses.values():
+            force = (mass.element.mass_matrix() @ push[..., None])[..., 0]
+            yield topology.number[mass.node], aligned(force, len(frame.shape), 1)
+
+
+def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
+    """Equivalent end forces of the loads on members: group, positions in it (n,), local stack (n, ..., 12)."""
+    frame = topology.frame
+    for group in topology.groups:
+        if frame.weight is not None:
+            everywhere = np.arange(len(group.pieces))
+            yield group, everywhere, equivalent(group, everywhere, weight_forces(topology, group, everywhere))
+        if frame.member_loads:
+            loaded = [k for k, piece in enumerate(group.pieces) if topology.pieces[piece].member in frame.member_loads]
+            for position in loaded:
+                at = np.array([position])
+                yield group, at, equivalent(group, at, applied_forces(topology, group, position))
+
+
+def point_masses(plan: Plan) -> Iterator[tuple[int, Array]]:
+    """Masses at nodes: node number, and matrix (..., 6, 6) in the node's axes."""
+    for point in plan.frame.masses.values():
+        node = plan.topology.number[point.node]
+        matrix = aligned(point.element.mass_matrix(), len(plan.frame.shape), 2)
+        axes = plan.topology.axes(node)
+        if axes is not None:
+            turn = block_diagonal((axes, axes))
+            matrix = np.swapaxes(turn, -1, -2) @ matrix @ turn
+        yield node, matrix

@@ -1,0 +1,117 @@
+"""Pieces of equal kind as one stack: their axes, and their matrices in the axes of their nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, block_diagonal
+from ..protocol import LineElement
+from .parts import Extended
+
+Index = NDArray[np.int64]
+
+# Stiffness matrices up to which a stack is summed in extended precision.
+_EXTENDED = 4096
+ALL = slice(None)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Pieces of equal kind as one stack.
+
+    Attributes
+    ----------
+    element
+        Stands for them all.
+    pieces
+        Their numbers (n,).
+    dofs
+        Their DOF numbers (n, 12).
+    length
+        (n, ...).
+    turns
+        For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node.
+    rows
+        The local axes as rows (n, ..., 3, 3), in the axes of `body` where both nodes are on one.
+    body
+        Axes of that body as columns (..., 3, 3), None where there is none.
+    """
+
+    element: LineElement
+    pieces: Index
+    dofs: Index
+    length: Array
+    turns: tuple[Array, Array]
+    rows: Array
+    body: Array | None
+
+    @property
+    def nodes(self) -> Index:
+        """Node numbers of their ends (n, 2)."""
+        return self.dofs[:, ::6] // 6
+
+    @cached_property
+    def level(self) -> Array:
+        """The local axes as rows (n, ..., 3, 3) in global axes."""
+        return self.rows if self.body is None else self.rows @ np.swapaxes(self.body, -1, -2)
+
+    @cached_property
+    def transform(self) -> Array:
+        """From displacements in the nodes' axes to local ones, (n, ..., 12, 12)."""
+        start, end = self.turns
+        return block_diagonal((start, start, end, end))
+
+    @property
+    def stiffness_shape(self) -> tuple[int, ...]:
+        """Batch shape over which the stiffness of a piece varies."""
+        turns = (turn.shape[1:-2] for turn in self.turns)
+        return np.broadcast_shapes(*turns, self.length.shape[1:], self.element.shape)
+
+    def turned(self, local: Array) -> Array:
+        """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero."""
+        turns = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in self.turns]
+        batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in turns))
+        out = np.zeros((12, 12, *batch))
+        used = (local != 0.0).reshape(-1, 12, 12).any(axis=0)
+        for i, block in zip(*np.nonzero(used.reshape(12, 4, 3).any(axis=-1)), strict=True):
+            p, q = 3 * (i // 3), 3 * block
+            if p <= q:
+                row = sum(local[..., i, q + k] * turns[q // 6][k] for k in range(3) if used[i, q + k])
+                out[p : p + 3, q : q + 3] += turns[p // 6][i - p][:, None] * row
+        low, high = np.tril_indices(12, -1)
+        out[low, high] = out[high, low]
+        return np.moveaxis(out, (0, 1), (-2, -1))
+
+    def part(self, part: slice | Index) -> Group:
+        """Some of the pieces as a stack of their own."""
+        start, end = self.turns
+        turns = start[part], end[part]
+        rows, length = self.rows[part], self.length[part]
+        return Group(self.element, self.pieces[part], self.dofs[part], length, turns, rows, self.body)
+
+    def stiffness(self, part: slice = ALL) -> Array:
+        """Stiffness of the pieces, or of some of them, in the nodes' axes, (n, ..., 12, 12)."""
+        some = self.part(part)
+        return some.turned(some.element.stiffness_matrix(some.length))
+
+    def mass(self, part: slice = ALL) -> Array:
+        """Mass of the pieces, or of some of them, in the nodes' axes, (n, ..., 12, 12)."""
+        some = self.part(part)
+        return some.turned(some.element.mass_matrix(some.length))
+
+    def extended_stiffness(self) -> NDArray[Any]:
+        """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision where it is not a large stack.
+
+        As a sum of springs on deformations it keeps, to the square of rounding, that a rigid motion costs no energy.
+        """
+        stiffness, rows = self.element.springs(self.length)
+        kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
+        turned: NDArray[Any] = (rows @ self.transform).astype(kind)
+        weighed: NDArray[Any] = stiffness.astype(kind)[..., None] * turned
+        out: NDArray[Any] = np.swapaxes(turned, -1, -2) @ weighed
+        return out

@@ -1,0 +1,100 @@
+"""Sparse stiffness and mass of one batch entry in joint-relative coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, diags
+
+from ..solvers.node_blocks import Stack, summed
+from .assembly import point_masses
+from .parts import Row, Value
+from .topology import Index
+
+if TYPE_CHECKING:
+    from ..batched.plan import Plan
+
+
+class Matrices:
+    """T^T K T and T^T M T of ``u = T q + g``.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    entry
+        Indices of the batch entry; any where the stiffness does not vary.
+    members
+        Stiffness of the members at the entry, where it varies.
+    """
+
+    def __init__(self, plan: Plan, entry: tuple[int, ...] = (), members: Sequence[Stack] | None = None) -> None:
+        self.plan, self.entry = plan, entry
+        self.unknown: Index = plan.graph.unknown
+        self._members = members or [(group.nodes, group.stiffness) for group in plan.topology.groups]
+
+    @cached_property
+    def stiffness(self) -> csr_matrix:
+        """T^T K T and the springs, (n, n)."""
+        members = self._reduced(self._members)
+        if not self.plan.tree.springs:
+            return members
+        rows = self.spread([spring.row for spring in self.plan.tree.springs])
+        return csr_matrix(members + rows.T @ diags(self.springs) @ rows)
+
+    @property
+    def springs(self) -> list[float]:
+        """Stiffness of the springs."""
+        return [self._at(spring.stiffness) for spring in self.plan.tree.springs]
+
+    @cached_property
+    def mass(self) -> csr_matrix:
+        """T^T M T of members and point masses, (n, n)."""
+        points = point_masses(self.plan)
+        stacks: list[Stack] = [(np.array([[node]]), matrix[None].__getitem__) for node, matrix in points]
+        return self._reduced([(group.nodes, group.mass) for group in self.plan.topology.groups] + stacks)
+
+    @cached_property
+    def members(self) -> csr_matrix:
+        """Stiffness of the members over all DOFs."""
+        return summed(self._members, np.ones_like(self.plan.graph.free))
+
+    @cached_property
+    def substitution(self) -> csr_matrix:
+        """T, (DOFs, n)."""
+        free = np.flatnonzero(self.plan.graph.free)
+        own = (6 * free[:, None] + np.arange(6)).reshape(-1)
+        nodes = self.plan.tree.rows
+        rows = self.spread([row for six in nodes.values() for row in six]).tocoo()
+        dofs = (6 * np.array(list(nodes), dtype=np.int64)[:, None] + np.arange(6)).reshape(-1)[rows.row]
+        columns = np.concatenate([np.searchsorted(self.unknown, own), rows.col])
+        data = np.concatenate([np.ones(len(own)), rows.data])
+        shape = 6 * len(self.plan.graph.free), len(self.unknown)
+        return coo_matrix((data, (np.concatenate([own, dofs]), columns)), shape=shape).tocsr()
+
+    def global_substitution(self, nodes: list[int]) -> csr_matrix:
+        """Displacements of `nodes` in global axes from the unknowns, (6 nodes, n)."""
+        return self.spread([row for node in nodes for row in self.plan.tree.global_rows(node)])
+
+    def spread(self, rows: Sequence[Row]) -> csr_matrix:
+        """Rows over the unknowns as a matrix, (rows, n)."""
+        entries = [(r, k, self._at(v)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0]
+        r, k, v = (np.array(part) for part in zip(*entries, strict=True)) if entries else (np.zeros(0, dtype=int),) * 3
+        return coo_matrix((v, (r, np.searchsorted(self.unknown, k))), shape=(len(rows), len(self.unknown))).tocsr()
+
+    def _reduced(self, stacks: Sequence[Stack]) -> csr_matrix:
+        """T^T A T, (n, n), of a sum of element matrices."""
+        free = self.plan.graph.free
+        if 6 * free.sum() == len(self.unknown):  # the other nodes are held
+            return summed(stacks, free)
+        change = self.substitution
+        return csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
+
+    def _at(self, value: Value) -> float:
+        """A number at the entry."""
+        if not isinstance(value, np.ndarray):
+            return float(value)
+        return float(value[tuple(k if n > 1 else 0 for k, n in zip(self.entry, value.shape, strict=True))])

@@ -1,0 +1,77 @@
+"""All that acts on a stretch of a member as point forces that integrate exactly what is asked of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..batch import Array, aligned, turned
+from ..loads import LineLoad, MemberLoad
+from .topology import Group, Index, Topology
+
+PointForces = Iterator[tuple[Array, Array]]
+
+
+def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | None = None) -> PointForces:
+    """Point forces that stand for the weight of pieces.
+
+    Parameters
+    ----------
+    topology
+        The numbered frame.
+    group
+        Group of the pieces.
+    at
+        Positions of the pieces in the group (n,).
+    upto
+        Distance from the piece's start (n, ...) at which the stretch ends; the piece's length where None.
+
+    Yields
+    ------
+    tuple
+        Distance from the piece's start (n, ...) and force and moment in local axes (n, ..., 6).
+    """
+    weight = topology.frame.weight
+    if weight is None:
+        return
+    length = group.length[at]
+    end = length if upto is None else upto
+    push = turned(group.level[at], aligned(weight, length.ndim - 1, 1)[None])
+    points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
+    for point, share in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
+        mass = group.element.mass_per_length(end * point / length)
+        force = (share * mass * end)[..., None] * push
+        yield end * point, np.concatenate([force, np.zeros_like(force)], axis=-1)
+
+
+def applied_forces(topology: Topology, group: Group, position: int, upto: Array | None = None) -> PointForces:
+    """Point forces that stand for the line and point loads on one piece; see `weight_forces`."""
+    piece = topology.pieces[group.pieces[position]]
+    length, level = group.length[position], group.level[position]
+    start = length * piece.index
+    end = start + (length if upto is None else upto)
+    for load in topology.frame.member_loads.get(piece.member, []):
+        for x, force in _local(load, level).points(start, end, length * piece.count, group.element.quadrature):
+            yield (x - start)[None], force[None]
+
+
+def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
+    """End forces (n, ..., 12), local, that do the work of point forces on pieces."""
+    out: Array = np.zeros((*group.length[at].shape, 12))
+    for x, force in forces:
+        shapes = group.element.shape_functions(group.length[at], x)
+        out = out + np.einsum("...ij,...i->...j", shapes, force)
+    return out
+
+
+def _local(load: MemberLoad, level: Array) -> MemberLoad:
+    """The load with its components in the local axes `level` (..., 3, 3), given as rows."""
+    if load.local:
+        return load
+    ndim = level.ndim - 2
+    if isinstance(load, LineLoad):
+        start, end = (turned(level, aligned(side, ndim, 1)) for side in (load.start, load.end))
+        return replace(load, start=start, end=end, local=True)
+    return replace(load, force=turned(level, aligned(load.force, ndim, 1)), local=True)

@@ -1,0 +1,142 @@
+"""Numbers of a batch, each kept at the smallest batch shape that it varies over.
+
+An entry of a matrix is a sum of parts, keyed by the batch axes over which each part varies (a bit mask). What varies
+with nothing is a plain float, what varies with the pose an array ``(36, 1)``, what varies with the sample ``(1, 100)``:
+parts are added up only when the sum is needed, so that most arithmetic happens on the small ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, Shape, aligned
+
+# A number that varies with nothing is a scalar. What is done once for the whole batch is done in extended precision
+# where the machine has it (80 bits on x86): it costs next to nothing, and leaves its digits to what depends on it.
+Extended = np.longdouble
+Value = float | np.floating[Any] | NDArray[np.floating[Any]]
+Parts = dict[int, Value]
+# A combination of numbers: factors by unknown (0, 1, ...) and by known number (-1, -2, ...).
+Row = dict[int, Value]
+# The known number one.
+ONE = -1
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The batch: its shape, and for a mask of varying axes the number of entries."""
+
+    shape: Shape
+
+    @cached_property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of batch entries by mask."""
+        return tuple(
+            int(np.prod([n for axis, n in enumerate(self.shape) if mask >> axis & 1], dtype=np.int64))
+            for mask in range(1 << len(self.shape))
+        )
+
+    def mask(self, value: Value) -> int:
+        """The axes over which `value` varies, as bits."""
+        if not isinstance(value, np.ndarray):
+            return 0
+        return sum(1 << axis for axis, n in enumerate(value.shape) if n > 1)
+
+    def value(self, array: NDArray[Any]) -> Value:
+        """`array` (...) as a scalar where it holds one number, else contiguous with all batch axes."""
+        if array.size == 1:
+            number: Value = array.reshape(-1)[0]
+            return float(number) if array.dtype == np.float64 else number
+        return np.ascontiguousarray(aligned(array, len(self.shape)))
+
+    def components(self, array: Array, trailing: int = 1) -> list[Value]:
+        """The entries of `array` (..., n) or (..., n, m) by component, exact zeros as 0.0."""
+        flat = array.reshape(*array.shape[: array.ndim - trailing], -1)
+        used = (flat != 0.0).reshape(-1, flat.shape[-1]).any(axis=0)
+        return [self.value(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
+
+
+def is_zero(value: Value) -> bool:
+    """Whether `value` is the exact constant zero."""
+    return not isinstance(value, np.ndarray) and value == 0.0
+
+
+def add(parts: Parts, mask: int, value: Value) -> None:
+    """Add `value`, which varies over `mask`, to a sum of parts."""
+    parts[mask] = parts[mask] + value if mask in parts else value
+
+
+def total(parts: Parts) -> tuple[int, Value]:
+    """Mask and value of a sum of parts, smallest parts first."""
+    varying, result = 0, 0.0  # type: int, Value
+    for mask in sorted(parts):
+        varying |= mask
+        result = parts[mask] if is_zero(result) else result + parts[mask]
+    return varying, result
+
+
+def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
+    """Sum of products, without the terms that are exactly zero."""
+    result: Value = 0.0
+    owned = False
+    for a, b in terms:
+        if is_zero(a) or is_zero(b):
+            continue
+        unit = not isinstance(a, np.ndarray) and a == 1.0
+        product = b if unit else a * b
+        if is_zero(result):
+            result, owned = product, not unit
+        elif owned and isinstance(result, np.ndarray) and result.shape == np.shape(product):
+            np.add(result, product, out=result)
+        else:
+            result, owned = result + product, True
+    return result
+
+
+def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:
+    """Add `factor` times the sparse row `other` to `row`."""
+    for key, value in other.items():
+        term = combine([(factor, value)])
+        if not is_zero(term):
+            row[key] = row[key] + term if key in row else term
+
+
+def unknowns(row: Row) -> list[int]:
+    """The unknowns in a combination."""
+    return [key for key in row if key >= 0]
+
+
+@dataclass
+class Knowns:
+    """Given numbers of a frame: loads, offsets, prescribed displacements.
+
+    What is linear in them is computed once for a unit of each, as long as they vary over more than the geometry does.
+
+    Attributes
+    ----------
+    grid
+        The batch.
+    geometry
+        Mask of the axes over which the geometry varies.
+    values
+        The numbers; known number -1 - k is ``values[k]``.
+    """
+
+    grid: Grid
+    geometry: int
+    values: list[Value] = field(default_factory=lambda: [1.0])
+
+    def row(self, value: Value) -> Row:
+        """`value` as a combination of known numbers."""
+        if not np.any(value):
+            return {}
+        if not self.grid.mask(value) & ~self.geometry:
+            return {ONE: value}
+        self.values.append(value)
+        return {-len(self.values): 1.0}

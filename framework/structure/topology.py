@@ -1,0 +1,225 @@
+"""Members cut into pieces, numbered on a scikit-fem mesh, and gathered into stacks that are evaluated together."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..batch import Array, aligned
+from ..dofs import DISPLACEMENTS
+from ..protocol import LineElement
+from .group import Group, Index
+
+if TYPE_CHECKING:
+    from ..frame import Frame, Node
+
+__all__ = ["Group", "Index", "Piece", "Topology"]
+
+
+@dataclass(slots=True)
+class Piece:
+    """One of the equal parts of a member, between two node numbers."""
+
+    member: str
+    index: int
+    count: int
+    element: LineElement
+    nodes: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Topology:
+    """Numbered nodes and pieces.
+
+    Attributes
+    ----------
+    number
+        Node number by name; interior nodes of members are named ``member.1``, ``member.2``, ...
+    bodies
+        Body of each node.
+    counts
+        Number of pieces of each member, (members,); those of one member are numbered in a row.
+    ends
+        Node numbers of all pieces, (pieces, 2).
+    """
+
+    frame: Frame
+    number: dict[str, int]
+    bodies: list[str | None]
+    counts: Index
+    ends: Index
+
+    @classmethod
+    def of(cls, frame: Frame, *, cut: bool) -> Topology:
+        """Number the nodes of a frame and, for what needs it, `cut` its members into their segments.
+
+        Statics needs no cut where one piece is exact.
+        """
+        number = {name: index for index, name in enumerate(frame.nodes)}
+        bodies = [node.body for node in frame.nodes.values()]
+        members = frame.members
+        elements = {id(member.element): member.element for member in members.values()}
+        segments = {key: e.segments if cut or not e.exact else 1 for key, e in elements.items()}
+        counts = np.array([segments[id(member.element)] for member in members.values()], dtype=np.int64)
+        first, last = ([number[node] for node in side] for side in _sides(frame))
+        # Interior nodes come after all others, member by member.
+        inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
+        index = _index(counts)
+        begin, end, inner, count = (np.repeat(part, counts) for part in (first, last, inner, counts))
+        ends = np.stack([np.where(index == 0, begin, inner + index - 1),
+                         np.where(index == count - 1, end, inner + index)], axis=1)  # fmt: skip
+        if len(ends) > len(members):
+            for (name, member), parts in zip(members.items(), counts.tolist(), strict=True):
+                shared = _shared(frame.nodes[member.start], frame.nodes[member.end])
+                for k in range(1, parts):
+                    number[f"{name}.{k}"] = len(number)
+                    bodies.append(shared)
+        return cls(frame, number, bodies, counts, ends.astype(np.int64))
+
+    @cached_property
+    def pieces(self) -> list[Piece]:
+        """All pieces one by one."""
+        names, counts = list(self.frame.members), self.counts.tolist()
+        each = zip(self.members.tolist(), _index(self.counts).tolist(), self._elements, self.ends.tolist(), strict=True)
+        return [Piece(names[m], index, counts[m], element, (a, b)) for m, index, element, (a, b) in each]
+
+    @cached_property
+    def pieces_of(self) -> dict[str, range]:
+        """Piece numbers of each member."""
+        last = np.cumsum(self.counts)
+        ranges = map(range, (last - self.counts).tolist(), last.tolist())
+        return dict(zip(self.frame.members, ranges, strict=True))
+
+    @cached_property
+    def members(self) -> Index:
+        """Member number of each piece, (pieces,)."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+    @cached_property
+    def _elements(self) -> list[LineElement]:
+        """Element of each piece."""
+        each = zip(self.frame.members.values(), self.counts.tolist(), strict=True)
+        return [e for m, n in each for e in ([m.element] if n == 1 else [m.element.part(i, n) for i in range(n)])]
+
+    @cached_property
+    def groups(self) -> list[Group]:
+        """Pieces gathered by kind, geometry shape and bodies."""
+        kinds: dict[Hashable, int] = {}
+        distinct = {id(element): element for element in self._elements}
+        kind = {key: kinds.setdefault(element.kind, len(kinds)) for key, element in distinct.items()}
+        codes = np.array([kind[id(element)] for element in self._elements], dtype=np.int64)
+        chords = self._chords
+        if not isinstance(chords, np.ndarray):
+            keys: dict[Hashable, int] = {}
+            ends = ((self.bodies[a], self.bodies[b]) for a, b in self.ends.tolist())
+            where = zip(codes.tolist(), (chord.shape for chord in chords), ends, strict=True)
+            codes = np.array([keys.setdefault(key, len(keys)) for key in where], dtype=np.int64)
+        members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
+        return [self._group(numbers, chords) for numbers in members if len(numbers)]
+
+    @cached_property
+    def _plain(self) -> Array | None:
+        """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
+        nodes = self.frame.nodes.values()
+        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
+            return None
+        return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
+
+    @cached_property
+    def _chords(self) -> Array | list[Array]:
+        """Chord of each piece's member, (..., 3)."""
+        if self._plain is None:
+            chords = [self.frame.chord(name) for name in self.frame.members]
+            return [chords[member] for member in self.members.tolist()]
+        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
+        return (self._plain[last] - self._plain[first])[self.members]
+
+    def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
+        ndim = len(self.frame.shape)
+        element, nodes = self._elements[numbers[0]], self.ends[numbers]
+        if isinstance(chords, np.ndarray):
+            chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
+        else:
+            chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
+        rows = element.axes(chord)
+        counts = self.counts[self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
+        length = np.linalg.norm(chord, axis=-1) / counts
+        first, second = (self.bodies[node] for node in nodes[0])
+        if first == second:
+            turns, shared = (rows, rows), self.axes(int(nodes[0, 0]))
+        else:
+            turns, shared = (self._in_node(rows, int(nodes[0, 0])), self._in_node(rows, int(nodes[0, 1]))), None
+        dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
+        return Group(element, numbers, dofs, length, turns, rows, shared)
+
+    def _in_node(self, rows: Array, node: int) -> Array:
+        """Axes given as rows in global components, in those of a node."""
+        axes = self.axes(node)
+        return rows if axes is None else rows @ axes
+
+    def axes(self, node: int) -> Array | None:
+        """Axes of a node as columns (..., 3, 3), None where they are the global ones."""
+        body = self.bodies[node]
+        return None if body is None else aligned(self.frame.bodies[body].axes, len(self.frame.shape), 2)
+
+    def position(self, node: int) -> Array:
+        """Global position of a described node, (..., 3), with all batch axes."""
+        return aligned(self.frame.position(self.names[node]), len(self.frame.shape), 1)
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of all nodes, those of the frame first."""
+        return list(self.number)
+
+    @cached_property
+    def points(self) -> Array:
+        """Positions of all nodes at the first batch entry, (nodes, 3)."""
+        described = self._plain
+        if described is None:
+            described = np.stack([self.frame.position(name).reshape(-1, 3)[0] for name in self.frame.nodes])
+        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
+        index = _index(self.counts)
+        inner = index > 0
+        member, share = self.members[inner], index[inner] / self.counts[self.members[inner]]
+        start, end = described[first][member], described[last][member]
+        return np.concatenate([described, start + (end - start) * share[:, None]])
+
+    @cached_property
+    def mesh(self) -> Any:
+        """The first batch entry as a scikit-fem ``MeshLine1`` with subdomains ``beam`` and ``joint``."""
+        from skfem import MeshLine1
+
+        joints = [(self.number[j.first], self.number[j.second]) for j in self.frame.joints.values()]
+        cells = np.concatenate([self.ends, np.array(joints, dtype=np.int64).reshape(-1, 2)]).T
+        beam = np.arange(len(self.ends))
+        parts = {"beam": beam, "joint": np.arange(len(self.ends), cells.shape[1])}
+        points = np.ascontiguousarray(self.points.T)
+        return MeshLine1(points, np.ascontiguousarray(cells), sort_t=False, validate=False).with_subdomains(parts)
+
+    @cached_property
+    def numbering(self) -> Any:
+        """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
+        from skfem import Dofs, ElementLineP1, ElementVector
+
+        element = ElementVector(ElementLineP1(), 6)
+        element.dofnames = list(DISPLACEMENTS)
+        return Dofs(self.mesh, element)
+
+
+def _shared(start: Node, end: Node) -> str | None:
+    return start.body if start.body == end.body else None
+
+
+def _sides(frame: Frame) -> tuple[list[str], list[str]]:
+    """Start and end nodes of the members."""
+    members = frame.members.values()
+    return [member.start for member in members], [member.end for member in members]
+
+
+def _index(counts: Index) -> Index:
+    """Which part of its member each piece is."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

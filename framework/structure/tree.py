@@ -1,0 +1,348 @@
+"""Joint-relative coordinates: the displacement of every node from those of a few, and of the joints between them.
+
+Joints, rigid links, ties and supports are edges between nodes and the ground. A spanning forest of them gives each
+node a parent, and ``u_child = u_parent + R (delta + offset)``: the unknowns are the displacements of the roots and the
+joint displacements delta, so that a stiff spring stands alone on the diagonal of its own delta, an ideal component is
+simply absent and a free one has no spring. Edges that close a loop add springs, or constraints that are eliminated
+(Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 4 and 8, uses the same coordinates for motion).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..batch import Array, aligned
+from ..frame import Frame, Tie
+from .constraints import Constraint, Elimination, eliminate
+from .parts import Grid, Knowns, Row, Value, add_row, combine, is_zero
+from .topology import Topology
+
+GROUND = -1
+# Components that a screw couples: uz and rz in the joint's axes.
+ALONG, ABOUT = 2, 5
+# Columns are axes; None stands for the global ones.
+Matrix3 = list[list[Value]] | None
+_SIX = range(6)
+_NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Connection between two nodes (or the ground): six springs from 0 to inf between them.
+
+    Attributes
+    ----------
+    name
+        The joint, or the node supported; None for ties.
+    kind
+        ``joint``, ``support``, ``rigid`` or ``tie``.
+    first, second
+        Node numbers, GROUND for the ground.
+    ideal
+        Components that are held.
+    stiffness
+        By component, 0.0 where there is no spring.
+    axes
+        (..., 3, 3) as columns, None for the global ones.
+    offset
+        Imposed relative displacement by component, over the known numbers.
+    pitch
+        Advance along z per radian about z.
+    """
+
+    name: str | None
+    kind: str
+    first: int
+    second: int
+    ideal: tuple[int, ...]
+    stiffness: tuple[Value, ...]
+    axes: Array | None
+    offset: tuple[Row, ...]
+    pitch: Value = 0.0
+
+    @property
+    def strength(self) -> tuple[int, float]:
+        """Sorts what had better be in the tree: most ideal components, then the stiffest."""
+        return len(self.ideal), max(k if isinstance(k, float) else float(np.max(k)) for k in self.stiffness)
+
+    def elastic(self, moved: list[Row]) -> list[Row]:
+        """What of the relative displacement `moved` is neither imposed nor the advance of a screw."""
+        out = [dict(row) for row in moved]
+        for row, offset in zip(out, self.offset, strict=True):
+            add_row(row, offset, -1.0)
+        add_row(out[ALONG], out[ABOUT], combine([(-1.0, self.pitch)]))
+        return out
+
+
+@dataclass(frozen=True)
+class Branch:
+    """An edge of the tree, seen from `child` to `parent`; `sign` is 1 where the child is the edge's second node."""
+
+    edge: Edge
+    parent: int
+    child: int
+    sign: float
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring on the displacement `row`."""
+
+    row: Row
+    stiffness: Value
+
+
+@dataclass
+class Tree:
+    """What each node's displacement is made of.
+
+    Attributes
+    ----------
+    knowns
+        The known numbers.
+    rows
+        For each node on an edge: six rows over the unknowns and the known numbers, in the node's axes.
+    branches
+        Tree edges, parents before children.
+    closing
+        Edges that close a loop, with their relative displacement in the edge's axes.
+    springs
+        All springs, on the unknowns.
+    elimination
+        Unknowns that loop-closing ideal components made dependent.
+    """
+
+    topology: Topology
+    grid: Grid
+    knowns: Knowns
+    edges: list[Edge]
+    rows: dict[int, list[Row]] = field(default_factory=dict)
+    branches: list[Branch] = field(default_factory=list)
+    closing: list[tuple[Edge, list[Row]]] = field(default_factory=list)
+    springs: list[Spring] = field(default_factory=list)
+    elimination: Elimination = field(default_factory=Elimination)
+
+    @classmethod
+    def of(cls, topology: Topology, knowns: Knowns) -> Tree:
+        """Choose the tree and express all nodes by it."""
+        tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
+        chosen, closing = spanning(tree.edges)
+        tree._grow(chosen)
+        for edge in closing:
+            tree._close(edge)
+        tree._hold()
+        return tree
+
+    def row(self, node: int, component: int) -> Row:
+        """A displacement component of a node, in its own axes."""
+        return self.rows[node][component] if node in self.rows else {6 * node + component: 1.0}
+
+    def joint_row(self, branch: Branch, component: int) -> Row:
+        """Relative displacement of a tree edge in its own axes: elastic or free, and imposed."""
+        row = dict(branch.edge.offset[component])
+        if component not in branch.edge.ideal:
+            add_row(row, self.elimination.substituted({6 * branch.child + component: 1.0}))
+        if component == ALONG and ABOUT not in branch.edge.ideal:
+            turn = self.elimination.substituted({6 * branch.child + ABOUT: 1.0})
+            add_row(row, turn, branch.edge.pitch)
+        return row
+
+    def turn(self, node: int) -> Matrix3:
+        """Axes of a node as columns."""
+        return _entries(self.grid, None if node == GROUND else self.topology.axes(node))
+
+    def arm(self, edge: Edge) -> list[Value]:
+        """Vector from the first to the second node of a rigid link, global."""
+        return self.grid.components(self.topology.position(edge.second) - self.topology.position(edge.first))
+
+    def global_rows(self, node: int) -> list[Row]:
+        """Displacement of a node in global axes."""
+        if node == GROUND:
+            return [{} for _ in _SIX]
+        return _rotated(self.turn(node), [self.row(node, k) for k in range(6)])
+
+    # -- building ---------------------------------------------------------------------------------------------------
+
+    def _grow(self, chosen: list[Edge]) -> None:
+        at: dict[int, list[Edge]] = {GROUND: []}
+        for edge in chosen:
+            at.setdefault(edge.first, []).append(edge)
+            at.setdefault(edge.second, []).append(edge)
+        seen: set[int] = set()
+        for root in at:
+            if root in seen:
+                continue
+            seen.add(root)
+            if root != GROUND:
+                self.rows[root] = [{6 * root + k: 1.0} for k in _SIX]
+            queue = deque([root])
+            while queue:
+                parent = queue.popleft()
+                for edge in at[parent]:
+                    child = edge.second if edge.first == parent else edge.first
+                    if child not in seen:
+                        seen.add(child)
+                        self._derive(Branch(edge, parent, child, 1.0 if child == edge.second else -1.0))
+                        queue.append(child)
+
+    def _derive(self, branch: Branch) -> None:
+        edge, child, sign = branch.edge, branch.child, branch.sign
+        self.branches.append(branch)
+        self._stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
+        rows = self._carried(edge, branch.parent, sign)
+        axes = _entries(self.grid, edge.axes)
+        for k in _SIX:
+            free, offset = k not in edge.ideal, edge.offset[k]
+            if not free and not offset:
+                continue
+            for i, factor in _column(axes, k, sign):
+                add_row(rows[i], offset, factor)
+                if free:
+                    rows[i][6 * child + k] = factor
+        if ABOUT not in edge.ideal and not is_zero(edge.pitch):
+            for i, factor in _column(axes, ALONG, sign):
+                add_row(rows[i], {6 * child + ABOUT: 1.0}, combine([(edge.pitch, factor)]))
+        self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
+
+    def _carried(self, edge: Edge, node: int, sign: float = 1.0) -> list[Row]:
+        """Global displacement of `node`, carried along the arm of a rigid link: plus rotation x arm."""
+        moved = self.global_rows(node)
+        rows = [dict(row) for row in moved]
+        if edge.kind == "rigid":
+            arm = [combine([(sign, a)]) for a in self.arm(edge)]
+            for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+                add_row(rows[i], moved[3 + j], arm[k])
+                add_row(rows[i], moved[3 + k], combine([(-1.0, arm[j])]))
+        return rows
+
+    def _close(self, edge: Edge) -> None:
+        moved = [dict(row) for row in self.global_rows(edge.second)]
+        for row, first in zip(moved, self._carried(edge, edge.first), strict=True):
+            add_row(row, first, -1.0)
+        between = _rotated(_transposed(_entries(self.grid, edge.axes)), moved)
+        self.closing.append((edge, between))
+        self._stiffen(edge, edge.elastic(between))
+
+    def _stiffen(self, edge: Edge, elastic: list[Row]) -> None:
+        self.springs += [
+            Spring(elastic[k], edge.stiffness[k])
+            for k in _SIX
+            if k not in edge.ideal and not is_zero(edge.stiffness[k])
+        ]
+
+    def _hold(self) -> None:
+        """Eliminate the ideal components of the edges that close a loop."""
+        elastic = [(edge, edge.elastic(between)) for edge, between in self.closing]
+        size = self.topology.frame.size
+        held = [Constraint(rows[k], edge, k, size) for edge, rows in elastic for k in edge.ideal]
+        if not held:
+            return
+        self.elimination = eliminate(self.knowns, held)
+        change = self.elimination.substituted
+        self.rows = {node: [change(row) for row in rows] for node, rows in self.rows.items()}
+        self.springs = [Spring(change(spring.row), spring.stiffness) for spring in self.springs]
+        self.closing = [(edge, [change(row) for row in rows]) for edge, rows in self.closing]
+
+
+def edges_of(topology: Topology, knowns: Knowns) -> list[Edge]:
+    """Joints, rigid links, ties and supports of a frame."""
+    frame, number = topology.frame, topology.number
+    joints = _joints(frame, knowns, number)
+    ties = [_tie(tie, number) for tie in frame.ties]
+    return joints + ties + [_support(frame, knowns, node, number) for node in frame.supports]
+
+
+def _joints(frame: Frame, knowns: Knowns, number: dict[str, int]) -> list[Edge]:
+    links = frame.joints.values()
+    ideal = np.array([np.isinf(link.element.stiffness.reshape(-1)[:6]) for link in links])
+    held = [tuple(k for k in _SIX if row[k]) for row in ideal.tolist()]
+    edges = []
+    for (name, link), components in zip(frame.joints.items(), held, strict=True):
+        axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
+        springs = _springs(knowns.grid, link.element.stiffness)
+        offset = _offset(knowns, frame.offsets.get(name, {}))
+        pitch = knowns.grid.value(link.element.pitch / (2.0 * np.pi))
+        ends = number[link.first], number[link.second]
+        edges.append(Edge(name, "joint", *ends, components, springs, axes, offset, pitch))
+    return edges
+
+
+def _springs(grid: Grid, stiffness: Array) -> tuple[Value, ...]:
+    """Stiffnesses by component, 0.0 where they are infinite."""
+    if stiffness.size == 6:
+        return tuple(0.0 if k == np.inf else k for k in stiffness.reshape(-1).tolist())
+    return tuple(grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
+
+
+def _tie(tie: Tie, number: dict[str, int]) -> Edge:
+    kind = "rigid" if tie.rigid else "tie"
+    return Edge(None, kind, number[tie.master], number[tie.slave], tie.components, (0.0,) * 6, None, _NONE)
+
+
+def _support(frame: Frame, knowns: Knowns, node: str, number: dict[str, int]) -> Edge:
+    held = frame.supports[node]
+    ideal = tuple(sorted(held))
+    return Edge(node, "support", GROUND, number[node], ideal, (0.0,) * 6, None, _offset(knowns, held))
+
+
+def _offset(knowns: Knowns, given: dict[int, Array]) -> tuple[Row, ...]:
+    if not given:
+        return _NONE
+    return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in _SIX)
+
+
+def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
+    """Spanning forest by Kruskal's rule, strongest edges first, and the edges that are left over."""
+    leader: dict[int, int] = {}
+
+    def find(node: int) -> int:
+        while leader.setdefault(node, node) != node:
+            leader[node] = leader[leader[node]]
+            node = leader[node]
+        return node
+
+    chosen, closing = [], []
+    for edge in sorted(edges, key=lambda e: e.strength, reverse=True):
+        a, b = find(edge.first), find(edge.second)
+        if a == b:
+            closing.append(edge)
+        else:
+            leader[a] = b
+            chosen.append(edge)
+    return chosen, closing
+
+
+def _entries(grid: Grid, axes: Array | None) -> Matrix3:
+    if axes is None:
+        return None
+    flat = grid.components(axes, trailing=2) if axes.size > 9 else list[Value](axes.reshape(-1).tolist())
+    return [flat[0:3], flat[3:6], flat[6:9]]
+
+
+def _column(axes: Matrix3, k: int, sign: float) -> list[tuple[int, Value]]:
+    """Where, and by how much, a unit of component `k` along its axis shows."""
+    if axes is None:
+        return [(k, sign)]
+    block, axis = divmod(k, 3)
+    parts = [(3 * block + i, combine([(sign, axes[i][axis])])) for i in range(3)]
+    return [part for part in parts if not is_zero(part[1])]
+
+
+def _transposed(matrix: Matrix3) -> Matrix3:
+    return None if matrix is None else [list(column) for column in zip(*matrix, strict=True)]
+
+
+def _rotated(matrix: Matrix3, rows: list[Row]) -> list[Row]:
+    """Both three-component blocks multiplied by `matrix`."""
+    if matrix is None:
+        return rows
+    new: list[Row] = [{} for _ in _SIX]
+    for block in (0, 3):
+        for i in range(3):
+            for j in range(3):
+                if not is_zero(matrix[i][j]):
+                    add_row(new[block + i], rows[block + j], matrix[i][j])
+    return new

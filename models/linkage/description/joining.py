@@ -1,0 +1,375 @@
+"""The joints of a linkage, and which of them are driven."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....framework.batch import Array, finite
+from ....framework.errors import FrameError
+from .parts import GROUND, Pair, joint_axes, kind_of
+from .sketch import Sketch
+
+Z = (0.0, 0.0, 1.0)
+
+
+class Joining(Sketch):
+    """A sketch whose links are joined; see `Linkage`."""
+
+    def revolute(
+        self,
+        point: str,
+        first: str,
+        *others: str,
+        axis: ArrayLike = Z,
+        drive: bool | str = False,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+        at: ArrayLike = 0.0,
+    ) -> None:
+        """Join links by a pin: the second turns about the axis, which the first carries.
+
+        Parameters
+        ----------
+        point
+            Where the pin is.
+        first, others
+            Links that it joins; with several, `first` carries the pin and each other link has a joint of its own
+            with it, named by the joint's name, and from the second on with ``.link`` behind it.
+        axis
+            Direction of the axis as drawn, (..., 2 or 3).
+        drive
+            True where the angle is driven.
+        stiffness
+            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint holds where None.
+        clearance
+            Radial clearance, (...).
+        name
+            The joint's name; its point, or ``point.kind`` where that is taken.
+        at
+            Angle in the drawing, radians, (...).
+        """
+        self._add("revolute", point, (first, *others), axis, None, drive, stiffness, clearance, name, at, None)
+
+    def prismatic(
+        self,
+        point: str,
+        first: str,
+        second: str,
+        *,
+        axis: ArrayLike,
+        drive: bool | str = False,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+        at: ArrayLike = 0.0,
+    ) -> None:
+        """Join two links by a slider: the second slides along the axis, which the first carries.
+
+        Parameters
+        ----------
+        point
+            Where it is as drawn; the point must be on both links.
+        first, second
+            Links that it joins.
+        axis
+            Direction of sliding as drawn, (..., 2 or 3).
+        drive
+            True where the displacement is driven.
+        stiffness, clearance, name
+            As for `revolute`.
+        at
+            Displacement in the drawing, (...).
+        """
+        self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+
+    def cylindrical(
+        self,
+        point: str,
+        first: str,
+        second: str,
+        *,
+        axis: ArrayLike = Z,
+        drive: bool | str = False,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+        at: ArrayLike = 0.0,
+    ) -> None:
+        """Join two links so that the second slides along the axis and turns about it; the first carries it.
+
+        Parameters
+        ----------
+        point
+            Where it is as drawn.
+        first, second
+            Links that it joins.
+        axis
+            Direction of the axis as drawn, (..., 2 or 3).
+        drive
+            True where both coordinates are driven, ``"uz"`` or ``"rz"`` where one is.
+        stiffness, clearance, name
+            As for `revolute`.
+        at
+            Displacement and angle in the drawing, (..., 2).
+        """
+        self._add("cylindrical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+
+    def spherical(
+        self,
+        point: str,
+        first: str,
+        second: str,
+        *,
+        axis: ArrayLike = Z,
+        drive: bool | str = False,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+        at: ArrayLike = 0.0,
+    ) -> None:
+        """Join two links by a ball.
+
+        Parameters
+        ----------
+        point
+            Where it is.
+        first, second
+            Links that it joins.
+        axis
+            z of the joint's axes as drawn, (..., 2 or 3).
+        drive
+            True where the rotation is driven.
+        stiffness, clearance, name
+            As for `revolute`.
+        at
+            Rotation vector in the drawing, in the joint's axes, (..., 3).
+        """
+        self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+
+    def universal(
+        self,
+        point: str,
+        first: str,
+        second_link: str,
+        *,
+        axis: ArrayLike,
+        second: ArrayLike,
+        drive: bool | str = False,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+        at: ArrayLike = 0.0,
+    ) -> None:
+        """Join two links by a cross (Cardan, Hooke): it turns about an axis of each.
+
+        Parameters
+        ----------
+        point
+            Where the axes meet.
+        first, second_link
+            Links that it joins.
+        axis
+            Axis on the first link as drawn, (..., 2 or 3): z of the joint.
+        second
+            Axis on the second link as drawn, (..., 2 or 3), perpendicular to `axis`: x of the joint.
+        drive
+            True where both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` where one is.
+        stiffness, clearance, name
+            As for `revolute`.
+        at
+            The two angles in the drawing, radians, (..., 2).
+        """
+        self._add("universal", point, (first, second_link), axis, second, drive, stiffness, clearance, name, at, None)
+
+    def planar(
+        self,
+        point: str,
+        first: str,
+        second: str,
+        *,
+        axis: ArrayLike = Z,
+        drive: bool | str = False,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+        at: ArrayLike = 0.0,
+    ) -> None:
+        """Join two links by a plane on which the second slides and turns; the first carries it.
+
+        Parameters
+        ----------
+        point
+            A point of the plane that both links have.
+        first, second
+            Links that it joins.
+        axis
+            Normal of the plane as drawn, (..., 2 or 3).
+        drive
+            True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"`` where one is.
+        stiffness, clearance, name
+            As for `revolute`.
+        at
+            Two displacements and the angle in the drawing, (..., 3).
+        """
+        self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+
+    def screw(
+        self,
+        point: str,
+        first: str,
+        second: str,
+        *,
+        axis: ArrayLike,
+        pitch: ArrayLike,
+        drive: bool | str = False,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+        at: ArrayLike = 0.0,
+    ) -> None:
+        """Join two links by a screw: the second turns about the axis and advances with it; the first carries it.
+
+        Parameters
+        ----------
+        point
+            Where it is as drawn.
+        first, second
+            Links that it joins.
+        axis
+            Direction of the axis as drawn, (..., 2 or 3).
+        pitch
+            Advance along the axis per turn, (...); below zero for a left-hand thread.
+        drive
+            True where the angle is driven.
+        stiffness, clearance, name
+            As for `revolute`.
+        at
+            Angle in the drawing, radians, (...).
+        """
+        self._add("screw", point, (first, second), axis, None, drive, stiffness, clearance, name, at, pitch)
+
+    def fixed(
+        self,
+        point: str,
+        first: str,
+        second: str,
+        *,
+        axis: ArrayLike = Z,
+        stiffness: ArrayLike | None = None,
+        clearance: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Join two links firmly.
+
+        Parameters
+        ----------
+        point
+            Where they are joined.
+        first, second
+            Links that it joins.
+        axis
+            z of the joint's axes as drawn, (..., 2 or 3).
+        stiffness, clearance, name
+            As for `revolute`.
+        """
+        self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, None)
+
+    def drive(self, joint: str, *coordinates: str) -> None:
+        """Drive a joint made elsewhere.
+
+        Parameters
+        ----------
+        joint
+            Its name.
+        coordinates
+            Which of its coordinates, such as ``"rz"``; all where none is named.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint or coordinate.
+        """
+        free = self.joint(joint).kind.coordinates
+        if not free:
+            raise FrameError(f"joint {joint!r} is fixed: drive another, or make it a joint with a coordinate")
+        wrong = [name for name in coordinates if name not in free]
+        if wrong:
+            raise FrameError(f"joint {joint!r} has no coordinate {wrong[0]!r}: choose of {', '.join(free)}")
+        self.drives[joint] = tuple(name for name in free if not coordinates or name in coordinates)
+
+    # -- adding -----------------------------------------------------------------------------------------------------
+
+    def _add(
+        self,
+        kind_name: str,
+        point: str,
+        links: tuple[str, ...],
+        axis: ArrayLike,
+        second_axis: ArrayLike | None,
+        drive: bool | str,
+        stiffness: ArrayLike | None,
+        clearance: ArrayLike | None,
+        name: str | None,
+        at: ArrayLike,
+        pitch: ArrayLike | None,
+    ) -> None:
+        kind = kind_of(kind_name)
+        name = self._joint_name(name, point, kind_name)
+        what = f"joint {name!r}"
+        self._check_links(what, point, links)
+        if drive and len(links) > 2:
+            raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
+        axes = joint_axes(name, axis, second_axis)
+        angles = self._coordinates(what, kind.freedom, at)
+        turn = None if pitch is None else finite(pitch, f"pitch of {what}")
+        springs = None if stiffness is None else _springs(what, stiffness)
+        play = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
+        shapes = (axes.shape[:-2], angles.shape[:-1], () if turn is None else turn.shape)
+        for of, shape in zip(("axis", "at", "pitch"), shapes, strict=True):
+            self._join(f"{of} of {what}", shape)
+        for index, other in enumerate(links[1:]):
+            own = name if index == 0 else f"{name}.{other}"
+            if own in self.joints:
+                raise FrameError(f"joint {own!r} is there already: give this one another name=")
+            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, play, turn)
+        if drive:
+            self.drive(name, *([drive] if isinstance(drive, str) else []))
+
+    def _joint_name(self, name: str | None, point: str, kind: str) -> str:
+        choices = [point, f"{point}.{kind}"] if name is None else [name]
+        for choice in choices:
+            if choice not in self.joints:
+                return choice
+        raise FrameError(f"joint {choices[-1]!r} is there already: give this one another name=")
+
+    def _check_links(self, what: str, point: str, links: tuple[str, ...]) -> None:
+        self._point(point, what)
+        if len(links) < 2:
+            raise FrameError(f"{what} joins only {links[0]!r}: name the links that it joins, such as 'ground'")
+        if len(set(links)) < len(links):
+            raise FrameError(f"{what} joins {' and '.join(links)}: name different links")
+        for link in links:
+            if link != GROUND and point not in self._link(link, what).points:
+                raise FrameError(
+                    f"{what}: link {link!r} has no point {point!r}: add it to the link, which has "
+                    f"{', '.join(self.links[link].points)}"
+                )
+
+    def _coordinates(self, what: str, freedom: int, at: ArrayLike) -> Array:
+        given = finite(at, f"at of {what}")
+        if freedom == 1:
+            given = given[..., None]
+        if given.ndim == 0:
+            given = np.full(freedom, given)
+        if given.shape[-1:] != (freedom,):
+            raise FrameError(f"at of {what} has shape {given.shape}: its last axis must hold {freedom} coordinates")
+        return given
+
+
+def _springs(what: str, value: ArrayLike) -> Array:
+    springs = np.asarray(value, dtype=np.float64)
+    if springs.shape[-1:] != (6,) or np.any(np.isnan(springs)) or np.any(springs < 0.0):
+        raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
+    return springs

@@ -1,0 +1,199 @@
+"""What a linkage is made of: links, joints between them, springs, loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....elements import Beam
+from ....framework.batch import Array, finite, vector
+from ....framework.errors import FrameError
+from .joints import KINDS, Kind
+
+GROUND = "ground"
+# An axis is taken as parallel, perpendicular or zero below this.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A body of the linkage.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    points
+        Names of its points, in the order given.
+    beams
+        Beam between each pair of points; empty for a rigid link.
+    mass, centre, inertia
+        As given: mass (...), centre of mass as drawn (..., 3), inertia about it in drawn axes (..., 3, 3); None where
+        the beams decide.
+    length
+        True length of a link of two points, (...); None where the drawing has it.
+    """
+
+    name: str
+    points: tuple[str, ...]
+    beams: dict[tuple[str, str], Beam]
+    mass: Array | None = None
+    centre: Array | None = None
+    inertia: Array | None = None
+    length: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A joint between two links at a point.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    kind
+        Entry of the catalogue.
+    point
+        Where it is.
+    first, second
+        Links that it joins; coordinates are of the second relative to the first.
+    axes
+        Joint axes as drawn, as columns x y z, (..., 3, 3).
+    at
+        Coordinates in the drawing, (..., f).
+    stiffness
+        As given, (..., 6) in joint axes; None for an ideal joint.
+    clearance
+        As given, (...); None without.
+    pitch
+        Advance of a screw per turn, (...).
+    """
+
+    name: str
+    kind: Kind
+    point: str
+    first: str
+    second: str
+    axes: Array
+    at: Array
+    stiffness: Array | None = None
+    clearance: Array | None = None
+    pitch: Array | None = None
+
+    @property
+    def full_stiffness(self) -> Array:
+        """Six springs in joint axes, (..., 6): as given, or inf on what the joint holds and 0 on what it lets go."""
+        if self.stiffness is not None:
+            return self.stiffness
+        return np.array([np.inf if name in self.kind.held else 0.0 for name in ("ux", "uy", "uz", "rx", "ry", "rz")])
+
+
+@dataclass(frozen=True, eq=False)
+class Spring:
+    """A spring, and a damper beside it, between two points, each ``(link, point)``."""
+
+    first: tuple[str, str]
+    second: tuple[str, str]
+    stiffness: Array
+    length: Array
+    damping: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """Force and moment (..., 6), global, on a link at a point; at no point in particular for a torque."""
+
+    link: str
+    point: str | None
+    value: Array
+
+
+def beams_of(link: str, points: tuple[str, ...], beam: object, beams: object) -> dict[tuple[str, str], Beam]:
+    """The beams of a link by pair of points, from what the user gave as ``beam=`` and ``beams=``."""
+    if isinstance(beam, Mapping):
+        given = {tuple(pair): value for pair, value in beam.items()}
+    elif beam is None and beams is None:
+        return {}
+    else:
+        pairs = [tuple(pair) for pair in beams] if isinstance(beams, (list, tuple)) else list(pairwise(points))
+        given = dict.fromkeys(pairs, beam)
+    out: dict[tuple[str, str], Beam] = {}
+    for pair, element in given.items():
+        if len(pair) != 2 or pair[0] == pair[1] or any(point not in points for point in pair):
+            raise FrameError(f"link {link!r}: beam between {pair}: give two different points of {', '.join(points)}")
+        if not isinstance(element, Beam):
+            raise FrameError(f"link {link!r}: beam is {element!r}: give a Beam, or no beam for a rigid link")
+        out[pair[0], pair[1]] = element
+    return out
+
+
+def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
+    """Inertia tensor (..., 3, 3) from a tensor, from six numbers xx yy zz xy yz zx, or from one, about z."""
+    if value is None:
+        return None
+    given = finite(value, f"inertia of link {link!r}")
+    if given.shape[-2:] == (3, 3):
+        tensor = given
+    elif given.shape[-1:] == (6,):
+        xx, yy, zz, xy, yz, zx = np.moveaxis(given, -1, 0)
+        tensor = np.stack([np.stack(row, axis=-1) for row in ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))], axis=-2)
+    else:
+        tensor = np.zeros((*given.shape, 3, 3))
+        tensor[..., 2, 2] = given
+    if np.any(np.diagonal(tensor, axis1=-2, axis2=-1) < 0.0) or np.any(tensor != np.swapaxes(tensor, -1, -2)):
+        raise FrameError(
+            f"link {link!r}: inertia {given.tolist()} is not a tensor of inertia: give a symmetric (3, 3) with a "
+            "diagonal that is not negative, six numbers xx yy zz xy yz zx, or one number about z"
+        )
+    return tensor
+
+
+def in_space(value: ArrayLike, what: str) -> Array:
+    """A vector (..., 3) from one (..., 3), or (..., 2) in the plane z = 0."""
+    given = finite(value, what)
+    if given.shape[-1:] == (2,):
+        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
+    return vector(given, what)
+
+
+def direction(value: ArrayLike, what: str) -> Array:
+    """A unit vector (..., 3)."""
+    given = in_space(value, what)
+    norm = np.linalg.norm(given, axis=-1, keepdims=True)
+    if np.any(norm == 0.0):
+        raise FrameError(f"{what} is {given.tolist()}: give a direction, such as (0, 0, 1)")
+    return np.asarray(given / norm)
+
+
+def joint_axes(what: str, axis: ArrayLike, second: ArrayLike | None = None) -> Array:
+    """Columns x y z (..., 3, 3): z along `axis`, x along `second` or as near to global x as it can be.
+
+    Where the axis is within some 25° of global x, x is as near to global y as it can be.
+    """
+    z = direction(axis, f"axis of joint {what!r}")
+    if second is None:
+        along_x = np.abs(z[..., :1]) > 0.9
+        near = np.where(along_x, np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0]))
+        x = near - np.sum(near * z, axis=-1, keepdims=True) * z
+        x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+    else:
+        x = direction(second, f"second axis of joint {what!r}")
+        skew = np.abs(np.sum(x * z, axis=-1)).max()
+        if skew > ROUNDING:
+            raise FrameError(
+                f"joint {what!r}: axis and second are not perpendicular (cosine {skew:.2g}): "
+                "give the two axes of the cross at a right angle"
+            )
+    z, x = np.broadcast_arrays(z, x)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def kind_of(name: str) -> Kind:
+    """Entry of the catalogue."""
+    if name not in KINDS:
+        raise FrameError(f"no kind of joint is called {name!r}: choose one of {', '.join(KINDS)}")
+    return KINDS[name]

@@ -1,0 +1,295 @@
+"""What is drawn of a linkage: its points and links, and the springs and loads on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....elements import Beam
+from ....framework.batch import Array, Shape, finite, joined
+from ....framework.errors import FrameError
+from .parts import GROUND, Link, Load, Pair, Spring, beams_of, in_space, inertia_of
+
+End = str | tuple[str, str]
+
+
+class Sketch:
+    """Points, links, springs and loads; see `Linkage`.
+
+    Parameters
+    ----------
+    points
+        Points by name, for names that are no Python identifiers.
+    named
+        Points by keyword.
+    """
+
+    def __init__(self, points: Mapping[str, ArrayLike] | None = None, /, **named: ArrayLike) -> None:
+        self.points: dict[str, Array] = {}
+        self.links: dict[str, Link] = {}
+        self.joints: dict[str, Pair] = {}
+        self.drives: dict[str, tuple[str, ...]] = {}
+        self.springs: list[Spring] = []
+        self.loads: list[Load] = []
+        self.weight: Array = np.zeros(3)
+        self._shapes: dict[str, Shape] = {}
+        for name, place in {**(points or {}), **named}.items():
+            self.point(name, place)
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape of the drawing."""
+        return np.broadcast_shapes(*self._shapes.values())
+
+    # -- points and links -------------------------------------------------------------------------------------------
+
+    def point(self, name: str, place: ArrayLike) -> None:
+        """Add a point.
+
+        Parameters
+        ----------
+        name
+            Its name.
+        place
+            Coordinates as drawn, (..., 2) in the plane z = 0, or (..., 3).
+
+        Raises
+        ------
+        FrameError
+            If the name is taken, or `place` is not two or three finite numbers.
+        """
+        if name in self.points:
+            raise FrameError(f"point {name!r} is there already: choose another name")
+        given = in_space(place, f"point {name!r}") + 0.0
+        self._join(f"point {name!r}", given.shape[:-1])
+        self.points[name] = given
+
+    def link(
+        self,
+        name: str,
+        *points: str,
+        beam: Beam | Mapping[tuple[str, str], Beam] | None = None,
+        beams: Sequence[tuple[str, str]] | None = None,
+        mass: ArrayLike | None = None,
+        centre: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+        length: ArrayLike | None = None,
+    ) -> None:
+        """Add a link: a body with points on it.
+
+        Parameters
+        ----------
+        name
+            Its name.
+        points
+            Names of its points, one or more; beams follow them in this order.
+        beam
+            Beam of each part, or a mapping from pairs of points to beams; None for a rigid link.
+        beams
+            Pairs of points between which beams run, where they do not follow the points.
+        mass, centre, inertia
+            Mass (...), centre of mass as drawn (..., 2 or 3), and inertia about it in drawn axes: a tensor
+            (..., 3, 3), six numbers xx yy zz xy yz zx, or one number about z. Where not given, those of the beams.
+        length
+            True length (...) of a link of two points where the drawing does not have it: the second point then lies
+            this far from the first. The drawing is where the assembly starts.
+
+        Raises
+        ------
+        FrameError
+            If the name is taken, a point is unknown or given twice, or a number is not what it should be.
+        """
+        if name in self.links or name == GROUND:
+            raise FrameError(f"link {name!r} is there already: choose another name")
+        if not points:
+            raise FrameError(f"link {name!r} has no points: name the points that lie on it")
+        for point in points:
+            if not isinstance(point, str):
+                raise FrameError(f"link {name!r}: {point!r} is not the name of a point: name the points one by one")
+            self._point(point, f"link {name!r}")
+        if len(set(points)) < len(points):
+            raise FrameError(f"link {name!r} has points {', '.join(points)}: name each point once")
+        true = None if length is None else self._above_zero(length, f"length of link {name!r}")
+        if true is not None:
+            if len(points) != 2:
+                raise FrameError(f"link {name!r} has {len(points)} points: length= needs exactly two; move its points")
+            if np.any(np.all(self.points[points[0]] == self.points[points[1]], axis=-1)):
+                raise FrameError(f"link {name!r}: {points[0]} and {points[1]} coincide: draw them apart for length=")
+            self._join(f"length of link {name!r}", true.shape)
+        self.links[name] = Link(
+            name,
+            points,
+            beams_of(name, points, beam, beams),
+            None if mass is None else self._not_negative(mass, f"mass of link {name!r}"),
+            None if centre is None else in_space(centre, f"centre of link {name!r}"),
+            inertia_of(name, inertia),
+            true,
+        )
+
+    # -- springs and loads ------------------------------------------------------------------------------------------
+
+    def spring(
+        self, first: End, second: End, *, stiffness: ArrayLike, length: ArrayLike, damping: ArrayLike = 0.0
+    ) -> None:
+        """Put a spring, with a damper beside it, between two points.
+
+        Parameters
+        ----------
+        first, second
+            A point, or ``(link, point)`` where several links have it.
+        stiffness
+            Force per length, (...).
+        length
+            Length without force, (...).
+        damping
+            Force per speed, (...).
+
+        Raises
+        ------
+        FrameError
+            If an end is unknown or a number is below zero.
+        """
+        ends = self.end(first, "spring"), self.end(second, "spring")
+        between = f"of the spring {ends[0][1]}-{ends[1][1]}"
+        numbers = (("stiffness", stiffness), ("length", length), ("damping", damping))
+        self.springs.append(Spring(*ends, *(self._not_negative(v, f"{what} {between}") for what, v in numbers)))
+
+    def load(
+        self,
+        point: str,
+        *,
+        link: str | None = None,
+        fx: ArrayLike = 0.0,
+        fy: ArrayLike = 0.0,
+        fz: ArrayLike = 0.0,
+        mx: ArrayLike = 0.0,
+        my: ArrayLike = 0.0,
+        mz: ArrayLike = 0.0,
+    ) -> None:
+        """Load a point with a force and a moment, global.
+
+        Parameters
+        ----------
+        point
+            The point.
+        link
+            The link that carries the load; the first that has the point where None.
+        fx, fy, fz, mx, my, mz
+            Components, (...).
+        """
+        where = self.end(point if link is None else (link, point), "load")
+        self.loads.append(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz)))
+
+    def torque(self, link: str, *, mx: ArrayLike = 0.0, my: ArrayLike = 0.0, mz: ArrayLike = 0.0) -> None:
+        """Load a link with a moment, global.
+
+        Parameters
+        ----------
+        link
+            The link.
+        mx, my, mz
+            Components, (...).
+        """
+        self._link(link, "torque")
+        self.loads.append(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz)))
+
+    def gravity(self, acceleration: ArrayLike) -> None:
+        """Let gravity act on all links.
+
+        Parameters
+        ----------
+        acceleration
+            Acceleration of gravity, global, (..., 2 or 3).
+        """
+        self.weight = in_space(acceleration, "gravity")
+
+    # -- look-up ----------------------------------------------------------------------------------------------------
+
+    def joint(self, name: str) -> Pair:
+        """A joint by its name.
+
+        Parameters
+        ----------
+        name
+            The joint's name.
+
+        Returns
+        -------
+        Pair
+            The joint.
+
+        Raises
+        ------
+        FrameError
+            If there is none.
+        """
+        if name not in self.joints:
+            raise FrameError(f"the linkage has no joint {name!r}: choose one of {', '.join(self.joints) or 'none yet'}")
+        return self.joints[name]
+
+    def end(self, where: End, what: str = "the linkage") -> tuple[str, str]:
+        """``(link, point)`` of a point, or of a link and a point.
+
+        Parameters
+        ----------
+        where
+            A point, which means the first link that has it, or ``(link, point)``.
+        what
+            Who asks, for the error.
+
+        Returns
+        -------
+        tuple of str
+            Link, ``"ground"`` where no link has the point, and point.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point or link, or the link has it not.
+        """
+        if isinstance(where, str):
+            self._point(where, what)
+            return next((name for name, link in self.links.items() if where in link.points), GROUND), where
+        link, point = where
+        self._point(point, what)
+        if link != GROUND and point not in self._link(link, what).points:
+            raise FrameError(
+                f"{what}: link {link!r} has no point {point!r}: it has {', '.join(self.links[link].points)}"
+            )
+        return link, point
+
+    def _point(self, name: str, what: str) -> Array:
+        if name not in self.points:
+            raise FrameError(
+                f"{what}: there is no point {name!r}: choose one of {', '.join(self.points) or 'none yet'}"
+            )
+        return self.points[name]
+
+    def _link(self, name: str, what: str) -> Link:
+        if name not in self.links:
+            raise FrameError(f"{what}: there is no link {name!r}: choose one of {', '.join(self.links) or 'none yet'}")
+        return self.links[name]
+
+    def _join(self, what: str, shape: Shape) -> None:
+        joined(what, shape, self._shapes)
+        self._shapes[what] = shape
+
+    @staticmethod
+    def _above_zero(value: ArrayLike, what: str) -> Array:
+        given = finite(value, what)
+        if np.any(given <= 0.0):
+            raise FrameError(f"{what} is {given[given <= 0.0].flat[0]:g}: give a number above zero")
+        return given
+
+    @staticmethod
+    def _not_negative(value: ArrayLike, what: str) -> Array:
+        given = finite(value, what)
+        if np.any(given < 0.0):
+            raise FrameError(f"{what} is {given[given < 0.0].flat[0]:g}: give zero or above")
+        return given
+
+
+def _six(what: str, *components: ArrayLike) -> Array:
+    return np.stack(np.broadcast_arrays(*(finite(value, what) for value in components)), axis=-1)

@@ -1,0 +1,33 @@
+"""The plane in which a linkage moves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ..motion import Motion
+
+# Motion across the plane that is rounding, as a share of the linkage's size.
+ROUNDING = 1e-9
+
+
+def plane(motion: Motion) -> tuple[int, int] | None:
+    """The two global axes of the plane to which all links keep, x before y before z; None for motion in space.
+
+    All points keep their distance from it, and all links turn about its normal only, over all poses; where several
+    planes do, the one across z comes first.
+    """
+    size = motion.mechanism.size
+    there = motion.is_assembled
+    for across in (2, 1, 0):
+        turns = (motion.axes(link)[..., across] for link in motion.linkage.links)
+        normal = np.eye(3)[across]
+        if any(np.any(np.abs(turn - normal)[there] > ROUNDING) for turn in turns):
+            continue
+        moved = (motion.origin(link)[..., across] for link in motion.linkage.links)
+        if all(np.all(np.abs(away)[there] <= ROUNDING * size) for away in moved):
+            first, second = (axis for axis in range(3) if axis != across)
+            return first, second
+    return None

@@ -1,0 +1,1 @@
+"""Loops as equations, and Newton's method on them."""

@@ -1,0 +1,44 @@
+"""Cut a batch into blocks that fit the cache."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+
+from ....framework.batch import Shape
+from .tape import Value
+
+Block = tuple[slice, ...]
+# Members of a block: some hundred intermediate arrays of this length stay in the cache.
+MEMBERS = 4096
+
+
+def blocks(shape: Shape, members: int = MEMBERS) -> Iterator[Block]:
+    """Index ranges that cover an array of `shape`, each of about `members` entries at most."""
+    whole, axis = 1, len(shape)
+    while axis > 0 and whole * shape[axis - 1] <= members:
+        axis -= 1
+        whole *= shape[axis]
+    if axis == 0:
+        yield (slice(None),) * len(shape)
+        return
+    step = max(1, members // whole)
+    ranges = [[slice(i, i + 1) for i in range(size)] for size in shape[: axis - 1]]
+    ranges.append([slice(i, min(i + step, shape[axis - 1])) for i in range(0, shape[axis - 1], step)])
+    for chosen in product(*ranges):
+        yield (*chosen, *(slice(None),) * (len(shape) - axis))
+
+
+def cut(value: Value, block: Block) -> Value:
+    """The part of a value that broadcasts with the block's members."""
+    if not isinstance(value, np.ndarray) or value.ndim == 0:
+        return value
+    chosen = block[len(block) - value.ndim :]
+    return np.asarray(value[tuple(slice(None) if n == 1 else c for n, c in zip(value.shape, chosen, strict=True))])
+
+
+def cut_all(values: Sequence[Value], block: Block) -> list[Value]:
+    """`cut` of each value."""
+    return [cut(value, block) for value in values]

@@ -1,0 +1,107 @@
+"""The equations by which a joint closes a loop, their Jacobian, and their second time derivative."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..description.parts import Pair
+from .tape import Scalar, Vector, cross, dot, minus, plus, times
+
+if TYPE_CHECKING:
+    from .mechanism import Column
+    from .rates import Rates
+
+Joined = tuple[list[Vector], Vector, list[Vector], Vector]
+GLOBAL: list[Vector] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+NOTHING: Vector = [0.0, 0.0, 0.0]
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One equation: its component, its residual, and its entry for each velocity coordinate."""
+
+    component: str
+    residual: Scalar
+    entries: list[Scalar]
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A component that a joint holds: direction of force or moment, and by how much it is off.
+
+    The direction turns with the joint's links as the product of `on_first` and `on_second`, or with the first alone.
+    """
+
+    component: str
+    direction: Vector
+    off: Scalar
+
+
+def held(pair: Pair, joined: Joined) -> Iterator[Held]:
+    """Components that a joint holds: those of position, then those of rotation.
+
+    Where all three components of position are held, they are taken along the axes of the ground, else along the
+    joint's axes on the first link; rotations about the latter.
+    """
+    first, here, second, there = joined
+    gap = minus(there, here)
+    kind = pair.kind
+    places = [name for name in kind.held if name[0] == "u"]
+    for name in places:
+        axis = (GLOBAL if len(places) == 3 else first)["xyz".index(name[1])]
+        yield Held(name, axis, dot(axis, gap))
+    turns = [name for name in kind.held if name[0] == "r"]
+    if kind.name == "universal":
+        yield Held("ry", cross(first[2], second[0]), -dot(first[2], second[0]))
+    elif len(turns) == 2:
+        yield Held("rx", first[0], -dot(first[1], second[2]))
+        yield Held("ry", first[1], dot(first[0], second[2]))
+    elif len(turns) == 3:
+        for k, name in enumerate(turns):
+            a, b = (k + 1) % 3, (k + 2) % 3
+            yield Held(name, first[k], 0.5 * (dot(first[b], second[a]) - dot(first[a], second[b])))
+
+
+def closing_rows(
+    pair: Pair, joined: Joined, columns: Sequence[Column], first: frozenset[int], second: frozenset[int]
+) -> Iterator[Row]:
+    """Rows of a joint that closes a loop; `first` and `second` are the columns on the ways to its links.
+
+    The entries are those of the closed loop (geometric Jacobian). Off it they differ from the derivatives of the
+    residual by as much as the loop is open, so that Newton's method keeps its order.
+    """
+    there = joined[3]
+    for one in held(pair, joined):
+        entries: list[Scalar] = [0.0] * len(columns)
+        for k in first ^ second:
+            column = columns[k]
+            if one.component[0] == "u":
+                arm = minus(there, column.point)
+                entry = dot(one.direction, plus(column.linear, cross(column.angular, arm)))
+            else:
+                entry = dot(one.direction, column.angular)
+            entries[k] = (column.sign if k in second else -column.sign) * entry
+        yield Row(one.component, one.off, entries)
+
+
+def closing_bias(pair: Pair, joined: Joined, first: Rates, second: Rates) -> Iterator[Scalar]:
+    """Second time derivative of the rows of a joint, given the motion of its links."""
+    axes, _, others, there = joined
+    away = minus(second.velocity(there), first.velocity(there))
+    apart = minus(second.acceleration(there), first.acceleration(there))
+    relative = minus(apart, times(2.0, cross(first.omega, away)))
+    spin = minus(second.omega, first.omega)
+    spin_up = minus(second.alpha, first.alpha)
+    for one in held(pair, joined):
+        if one.component[0] == "u":
+            yield dot(one.direction, relative)
+            continue
+        if pair.kind.name == "universal":
+            turning = plus(
+                cross(cross(first.omega, axes[2]), others[0]), cross(axes[2], cross(second.omega, others[0]))
+            )
+        else:
+            turning = cross(first.omega, one.direction)
+        yield dot(one.direction, spin_up) + dot(turning, spin)

@@ -1,0 +1,97 @@
+"""Joint coordinates and their rates from the motion of a joint's links."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.parts import Pair
+from .rotation import quaternion, rotation_matrix, rotation_vector
+
+if TYPE_CHECKING:
+    from ..motion import Motion
+
+
+def coordinate_of(motion: Motion, pair: Pair) -> Array:
+    """Coordinates (..., f) of a joint."""
+    shape, kind = motion.shape, pair.kind
+    if pair.name in motion.mechanism.states and kind.name != "spherical":
+        own = motion.state[motion.mechanism.states[pair.name]]
+        moved = [np.broadcast_to(x, shape) for x in own]
+        scales = [motion.mechanism.size if name[0] == "u" else 1.0 for name in kind.coordinates]
+        columns = [np.where(motion.is_assembled, x * scale, np.nan) for x, scale in zip(moved, scales, strict=True)]
+        return np.stack(columns, axis=-1) + pair.at if columns else np.zeros((*shape, 0))
+    first, second = motion.axes(pair.first) @ pair.axes, motion.axes(pair.second) @ pair.axes
+    turned = np.swapaxes(first, -1, -2) @ second
+    if kind.name == "spherical":
+        drawn = rotation_matrix(quaternion(pair.at))
+        return rotation_vector(turned @ drawn)
+    apart = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
+    shift = np.einsum("...ji,...j->...i", first, apart)
+    out = []
+    for name in kind.coordinates:
+        if name[0] == "u":
+            out.append(shift[..., "xyz".index(name[1])])
+        elif name == "rx":
+            # about the second axis of a cross, seen from the second link
+            out.append(_continued(motion, np.arctan2(turned[..., 2, 1], turned[..., 2, 2])))
+        else:
+            out.append(_continued(motion, np.arctan2(turned[..., 1, 0], turned[..., 0, 0])))
+    return np.stack(out, axis=-1) + pair.at if out else np.zeros((*shape, 0))
+
+
+def _continued(motion: Motion, angle: Array) -> Array:
+    """Angles without jumps of a turn along the sweep: the first axis along which the drives vary."""
+    axis = next((k - len(motion.shape) for k, n in enumerate(motion.shape) if n > 1), None)
+    if axis is None:
+        return angle
+    steps = np.diff(angle, axis=axis)
+    turns = np.where(np.isfinite(steps), -np.round(steps / (2.0 * np.pi)), 0.0)
+    start = np.zeros_like(np.take(angle, [0], axis=axis))
+    return np.asarray(angle + 2.0 * np.pi * np.concatenate([start, np.cumsum(turns, axis=axis)], axis=axis))
+
+
+def rates_of_coordinate(motion: Motion, pair: Pair, order: int) -> Array:
+    """First (order 0) or second (order 1) time derivative of a joint's coordinates, (..., f)."""
+    kind, mechanism = pair.kind, motion.mechanism
+    scales = [mechanism.size if name[0] == "u" else 1.0 for name in kind.coordinates]
+    if pair.name in mechanism.velocities:
+        own = motion.velocities[order][mechanism.velocities[pair.name]]
+        columns = [np.where(motion.is_assembled, x * scale, np.nan) for x, scale in zip(own, scales, strict=True)]
+        return np.stack(columns, axis=-1) if columns else np.zeros((*motion.shape, 0))
+    return np.stack(_relative(motion, pair, order), axis=-1) if kind.coordinates else np.zeros((*motion.shape, 0))
+
+
+def _relative(motion: Motion, pair: Pair, order: int) -> list[Array]:
+    """Rates of a joint that closes a loop, from the relative motion of its links."""
+    first = motion.axes(pair.first) @ pair.axes
+    carrier, spin = motion.angular_velocity(pair.first), motion.angular_velocity(pair.second)
+    omega = spin - carrier
+    here = motion.position(pair.point, pair.second)
+    base = _inverse(motion, pair.first, here)
+    slide = motion.velocity(pair.point, pair.second) - motion._velocity_at(pair.first, base)
+    if order:
+        omega_up = motion.angular_acceleration(pair.second) - motion.angular_acceleration(pair.first)
+        slide_up = motion.acceleration(pair.point, pair.second) - motion._acceleration_at(pair.first, base)
+        slide = slide_up - 2.0 * np.cross(carrier, slide)
+    out = []
+    second_x = (motion.axes(pair.second) @ pair.axes)[..., 0]
+    for name in pair.kind.coordinates:
+        axis = first[..., "xyz".index(name[1])]
+        moves = carrier
+        if pair.kind.name == "universal" and name == "rx":
+            axis, moves = second_x, spin
+        if name[0] == "u":
+            out.append(np.sum(axis * slide, axis=-1))
+        elif order:
+            out.append(np.sum(axis * omega_up + np.cross(moves, axis) * omega, axis=-1))
+        else:
+            out.append(np.sum(axis * omega, axis=-1))
+    return out
+
+
+def _inverse(motion: Motion, link: str, place: Array) -> Array:
+    """Where a global place that moves with a link was in the drawing."""
+    return np.asarray(np.einsum("...ji,...j->...i", motion.axes(link), place - motion.origin(link)))

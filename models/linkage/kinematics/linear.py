@@ -1,0 +1,230 @@
+"""The linear equations of a Newton step, entry by entry where they fall into small blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+from ....framework.batch import Array
+from .tape import Value
+
+Blocks = list[tuple[list[int], list[int]]]
+Pattern = np.ndarray[tuple[int, int], np.dtype[np.bool_]]
+
+
+class Linear:
+    """Solver of J x = r for entries that are floats or arrays.
+
+    Where as many equations as unknowns fall into blocks one after the other (a block triangular form, Dulmage and
+    Mendelsohn 1958), blocks of one and two are solved by Cramer's rule: Newton's method mends its rounding. Equations
+    of any other shape are solved as a whole in the sense of least squares, with the least step.
+
+    Parameters
+    ----------
+    pattern
+        Which entries of J can differ from zero, (rows, columns).
+    rank
+        Rank of J.
+
+    Attributes
+    ----------
+    projection
+        Combinations (n, m) of too many equations whose determinant tells in which sense the unknowns follow.
+    """
+
+    def __init__(self, pattern: Pattern, rank: int | None = None) -> None:
+        self.pattern = pattern
+        self.rows, self.columns = self.pattern.shape
+        self.rank = min(self.rows, self.columns) if rank is None else rank
+        self.projection: Array | None = None
+
+    @cached_property
+    def compact(self) -> bool:
+        """True where the equations are solved by Cramer's rule alone, which a tape can take down."""
+        return self.square and max((len(rows) for rows, _ in self.blocks), default=0) <= 2
+
+    @cached_property
+    def square(self) -> bool:
+        """As many independent equations as unknowns, one for one."""
+        return self.rows == self.columns == self.rank and sum(len(rows) for rows, _ in self.blocks) == self.rows
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """Rows and columns of each block, in the order of solution; none where rows and columns do not match."""
+        if self.rows != self.columns or self.rows == 0:
+            return []
+        match = maximum_bipartite_matching(csr_matrix(self.pattern), perm_type="row")
+        if np.any(match < 0):
+            return []
+        # Row match[j] belongs to column j; an entry (match[j], k) makes column j wait for column k.
+        waits = self.pattern[match]
+        _, label = connected_components(csr_matrix(waits.astype(np.int8)), directed=True, connection="strong")
+        members = [np.flatnonzero(label == name) for name in range(label.max() + 1)]
+        done: set[int] = set()
+        blocks: Blocks = []
+        while len(blocks) < len(members):
+            for those in members:
+                mine = set(those.tolist())
+                if not mine & done and set(np.flatnonzero(waits[those].any(axis=0)).tolist()) <= mine | done:
+                    blocks.append(([int(match[j]) for j in those], those.tolist()))
+                    done |= mine
+        return blocks
+
+    @property
+    def signs(self) -> int:
+        """Number of determinants."""
+        return len(self.blocks) if self.square else int(self.projection is not None)
+
+    def determinants(self, entries: Sequence[Any]) -> list[Any]:
+        """Determinant of each block; of more equations than unknowns, that of their `projection`."""
+        n = self.columns
+        if self.projection is not None:
+            a = matrices([list(entries[i * n : i * n + n]) for i in range(self.rows)])
+            return [np.linalg.det(self.projection @ a)]
+        if not self.square:
+            return []
+        return [self._determinant([[entries[i * n + j] for j in cs] for i in rs]) for rs, cs in self.blocks]
+
+    @staticmethod
+    def _determinant(block: list[list[Any]]) -> Any:
+        if len(block) == 1:
+            return block[0][0]
+        if len(block) == 2:
+            return block[0][0] * block[1][1] - block[0][1] * block[1][0]
+        found = np.linalg.det(matrices(block))
+        return float(found) if found.ndim == 0 else found
+
+    def solve(self, entries: Sequence[Any], right: Sequence[Any]) -> list[Any]:
+        """x of J x = r, for the entries of J row by row: floats, arrays or terms.
+
+        Raises
+        ------
+        ZeroDivisionError, LinAlgError
+            If a single system is singular; arrays get inf or NaN.
+        """
+        return self.solve_all(entries, [right])[0]
+
+    def solve_all(self, entries: Sequence[Any], rights: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        """As `solve`, for several right sides."""
+        if not self.square:
+            return self._least(entries, rights)
+        n = self.columns
+        outs: list[list[Any]] = [[0.0] * n for _ in rights]
+        solved: list[int] = []
+        for rows, columns in self.blocks:
+            block = [[entries[i * n + j] for j in columns] for i in rows]
+            known = [
+                [self._known(entries, right, out, solved, i) for i in rows]
+                for right, out in zip(rights, outs, strict=True)
+            ]
+            for out, found in zip(outs, _block(block, known), strict=True):
+                for j, x in zip(columns, found, strict=True):
+                    out[j] = x
+            solved += columns
+        return outs
+
+    def solve_floats(self, jacobian: Array, right: Array) -> Array:
+        """X (n, k) of J X = R for one matrix J (m, n)."""
+        if self.square:
+            return np.asarray(np.linalg.solve(jacobian, right))
+        if not self.rows or not self.columns:
+            return np.zeros((self.columns, right.shape[1]))
+        return least_squares(jacobian, right, self.rank)
+
+    def determinants_of_floats(self, jacobian: Array) -> list[float]:
+        """As `determinants`, of one matrix (m, n)."""
+        if self.projection is not None:
+            return [float(np.linalg.det(self.projection @ jacobian))]
+        if not self.square:
+            return []
+        return [float(np.linalg.det(jacobian[np.ix_(rows, columns)])) for rows, columns in self.blocks]
+
+    def project(self, jacobian: Array) -> None:
+        """Take the equations' projection from one of their matrices (m, n), where they are too many but determine x."""
+        if not self.square and self.rank == self.columns > 0:
+            self.projection = np.asarray(np.linalg.pinv(jacobian), dtype=np.float64)
+
+    def _known(
+        self, entries: Sequence[Any], right: Sequence[Any], out: Sequence[Any], solved: list[int], i: int
+    ) -> Any:
+        value = right[i]
+        for k in solved:
+            if self.pattern[i, k]:
+                value = value - entries[i * self.columns + k] * out[k]
+        return value
+
+    def _least(self, entries: Sequence[Any], rights: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        m, n = self.rows, self.columns
+        if not m or not n:
+            return [[0.0] * n for _ in rights]
+        a = matrices([list(entries[i * n : i * n + n]) for i in range(m)])
+        return _columns(least_squares(a, _sides(a, rights), self.rank))
+
+
+def _sides(a: Array, rights: Sequence[Sequence[Value]]) -> Array:
+    """Right sides as the columns of matrices (..., m, k) that go with the matrices a."""
+    flat = np.broadcast_arrays(a[..., 0, 0], *(x for right in rights for x in right))[1:]
+    return np.swapaxes(np.stack(flat, axis=-1).reshape(*flat[0].shape, len(rights), -1), -1, -2)
+
+
+def _columns(x: Array) -> list[list[Any]]:
+    """Columns of matrices (..., n, k), each as a list of its entries."""
+    return [[x[..., i, k] for i in range(x.shape[-2])] for k in range(x.shape[-1])]
+
+
+def _block(block: list[list[Any]], rights: list[list[Any]]) -> list[list[Any]]:
+    if len(block) == 1:
+        return [[right[0] / block[0][0]] for right in rights]
+    if len(block) == 2:
+        (a, b), (c, d) = block
+        det = a * d - b * c
+        return [[(r * d - s * b) / det, (s * a - r * c) / det] for r, s in rights]
+    a = matrices(block)
+    return _columns(stacked_solve(a, _sides(a, rights)))
+
+
+def matrices(entries: list[list[Value]]) -> Array:
+    """Matrices (..., m, n) of entries that broadcast."""
+    shape = np.broadcast_shapes(*(entry.shape for row in entries for entry in row if isinstance(entry, np.ndarray)))
+    if not shape:
+        return np.array(entries, dtype=np.float64)
+    out = np.empty((*shape, len(entries), len(entries[0])))
+    for i, row in enumerate(entries):
+        for j, entry in enumerate(row):
+            out[..., i, j] = entry
+    return out
+
+
+def stacked_solve(a: Array, b: Array) -> Array:
+    """X (..., n, k) of A X = B; where single systems of a stack are singular they get NaN."""
+    try:
+        return np.asarray(np.linalg.solve(a, b))
+    except np.linalg.LinAlgError:
+        if a.ndim == 2:
+            raise
+        bad = (np.linalg.det(a) == 0.0)[..., None, None]
+        return np.where(bad, np.nan, np.linalg.solve(np.where(bad, np.eye(a.shape[-1]), a), b))
+
+
+def least_squares(a: Array, b: Array, rank: int) -> Array:
+    """X (..., n, k) that minimises first |A x - b| and then |x|, for matrices (..., m, n) of the given rank.
+
+    Where the rank is full, by the normal equations of either kind: their error is mended by Newton's method.
+    """
+    m, n = a.shape[-2:]
+    turned = np.swapaxes(a, -1, -2)
+    if rank == n:
+        return stacked_solve(turned @ a, turned @ b)
+    if rank == m:
+        return np.asarray(turned @ stacked_solve(a @ turned, b))
+    ok = np.isfinite(a).all(axis=(-1, -2), keepdims=True)
+    u, s, vt = np.linalg.svd(np.where(ok, a, 0.0), full_matrices=False)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = np.einsum("...ij,...ik->...jk", u, b)[..., :rank, :] / s[..., :rank, None]
+        x = np.einsum("...ij,...ik->...jk", vt[..., :rank, :], along)
+    return np.where(ok, x, np.nan)

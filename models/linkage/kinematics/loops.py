@@ -1,0 +1,303 @@
+"""Newton's method on the loops of a mechanism: for one pose in floats, for all poses in arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from .equations import Equations
+from .linear import Linear
+from .mechanism import Mechanism
+from .tape import Value
+
+if TYPE_CHECKING:
+    from ..way.march import Track
+
+# A step below this ends the iteration: the next would be below rounding.
+LAST_STEP = 1e-9
+ITERATIONS = 12
+# Newton's method is trusted where the guess lies no farther off, and each step is at most this share of the one before.
+FIRST_STEP = 0.15
+CONTRACTION = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A closed position: its state, how it follows the drives, and the determinants of its equations.
+
+    Attributes
+    ----------
+    state
+        State of all joints.
+    follow
+        Velocity of each unknown per unit of each drive, drive by drive.
+    determinants
+        Of the blocks of equations.
+    first_step
+        Largest change that the first Newton step made.
+    """
+
+    state: list[float]
+    follow: list[float]
+    determinants: list[float]
+    first_step: float
+
+
+@dataclass(frozen=True, eq=False)
+class Closed:
+    """Closed positions of a batch: state entries, where they are trusted, their first step and determinants."""
+
+    state: list[Value]
+    trusted: NDArray[np.bool_]
+    converged: NDArray[np.bool_]
+    determinants: list[Value]
+
+
+class Loops:
+    """The closing equations of a mechanism as a system in its unknown coordinates.
+
+    Parameters
+    ----------
+    mechanism
+        The compiled linkage.
+    rank
+        Rank of the equations; full where None.
+    tolerance
+        Greatest gap of a closed pose, in units of the mechanism's size, where that is more than rounding.
+
+    Attributes
+    ----------
+    kept
+        The last ways of a single drive, ahead (True) and back, and what they depended on.
+    """
+
+    def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
+        self.mechanism, self.tolerance = mechanism, tolerance
+        self.linear = Linear(mechanism.pattern, rank)
+        self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
+        self.kept: dict[bool, tuple[object, Track]] = {}
+        self.singles: list[tuple[int, int]] = []
+        self.balls: list[tuple[int, int]] = []
+        self.driven_states: list[int] = []
+        self.driven_balls: list[int] = []
+        order = {k: position for position, k in enumerate(mechanism.driven)}
+        self._driven: dict[int, int] = {}
+        for name, those in mechanism.velocities.items():
+            place = mechanism.states[name].start
+            if mechanism.linkage.joint(name).kind.name == "spherical":
+                if those.start in mechanism.driven:
+                    self.driven_balls.append(place)
+                    self._driven[place] = order[those.start]
+                else:
+                    self.balls.append((place, mechanism.unknown.index(those.start)))
+                continue
+            for offset, k in enumerate(range(those.start, those.stop)):
+                if k in mechanism.driven:
+                    self._driven[place + offset] = order[k]
+                else:
+                    self.singles.append((place + offset, mechanism.unknown.index(k)))
+
+        for place in sorted(self._driven, key=self._driven.__getitem__):
+            self.driven_states += range(place, place + (4 if place in self.driven_balls else 1))
+
+    @property
+    def determined(self) -> bool:
+        """True where the drives and the closing equations leave nothing free."""
+        return self.linear.rank == self.columns
+
+    @property
+    def unknown_states(self) -> list[int]:
+        """Entries of the state that the drives do not give."""
+        return [place for place in range(len(self.mechanism.state_names)) if place not in self.driven_states]
+
+    @cached_property
+    def drawn(self) -> list[float]:
+        """State of the drawing."""
+        state = [0.0] * len(self.mechanism.state_names)
+        for name, those in self.mechanism.states.items():
+            if self.mechanism.linkage.joint(name).kind.name == "spherical":
+                state[those.start] = 1.0
+        return state
+
+    def advance(self, state: list[Value], step: Sequence[Value], *, sign: float = 1.0) -> list[Value]:
+        """State after the unknowns have moved by `sign` times `step`; balls keep unit Euler parameters."""
+        out = list(state)
+        for place, k in self.singles:
+            out[place] = state[place] + sign * step[k]
+        for place, k in self.balls:
+            change = ball_rate(state[place : place + 4], [sign * x for x in step[k : k + 3]])
+            out[place : place + 4] = _unit([x + y for x, y in zip(state[place : place + 4], change, strict=True)])
+        return out
+
+    def unit(self, state: list[Value]) -> list[Value]:
+        """`state` with unit Euler parameters of all balls."""
+        for place in self.driven_balls + [place for place, _ in self.balls]:
+            state[place : place + 4] = _unit(state[place : place + 4])
+        return state
+
+    def state_rate(self, state: Sequence[float], unknown: Sequence[float]) -> list[float]:
+        """Rate of the state at rates of the unknowns; 0 for the drives."""
+        out = [0.0] * len(state)
+        for place, k in self.singles:
+            out[place] = unknown[k]
+        for place, k in self.balls:
+            out[place : place + 4] = ball_rate(state[place : place + 4], unknown[k : k + 3])  # type: ignore[assignment]
+        return out
+
+    def drive_velocities(self, state: Sequence[float], rates: Sequence[float]) -> list[float]:
+        """Driven velocity coordinates at rates of the driven states."""
+        out = [0.0] * len(self.mechanism.driven)
+        rate = dict(zip(self.driven_states, rates, strict=True))
+        for place, k in self._driven.items():
+            if place in self.driven_balls:
+                out[k : k + 3] = ball_velocity(state[place : place + 4], [rate[place + i] for i in range(4)])
+            else:
+                out[k] = rate[place]
+        return out
+
+    @cached_property
+    def equations(self) -> Equations:
+        """Programs of the Newton step."""
+        return Equations(self.mechanism, self.linear)
+
+    def turns(self, drive: int) -> bool:
+        """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
+        return self.is_angle(self.driven_states[drive])
+
+    def is_angle(self, place: int) -> bool:
+        """True where an entry of the state is an angle that comes round again after a full turn."""
+        joint = next(name for name, those in self.mechanism.states.items() if those.start <= place < those.stop)
+        kind = self.mechanism.linkage.joint(joint).kind
+        if kind.name in ("screw", "spherical"):
+            return False
+        return bool(kind.coordinates[place - self.mechanism.states[joint].start][0] == "r")
+
+    # -- one pose ---------------------------------------------------------------------------------------------------
+
+    def close(self, state: list[float], parameters: Sequence[float], *, far: float = FIRST_STEP) -> Pose | None:
+        """The closed pose near `state`; None where Newton's method does not contract from there."""
+        step_at, pose_at, n = self.equations.step[0], self.equations.pose[0], self.columns
+        first = last = 0.0
+        try:
+            for iteration in range(ITERATIONS):
+                step = step_at(state, parameters)[:n]
+                size = max(map(abs, step), default=0.0)
+                first = first or size
+                if not size <= far or (iteration > 0 and last > 1e-6 and size > CONTRACTION * last):
+                    return None
+                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                last = size
+                if size < 1e-3:
+                    break
+            else:
+                return None
+            found = pose_at(state, parameters)
+        except (ZeroDivisionError, np.linalg.LinAlgError, OverflowError):
+            return None
+        step, last = found[:n], max(map(abs, found[:n]), default=0.0)
+        if not last <= max(CONTRACTION * size, 1e-12):
+            return None
+        state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+        behind = n + n * len(self.mechanism.driven)
+        return Pose(state, list(found[n:behind]), list(found[behind:]), first)
+
+    # -- rates ------------------------------------------------------------------------------------------------------
+
+    def velocities(self, state: Sequence[Value], parameters: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
+        """All velocity coordinates v from those of the drives: J v = 0."""
+        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
+        with np.errstate(all="ignore"):
+            entries = self.mechanism.full[1](state, parameters)
+            behind = m + m * n
+            right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
+            return self._all(self.linear.solve(entries[m:behind], right), drives)
+
+    def accelerations(
+        self, state: Sequence[Value], parameters: Sequence[Value], v: Sequence[Value], drives: Sequence[Value] | None
+    ) -> list[Value]:
+        """Time derivative of all velocity coordinates from those of the drives, 0 where None: J v' = -J' v."""
+        n, m = self.columns, self.rows
+        own = [0.0] * len(self.mechanism.driven) if drives is None else drives
+        with np.errstate(all="ignore"):
+            still = self._all([0.0] * n, own)
+            bias = self.mechanism.bias[1](state, parameters, v, still)
+            entries = self.mechanism.newton[1](state, parameters)
+            return self._all(self.linear.solve(entries[m:], [-x for x in bias]), own)
+
+    def _all(self, unknown: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
+        out: list[Value] = [0.0] * len(self.mechanism.columns)
+        for k, x in zip(self.mechanism.unknown, unknown, strict=True):
+            out[k] = x
+        for k, x in zip(self.mechanism.driven, drives, strict=True):
+            out[k] = x
+        return out
+
+    # -- all poses --------------------------------------------------------------------------------------------------
+
+    def close_all(self, state: list[Value], parameters: Sequence[Value]) -> Closed:
+        """Closed poses of a batch from the guesses `state`; driven entries are kept.
+
+        Each member stops at its own last step, so that its bits do not depend on its neighbours.
+        """
+        program, n = self.equations.step[1], self.columns
+        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
+        trusted = np.ones(shape, dtype=bool)
+        moving: NDArray[np.bool_] = trusted
+        before: Array | float = np.inf
+        found: Sequence[Value] = ()
+        with np.errstate(all="ignore"):
+            for _ in range(ITERATIONS):
+                found = program(state, parameters)
+                step = found[:n]
+                size = _largest(step, shape)
+                bad = ~(size <= FIRST_STEP) | ((before > 1e-5) & (size > CONTRACTION * before))
+                trusted = trusted & ~(bad & moving)
+                if not moving.all():
+                    step = [np.where(moving, x, 0.0) for x in step]
+                state = self.advance(state, step, sign=-1.0)
+                before = np.where(moving, size, before)
+                moving = moving & (size > LAST_STEP) & (size < 1e3)
+                if not moving.any():
+                    break
+        converged = np.asarray(before <= LAST_STEP)
+        return Closed(state, trusted & converged, converged, list(found[n:]))
+
+
+def _largest(step: Sequence[Value], shape: tuple[int, ...]) -> Array:
+    size = np.zeros(shape)
+    for x in step:
+        size = np.maximum(size, np.abs(x))
+    return size
+
+
+def _unit(e: Sequence[Value]) -> list[Value]:
+    norm = sum((x * x for x in e), start=0.0) ** 0.5
+    return [x / norm for x in e]
+
+
+def ball_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:
+    """Rate of Euler parameters at an angular velocity along the axes on the first link: half of (0, ω) times e."""
+    a, b, c, d = e
+    x, y, z = omega
+    return [
+        -0.5 * (x * b + y * c + z * d),
+        0.5 * (x * a + y * d - z * c),
+        0.5 * (y * a + z * b - x * d),
+        0.5 * (z * a + x * c - y * b),
+    ]
+
+
+def ball_velocity(e: Sequence[float], rate: Sequence[float]) -> list[float]:
+    """Angular velocity, along the axes on the first link, at a rate of the Euler parameters: inverse of `ball_rate`."""
+    (a, b, c, d), (p, q, r, s) = e, rate
+    return [
+        2.0 * (q * a - p * b - r * d + s * c),
+        2.0 * (r * a - p * c - s * b + q * d),
+        2.0 * (s * a - p * d - q * c + r * b),
+    ]

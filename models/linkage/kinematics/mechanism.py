@@ -1,0 +1,378 @@
+"""A linkage compiled: its tree of links, its state, and the programs for position, closure and rates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.parts import GROUND, Pair
+from ..linkage import Linkage
+from ..statics.inertia import place as place_of
+from .closure import closing_bias, closing_rows
+from .linear import Pattern
+from .rates import Rates, rates_of
+from .tape import Program, Scalar, Tape, Term, Value, Vector, combine, minus, plus, times
+from .tree import Branch, Tree, spanning_tree
+from .turning import moved
+
+if TYPE_CHECKING:
+    from .loops import Loops, Pose
+
+EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A link while the tape is written: its reference point and the axes that were `drawn_axes` in the drawing.
+
+    `place` is the reference point as drawn. Vectors are in the axes of the ground.
+    """
+
+    origin: Vector
+    axes: list[Vector]
+    place: Array
+    drawn_axes: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """Motion of a link relative to the one before it on the tree, per unit of one velocity.
+
+    It turns with `angular` and moves with `linear` at `point`; `sign` is -1 where the tree runs from the joint's
+    second link to its first. `carrier`, 0 or 1, is the link of the joint on which the axis is fixed.
+    """
+
+    joint: str
+    component: str
+    sign: float
+    angular: Vector
+    linear: Vector
+    point: Vector
+    carrier: int
+
+
+class Mechanism:
+    """The relative joint coordinates of a linkage on a spanning tree, and its loops.
+
+    Joints of the tree hold by construction. Each other joint closes a loop with as many equations as it holds
+    components. Lengths are divided by `size`, a power of two.
+
+    Parameters
+    ----------
+    linkage
+        The description.
+
+    Attributes
+    ----------
+    tree
+        Its spanning tree.
+    size
+        Power of two near the greatest distance in the drawing.
+    columns
+        Joint and component of each velocity coordinate: angular velocity, in the joint's axes on its first link, for
+        a ball; rate of the coordinate otherwise.
+    states, velocities
+        Where each joint's numbers lie in the state, zero as drawn (four Euler parameters for a ball), and among the
+        velocity coordinates, by joint.
+    driven, unknown
+        Indices of the driven velocity coordinates, in the order of ``linkage.drives``, and of the others.
+    rows
+        Joint and component of each closing equation.
+    parameters
+        Dimensions that the programs take, in units of `size`.
+    begun
+        Nominal dimensions, loops and closed drawing, once they have been found.
+    """
+
+    def __init__(self, linkage: Linkage) -> None:
+        self.linkage = linkage
+        self.tree: Tree = spanning_tree(linkage)
+        self.size = _size(linkage)
+        self.tape = Tape()
+        self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
+        self.parameters: list[Value] = []
+        self.begun: tuple[list[float], Loops, Pose] | None = None
+        self._poses: dict[str, tuple[Program, Program]] = {}
+        self._rates: dict[str, tuple[Program, Program]] = {}
+        self.bodies: dict[str, Body] = {}
+        self.frames: dict[str, tuple[list[Vector], Vector, list[Vector], Vector]] = {}
+        self._columns: list[Column] = []
+        self.paths: dict[str, frozenset[int]] = {GROUND: frozenset()}
+        self.states: dict[str, slice] = {}
+        self.velocities: dict[str, slice] = {}
+        self.state_names: list[str] = []
+        self._ground()
+        for branch in self.tree.branches:
+            self._hang(branch)
+        for pair in self.tree.cuts:
+            self.frames[pair.name if pair.first not in self.tree.twins else pair.first] = self._joined(pair)
+        self.columns = [(column.joint, column.component) for column in self._columns]
+        self.driven = [self.columns.index((name, c)) for name, those in linkage.drives.items() for c in those]
+        self.unknown = [k for k in range(len(self.columns)) if k not in self.driven]
+        self._close()
+
+    # -- writing the tape -------------------------------------------------------------------------------------------
+
+    def _ground(self) -> None:
+        """The ground's axes are those of the first joint on it, so that what is planar looks planar."""
+        pair = self.tree.branches[0].pair if self.tree.branches else None
+        place, axes = np.zeros(3), np.eye(3)
+        if pair is not None:
+            place = self.place(GROUND, pair.point)
+            axes = pair.axes if pair.axes.ndim == 2 else axes
+        self.bodies[GROUND] = Body([0.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], place, axes)
+
+    def place(self, link: str, point: str) -> Array:
+        """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
+        return place_of(self.linkage, self.tree.twins.get(link, link), point)
+
+    def constant(self, value: Array) -> list[Scalar]:
+        """Numbers (..., 3) of the drawing on the tape: those that are always 0, 1 or -1 as such."""
+        out: list[Scalar] = []
+        for k in range(3):
+            part = value[..., k]
+            for exact in (0.0, 1.0, -1.0):
+                if np.all(np.abs(part - exact) <= self._rounding):
+                    out.append(exact)
+                    break
+            else:
+                out.append(self._parameter(part))
+        return out
+
+    def _parameter(self, value: Array) -> Term:
+        """A dimension; the same one where it has been met before."""
+        key = value.shape, value.tobytes()
+        if key not in self._met:
+            self._met[key] = Term(self.tape, f"p{len(self.parameters)}")
+            self.parameters.append(float(value) if value.ndim == 0 else np.ascontiguousarray(value))
+        return self._met[key]
+
+    @cached_property
+    def _rounding(self) -> float:
+        largest = max(float(np.abs(point).max(initial=0.0)) for point in self.linkage.points.values())
+        return 4.0 * EPS * max(1.0, largest / self.size)
+
+    def point_on(self, body: Body, place: Array) -> Vector:
+        """A point fixed on a body that was drawn at `place`."""
+        arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
+        return plus(body.origin, combine(body.axes, self.constant(arm)))
+
+    def axes_on(self, body: Body, drawn: Array) -> list[Vector]:
+        """Axes fixed on a body that were the columns of `drawn`."""
+        if drawn is body.drawn_axes or np.array_equal(drawn, body.drawn_axes):
+            return body.axes
+        turned = np.einsum("...ji,...jk->...ik", body.drawn_axes, drawn)
+        return [combine(body.axes, self.constant(turned[..., k])) for k in range(3)]
+
+    def _hang(self, branch: Branch) -> None:
+        pair, parent = branch.pair, self.bodies[branch.parent]
+        names = [
+            f"s{len(self.state_names) + k}" for k in range(4 if pair.kind.name == "spherical" else pair.kind.freedom)
+        ]
+        self.states[pair.name] = slice(len(self.state_names), len(self.state_names) + len(names))
+        self.state_names += names
+        axes = self.axes_on(parent, pair.axes)
+        here = self.point_on(parent, self.place(branch.parent, pair.point))
+        step = moved(self.tape, pair.kind.name, [Term(self.tape, name) for name in names], self._pitch(pair))
+        first_point: Vector
+        second_point: Vector
+        if branch.turned:
+            second, second_point = axes, here
+            first = step.turned_back(second)
+            first_point = minus(here, combine(first, step.shift))
+        else:
+            first, first_point = axes, here
+            second = step.turned(first)
+            second_point = plus(here, combine(first, step.shift))
+        self.frames[pair.name] = first, first_point, second, second_point
+        own_axes, own_point = (first, first_point) if branch.turned else (second, second_point)
+        place = self.place(branch.child, pair.point)
+        self.bodies[branch.child] = Body(own_point, own_axes, place, pair.axes)
+        start = len(self._columns)
+        sign = -1.0 if branch.turned else 1.0
+        for component in pair.kind.coordinates:
+            carrier = 1 if (pair.kind.name, component) == ("universal", "rx") else 0
+            axis = (second if carrier else first)["xyz".index(component[1])]
+            angular: Vector = axis if component[0] == "r" else [0.0, 0.0, 0.0]
+            linear: Vector = axis if component[0] == "u" else [0.0, 0.0, 0.0]
+            if pair.kind.name == "screw":
+                linear = times(self._pitch(pair), axis)
+            self._columns.append(Column(pair.name, component, sign, angular, linear, second_point, carrier))
+        self.velocities[pair.name] = slice(start, len(self._columns))
+        self.paths[branch.child] = self.paths[branch.parent] | set(range(start, len(self._columns)))
+
+    def _pitch(self, pair: Pair) -> Scalar:
+        """Advance per radian."""
+        if pair.pitch is None:
+            return 0.0
+        return self.constant((pair.pitch / (2.0 * np.pi * self.size))[..., None] * np.ones(3))[0]
+
+    def _joined(self, pair: Pair) -> tuple[list[Vector], Vector, list[Vector], Vector]:
+        out: list[list[Vector] | Vector] = []
+        for link in (pair.first, pair.second):
+            body = self.bodies[link]
+            out += [self.axes_on(body, pair.axes), self.point_on(body, self.place(link, pair.point))]
+        return out[0], out[1], out[2], out[3]  # type: ignore[return-value]
+
+    def _close(self) -> None:
+        self.rows: list[tuple[str, str]] = []
+        self._residual: list[Scalar] = []
+        self._jacobian: list[list[Scalar]] = []
+        for pair in self.tree.cuts:
+            joined = self._joined(pair)
+            for row in closing_rows(pair, joined, self._columns, self.paths[pair.first], self.paths[pair.second]):
+                self.rows.append((pair.name, row.component))
+                self._residual.append(row.residual)
+                self._jacobian.append(row.entries)
+
+    # -- programs ---------------------------------------------------------------------------------------------------
+
+    @property
+    def _names(self) -> tuple[list[str], list[str]]:
+        return self.state_names, [f"p{k}" for k in range(len(self.parameters))]
+
+    def program(self, outputs: Iterable[Scalar]) -> tuple[Program, Program]:
+        """(state, parameters) to `outputs`."""
+        return self.tape.program(self._names, outputs)
+
+    @cached_property
+    def closing(self) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
+        """Active residuals, and the entries of their Jacobian by the unknowns and by the drives, row by row."""
+        rows = self.active
+        return (
+            [self._residual[i] for i in rows],
+            [self._jacobian[i][k] for i in rows for k in self.unknown],
+            [self._jacobian[i][k] for i in rows for k in self.driven],
+        )
+
+    @cached_property
+    def acting(self) -> list[int]:
+        """Rows that some coordinate acts on; the others hold by construction, or not at all."""
+        return [i for i, row in enumerate(self._jacobian) if any(map(_acts, row))]
+
+    @cached_property
+    def active(self) -> list[int]:
+        """Rows that some unknown acts on; the others hold by construction, or not at all."""
+        return [i for i, row in enumerate(self._jacobian) if any(_acts(row[k]) for k in self.unknown)]
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """Which unknown acts on which active row, (rows, unknowns)."""
+        acts = [_acts(self._jacobian[i][k]) for i in self.active for k in self.unknown]
+        return np.array(acts, dtype=bool).reshape(len(self.active), len(self.unknown))
+
+    @cached_property
+    def newton(self) -> tuple[Program, Program]:
+        """(state, parameters) to active residuals, then the Jacobian of the active rows by the unknowns."""
+        residual, jacobian, _ = self.closing
+        return self.program([*residual, *jacobian])
+
+    @cached_property
+    def full(self) -> tuple[Program, Program]:
+        """As `newton`, with the Jacobian of the active rows by the drives behind."""
+        residual, jacobian, drives = self.closing
+        return self.program([*residual, *jacobian, *drives])
+
+    @cached_property
+    def residual(self) -> tuple[Program, Program]:
+        """(state, parameters) to the residuals of all rows."""
+        return self.tape.program(self._names, self._residual)
+
+    @cached_property
+    def all_entries(self) -> tuple[Program, Program]:
+        """(state, parameters) to the Jacobian of all rows by all velocity coordinates."""
+        return self.tape.program(self._names, [entry for row in self._jacobian for entry in row])
+
+    def pose_of(self, link: str) -> tuple[Program, Program]:
+        """(state, parameters) to reference point and axes, twelve numbers, of a link."""
+        if link not in self._poses:
+            body = self.bodies[link]
+            self._poses[link] = self.tape.program(self._names, [x for v in (body.origin, *body.axes) for x in v])
+        return self._poses[link]
+
+    def joint_point(self, joint: str) -> tuple[Program, Program]:
+        """(state, parameters) to the point of a joint on its first link."""
+        return self.tape.program(self._names, self.frames[joint][1])
+
+    def joint_axes(self, pair: Pair) -> tuple[Program, Program]:
+        """(state, parameters) to the axes x y z, nine numbers, of a joint that closes a loop, on its first link."""
+        axes, _, _, _ = self._joined(pair)
+        return self.tape.program(self._names, [x for axis in axes for x in axis])
+
+    def rates_of(self, link: str) -> tuple[Program, Program]:
+        """(state, parameters, v, dv/dt) to ω, velocity of the reference point, α and its acceleration, of a link."""
+        if link not in self._rates:
+            _, rates, names = self._moving
+            own = rates[link]
+            values = [x for v in (own.omega, own.v, own.alpha, own.a) for x in v]
+            self._rates[link] = self.tape.program((*self._names, *names), values)
+        return self._rates[link]
+
+    @cached_property
+    def poses(self) -> tuple[Program, Program]:
+        """As `pose_of`, of all links in the order of the linkage."""
+        bodies = (self.bodies[link] for link in self.linkage.links)
+        return self.tape.program(self._names, [x for body in bodies for v in (body.origin, *body.axes) for x in v])
+
+    @cached_property
+    def rates(self) -> tuple[Program, Program]:
+        """As `rates_of`, of all links in the order of the linkage."""
+        _, rates, names = self._moving
+        moves = (rates[link] for link in self.linkage.links)
+        values = [x for own in moves for v in (own.omega, own.v, own.alpha, own.a) for x in v]
+        return self.tape.program((*self._names, *names), values)
+
+    @cached_property
+    def relative(self) -> dict[str, tuple[Program, Program]]:
+        """By joint: (state, parameters) to axes x y z and point on the first link, axes and point on the second."""
+        return {
+            name: self.tape.program(self._names, [x for v in (*first, here, *second, there) for x in v])
+            for name, (first, here, second, there) in self.frames.items()
+        }
+
+    @cached_property
+    def bias(self) -> tuple[Program, Program]:
+        """(state, parameters, v, dv/dt) to the second time derivative of the active rows."""
+        bias, _, names = self._moving
+        return self.tape.program((*self._names, *names), [bias[i] for i in self.active])
+
+    @cached_property
+    def _moving(self) -> tuple[list[Scalar], dict[str, Rates], tuple[list[str], list[str]]]:
+        names = tuple([f"{letter}{k}" for k in range(len(self.columns))] for letter in "vw")
+        v, w = ([Term(self.tape, name) for name in those] for those in names)
+        rates = rates_of(self.tree, self.bodies, self.frames, self._columns, self.velocities, v, w)
+        bias = [
+            x
+            for pair in self.tree.cuts
+            for x in closing_bias(pair, self._joined(pair), rates[pair.first], rates[pair.second])
+        ]
+        return bias, rates, (names[0], names[1])
+
+    def jacobian(self, state: Array) -> Array:
+        """Jacobian of all closing rows by all velocity coordinates, (..., rows, columns), at states (..., n)."""
+        entries = self.all_entries[1](tuple(np.moveaxis(state, -1, 0)), tuple(self.parameters))
+        return stacked(entries).reshape(*stacked(entries).shape[:-1], len(self.rows), len(self.columns))
+
+
+def stacked(entries: tuple[Value, ...]) -> Array:
+    """Entries, which broadcast, along a last axis."""
+    if not entries:
+        return np.zeros(0)
+    return np.stack(np.broadcast_arrays(*entries), axis=-1)
+
+
+def _acts(entry: Scalar) -> bool:
+    return isinstance(entry, Term) or entry != 0.0
+
+
+def _size(linkage: Linkage) -> float:
+    """Power of two just above the extent of the drawing; 1 where it has none."""
+    corners = [point.reshape(-1, 3) for point in linkage.points.values()]
+    places = np.concatenate(corners) if corners else np.zeros((1, 3))
+    extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
+    return float(2.0 ** np.ceil(np.log2(extent))) if extent > 0.0 else 1.0

@@ -1,0 +1,101 @@
+"""How far a loop is open, and where it is open least."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from .linear import matrices
+from .loops import Loops
+from .tape import Value
+
+ITERATIONS = 80
+UNDAMPED = 20
+# Gaps that need no further step, and such as are left of one that closes.
+EXACT, ALMOST = 1e-16, 1e-9
+
+
+def open_by(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -> tuple[Array, NDArray[np.intp]]:
+    """Norm of all closing residuals, angles times size, in units of size; and the row with the largest."""
+    rows = loops.mechanism.residual[1](state, parameters)
+    shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
+    square, largest, which = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.intp)
+    for index, row in enumerate(rows):
+        size = np.abs(row)
+        square = square + size * size
+        which = np.where(size > largest, index, which)
+        largest = np.maximum(largest, size)
+    return np.sqrt(square), which
+
+
+def nearest(
+    loops: Loops, state: Sequence[Value], parameters: Sequence[Value], *, free: bool = False
+) -> tuple[list[Value], Array]:
+    """States (M,) with the least gap near `state`, and that gap: Levenberg and Marquardt's method.
+
+    With `free`, the drives are free as well; that takes a mechanism without driven balls.
+    """
+    m, n = loops.rows, loops.columns + (len(loops.mechanism.driven) if free else 0)
+    at = _At(loops, [np.array(x, dtype=np.float64) for x in np.broadcast_arrays(*state)], parameters, free)
+    damping = np.full(at.norm.shape, 1e-4)
+    for _ in range(ITERATIONS if m and n else 0):
+        turned = np.swapaxes(at.jacobian, -1, -2)
+        normal = turned @ at.jacobian + damping[..., None, None] * np.eye(n)
+        step = np.asarray(-np.linalg.solve(normal, turned @ at.residual[..., None])[..., 0], dtype=np.float64)
+        better = at.moved(step)
+        damping = np.clip(np.where(better, 0.1 * damping, 4.0 * damping), 1e-15, 1e6)
+        if np.all((at.norm < EXACT) | (damping >= 1e6) | (np.abs(step).max(axis=-1) < 1e-15)):
+            break
+    # What is all but closed is at a singular pose. There each step halves the distance at best, opening the loop a
+    # little on the way; damping stops it.
+    best, least = at.state, at.norm
+    for _ in range(UNDAMPED if m and n else 0):
+        if not np.any((least > EXACT) & (least < ALMOST)):
+            break
+        step = -(np.linalg.pinv(at.jacobian, rcond=1e-9) @ at.residual[..., None])[..., 0]
+        at.moved(step, at.norm < ALMOST)
+        best = [np.where(at.norm < least, x, y) for x, y in zip(at.state, best, strict=True)]
+        least = np.minimum(at.norm, least)
+    return best, open_by(loops, best, parameters)[0]
+
+
+class _At:
+    """States (M,) with their residuals and Jacobians, each of which moves to what is better."""
+
+    def __init__(self, loops: Loops, state: list[Value], parameters: Sequence[Value], free: bool) -> None:
+        self.loops, self.parameters, self.free, self.state = loops, parameters, free, state
+        self.residual, self.jacobian = _evaluated(loops, state, parameters, free)
+        self.norm: Array = np.sqrt((self.residual**2).sum(axis=-1))
+
+    def moved(self, step: Array, anyway: NDArray[np.bool_] | bool = False) -> NDArray[np.bool_]:
+        """Take the step (M, n) where it makes the gap smaller, or `anyway`, and tell where."""
+        columns = self.loops.columns
+        trial = self.loops.advance(self.state, [step[..., k] for k in range(columns)])
+        if self.free:
+            for k, place in enumerate(self.loops.driven_states):
+                trial[place] = trial[place] + step[..., columns + k]
+        residual, jacobian = _evaluated(self.loops, trial, self.parameters, self.free)
+        norm = np.sqrt((residual**2).sum(axis=-1))
+        better = np.asarray((norm < self.norm) | anyway)
+        self.state = [np.where(better, x, y) for x, y in zip(trial, self.state, strict=True)]
+        self.residual = np.where(better[..., None], residual, self.residual)
+        self.jacobian = np.where(better[..., None, None], jacobian, self.jacobian)
+        self.norm = np.where(better, norm, self.norm)
+        return better
+
+
+def _evaluated(loops: Loops, state: Sequence[Value], parameters: Sequence[Value], free: bool) -> tuple[Array, Array]:
+    m, n, f = loops.rows, loops.columns, len(loops.mechanism.driven)
+    entries = loops.mechanism.full[1](state, parameters)
+    shape = np.shape(state[0]) if state else ()
+    if not m:
+        return np.zeros((*shape, 0)), np.zeros((*shape, 0, n + free * f))
+    rows = [list(entries[m + i * n : m + i * n + n]) for i in range(m)]
+    if free:
+        rows = [row + list(entries[m + m * n + i * f : m + m * n + i * f + f]) for i, row in enumerate(rows)]
+    jacobian = matrices(rows)
+    residual = np.stack(np.broadcast_arrays(*entries[:m]), axis=-1)
+    return np.broadcast_to(residual, (*shape, m)), np.broadcast_to(jacobian, (*shape, *jacobian.shape[-2:]))

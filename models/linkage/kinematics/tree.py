@@ -1,0 +1,97 @@
+"""Which joints carry the links from the ground, and which close loops."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass, replace
+
+from ....framework.errors import FrameError
+from ..description.joints import KINDS
+from ..description.parts import GROUND, Pair
+from ..linkage import Linkage
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A joint of the spanning tree: `child` hangs on `parent` by `pair`; `turned` where the child is its first link."""
+
+    pair: Pair
+    parent: str
+    child: str
+    turned: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Spanning tree of a linkage.
+
+    Attributes
+    ----------
+    branches
+        Joints of the tree, from the ground outwards.
+    cuts
+        Joints that close loops.
+    twins
+        Link by the name of its twin. Where a driven joint or a screw would close a loop, its second link gets a
+        twin without mass that the joint carries, and the loop is closed by fixing the twin to the link.
+    """
+
+    branches: list[Branch]
+    cuts: list[Pair]
+    twins: dict[str, str]
+
+
+def spanning_tree(linkage: Linkage) -> Tree:
+    """The tree with driven joints and screws first, and then with the least freedom.
+
+    What it leaves over has the most freedom, so that the loops have the fewest equations (Prim's algorithm; the
+    nearest to the ground first among equals).
+    """
+    order = {name: index for index, name in enumerate(linkage.joints)}
+    heap: list[tuple[int, int, int, int, str, str]] = []
+    depth, branches = {GROUND: 0}, []
+
+    def reach(link: str) -> None:
+        for pair in linkage.joints.values():
+            if link in (pair.first, pair.second):
+                other = pair.second if link == pair.first else pair.first
+                rank = 0 if carried(linkage, pair) else 1
+                heapq.heappush(heap, (rank, pair.kind.freedom, depth[link], order[pair.name], link, other))
+
+    names = list(linkage.joints)
+    reach(GROUND)
+    while heap:
+        _, _, _, index, parent, child = heapq.heappop(heap)
+        if child not in depth:
+            pair = linkage.joints[names[index]]
+            branches.append(Branch(pair, parent, child, turned=child == pair.first))
+            depth[child] = depth[parent] + 1
+            reach(child)
+    loose = [name for name in linkage.links if name not in depth]
+    if loose:
+        raise FrameError(
+            f"{'links' if len(loose) > 1 else 'link'} {', '.join(map(repr, loose))} hang on nothing: "
+            "join them to the ground by a chain of joints, or leave them out"
+        )
+    return _with_twins(linkage, branches)
+
+
+def carried(linkage: Linkage, pair: Pair) -> bool:
+    """True where the joint's coordinates must be known as such: it is driven, or a screw."""
+    return pair.name in linkage.drives or pair.kind.name == "screw"
+
+
+def _with_twins(linkage: Linkage, branches: list[Branch]) -> Tree:
+    in_tree = {branch.pair.name for branch in branches}
+    cuts, twins = [], {}
+    for pair in linkage.joints.values():
+        if pair.name in in_tree:
+            continue
+        if not carried(linkage, pair):
+            cuts.append(pair)
+            continue
+        twin = f"{pair.second} at {pair.name}"
+        twins[twin] = pair.second
+        branches.append(Branch(replace(pair, second=twin), pair.first, twin, turned=False))
+        cuts.append(replace(pair, kind=KINDS["fixed"], first=twin, stiffness=None, clearance=None, pitch=None))
+    return Tree(branches, cuts, twins)

@@ -1,0 +1,1 @@
+"""What is special about poses: mobility, dead points, singularity, transmission."""

@@ -1,0 +1,207 @@
+"""All assembled positions of a linkage, with its drives let loose: how it can move from one, and where that leads."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ..kinematics.loops import Loops, ball_rate
+from ..kinematics.nearest import nearest, open_by
+from ..linkage import Linkage
+from ..motion import compiled
+from ..way.start import not_assembled
+
+# Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a
+# singular one, where they are least certain, to 1e-8.
+DEPENDENT = 1e-7
+# Closed where no equation is off by more, in units of the linkage's extent and radians.
+CLOSED = 1e-12
+ITERATIONS = 60
+
+
+class Configurations:
+    """Assembled positions of one linkage as the zeros of its closing equations in all of its joint coordinates.
+
+    Lengths are divided by the diagonal of the box that holds the drawing, so that no unit of length matters.
+
+    Parameters
+    ----------
+    linkage
+        The description; the first entry of it where it carries a batch.
+    tolerance
+        Greatest gap, a length, with which a position counts as assembled.
+
+    Attributes
+    ----------
+    dependent
+        Singular values below this share of the largest count as zero.
+    """
+
+    def __init__(self, linkage: Linkage, tolerance: float = 0.0) -> None:
+        self.mechanism = compiled(linkage)
+        self.tolerance = tolerance / extent(linkage)
+        self.dependent = max(DEPENDENT, 10.0 * self.tolerance)
+        self.parameters = [float(np.ravel(number)[0]) for number in self.mechanism.parameters]
+        self._share = self.mechanism.size / extent(linkage)
+        self._row_units, self.units = (
+            np.array([self._share if component[0] == "u" else 1.0 for _, component in names])
+            for names in (self.mechanism.rows, self.mechanism.columns)
+        )
+
+    @cached_property
+    def drawn(self) -> Array:
+        """State of the drawing, (s,)."""
+        state = np.zeros(len(self.mechanism.state_names))
+        state[[start for start, _ in self._balls]] = 1.0
+        closed = self.closed(state)
+        if closed is None:
+            parameters = [np.array(number) for number in self.parameters]
+            best, error = nearest(Loops(self.mechanism), [np.array(x) for x in state], parameters)
+            _, row = open_by(Loops(self.mechanism), best, parameters)
+            raise not_assembled(self.mechanism.rows[int(row)][0], float(error) * self.mechanism.size)
+        return closed
+
+    def jacobian(self, state: Array) -> Array:
+        """Closing equations by joint coordinates, without unit, (m, n)."""
+        m, n = len(self.mechanism.rows), len(self.mechanism.columns)
+        entries = self.mechanism.all_entries[0](tuple(state), self.parameters)
+        matrix: Array = np.array(entries, dtype=np.float64).reshape(m, n) * self._row_units[:, None] / self.units
+        return matrix
+
+    def gap(self, state: Array) -> Array:
+        """By how much the closing equations are off, without unit, (m,)."""
+        off = np.array(self.mechanism.residual[0](tuple(state), self.parameters), dtype=np.float64)
+        return np.asarray(off * self._row_units)
+
+    def moved(self, state: Array, step: Array) -> Array:
+        """State after a step (n,) of the joint coordinates."""
+        out, change = state.copy(), step / self.units
+        out[self._single_states] += change[self._single_columns]
+        for start, column in self._balls:
+            turn = change[column : column + 3]
+            angle = float(np.linalg.norm(turn))
+            # Along the great circle of the unit Euler parameters, so that a finite step turns by its length.
+            rate = np.array(ball_rate(state[start : start + 4].tolist(), turn.tolist()))
+            part = np.cos(angle / 2) * state[start : start + 4] + np.sinc(angle / (2 * np.pi)) * rate
+            out[start : start + 4] = part / np.linalg.norm(part)
+        return out
+
+    def closed(self, state: Array, locked: tuple[int, ...] = ()) -> Array | None:
+        """The closed state nearest to `state`, by Gauss and Newton; None where there is none near.
+
+        The columns `locked` stand still.
+        """
+        for _ in range(ITERATIONS):
+            gap = self.gap(state)
+            if not gap.size or np.abs(gap).max() < 1e-15:
+                return state
+            matrix, gap = self.held(state, locked), gap[self.mechanism.acting]
+            inverse: Array = np.asarray(np.linalg.pinv(matrix, rcond=self.dependent), dtype=np.float64)
+            step = -inverse @ np.append(gap, np.zeros(len(locked)))
+            state = self.moved(state, step)
+            if np.abs(step).max() < 1e-14 or not np.abs(step).max() < 1.0:
+                break
+        return state if np.abs(self.gap(state)).max() < max(CLOSED, self.tolerance) else None
+
+    def free(self, state: Array, locked: tuple[int, ...] = ()) -> Array:
+        """Motions (n, k) that the closing equations let pass, orthonormal; the columns `locked` stand still."""
+        return null_space(self.held(state, locked), share=self.dependent)
+
+    def held(self, state: Array, locked: tuple[int, ...]) -> Array:
+        """The equations that anything acts on, and one for each column that stands still, (m + l, n)."""
+        jacobian = self.jacobian(state)[self.mechanism.acting]
+        return np.vstack([jacobian, np.eye(jacobian.shape[1])[list(locked)]])
+
+    def places(self, state: Array) -> Array:
+        """Reference points and axes of all links, without unit, (links, 12)."""
+        links = self.mechanism.linkage.links
+        numbers = np.array([self.mechanism.pose_of(link)[0](tuple(state), self.parameters) for link in links]).reshape(
+            -1, 12
+        )
+        numbers[:, :3] *= self._share
+        return numbers
+
+    def speeds(self, state: Array, motions: Array) -> Array:
+        """Angular velocity, and velocity of the reference point, of all links by motions (n, k), (links, 6, k)."""
+        links, still = self.mechanism.linkage.links, (0.0,) * len(self.units)
+        out = np.zeros((len(links), 6, motions.shape[1]))
+        for i, link in enumerate(links):
+            program = self.mechanism.rates_of(link)[0]
+            for k, motion in enumerate(motions.T):
+                out[i, :, k] = program(tuple(state), self.parameters, tuple(motion / self.units), still)[:6]
+        out[:, 3:] *= self._share
+        return out
+
+    def idle(self, state: Array) -> tuple[str, ...]:
+        """Links that can move while all others and the drives stand still."""
+        free = self.free(state, tuple(self.mechanism.driven))
+        speeds = self.speeds(state, free)
+        found = []
+        for k, link in enumerate(self.mechanism.linkage.links):
+            alone = null_space(
+                np.concatenate([*speeds[:k], *speeds[k + 1 :], np.zeros((0, free.shape[1]))]), 1.0, self.dependent
+            )
+            if np.abs(speeds[k] @ alone).max(initial=0.0) > self.dependent:
+                found.append(link)
+        return tuple(found)
+
+    def in_joint_axes(self, state: Array) -> Array:
+        """The Jacobian, (m, n), with the components of position of each joint along the joint's axes."""
+        jacobian, rows = self.jacobian(state), self.mechanism.rows
+        for pair in self.mechanism.tree.cuts:
+            places = [k for k, (name, component) in enumerate(rows) if name == pair.name and component[0] == "u"]
+            if len(places) == 3:
+                axes = self.mechanism.joint_axes(pair)[0](tuple(state), self.parameters)
+                jacobian[places] = np.array(axes, dtype=np.float64).reshape(3, 3) @ jacobian[places]
+        return jacobian
+
+    @cached_property
+    def _balls(self) -> list[tuple[int, int]]:
+        kinds = {name: self.mechanism.linkage.joint(name).kind.name for name in self.mechanism.states}
+        return [
+            (self.mechanism.states[name].start, self.mechanism.velocities[name].start)
+            for name, kind in kinds.items()
+            if kind == "spherical"
+        ]
+
+    @cached_property
+    def _singles(self) -> list[tuple[int, int]]:
+        balls = {start for start, _ in self._balls}
+        return [
+            (state, column)
+            for name, those in self.mechanism.states.items()
+            if those.start not in balls or those.start == those.stop
+            for state, column in zip(
+                range(those.start, those.stop),
+                range(self.mechanism.velocities[name].start, self.mechanism.velocities[name].stop),
+                strict=True,
+            )
+        ]
+
+    @property
+    def _single_states(self) -> NDArray[np.intp]:
+        return np.array([state for state, _ in self._singles], dtype=np.intp)
+
+    @property
+    def _single_columns(self) -> NDArray[np.intp]:
+        return np.array([column for _, column in self._singles], dtype=np.intp)
+
+
+def null_space(matrix: Array, size: float | None = None, share: float = DEPENDENT) -> Array:
+    """Orthonormal vectors (n, k) that the matrix (m, n) takes below a share of its size: its norm, where None."""
+    if not matrix.size:
+        return np.eye(matrix.shape[1])
+    _, values, right = np.linalg.svd(matrix)
+    rank = int(np.count_nonzero(values > share * (values[0] if size is None else size)))
+    return np.asarray(right[rank:].T)
+
+
+def extent(linkage: Linkage) -> float:
+    """Diagonal of the box that holds the drawing; 1 where it has no size."""
+    corners = np.concatenate([np.zeros((0, 3)), *(point.reshape(-1, 3) for point in linkage.points.values())])
+    if not corners.size:
+        return 1.0
+    return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0

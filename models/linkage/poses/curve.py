@@ -1,0 +1,195 @@
+"""The way of a linkage with one drive let loose: through dead points, which are nothing special on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from .configuration import DEPENDENT, Configurations
+
+STEP = 0.05
+SHORTEST = 1e-6
+LONGEST_WAY = 6000
+NEWTON = 30
+# How far apart the states beside a change point are that tell where it is.
+BESIDE = 0.005
+# Where Newton's method has found a singular value's zero.
+ZERO = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A state on the way, and its tangent: unit rate of the joint coordinates, (n,)."""
+
+    state: Array
+    tangent: Array
+
+    def turned(self, sign: float) -> Place:
+        """The same place, looking the other way where `sign` is -1."""
+        return Place(self.state, sign * self.tangent)
+
+
+Name = tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """Places in their order; whether the last is where the first was, or the one beyond which no way was found."""
+
+    places: list[Place]
+    closes: bool
+    stuck: bool = False
+
+
+class Curve:
+    """Assembled positions that hang together when one joint coordinate drives and other drives stand still.
+
+    Parameters
+    ----------
+    space
+        All assembled positions.
+    drive
+        Joint and component of the coordinate that drives.
+    locked
+        Those that stand still.
+    """
+
+    def __init__(self, space: Configurations, drive: Name, locked: Sequence[Name] = ()) -> None:
+        self.space, self.name = space, drive
+        self.drive = space.mechanism.columns.index(drive)
+        self.locked = tuple(space.mechanism.columns.index(name) for name in locked)
+
+    @property
+    def unit(self) -> float:
+        """What the driving coordinate is counted in: the mechanism's size, or one radian."""
+        return self.space.mechanism.size if self.name[1][0] == "u" else 1.0
+
+    def coordinate(self, state: Array) -> float:
+        """Value of the driving coordinate."""
+        joint, component = self.name
+        mechanism = self.space.mechanism
+        pair = mechanism.linkage.joint(joint)
+        offset = pair.kind.coordinates.index(component)
+        at = np.broadcast_to(pair.at[..., offset], mechanism.linkage.shape).flat[0]
+        return float(at + self.unit * state[mechanism.states[joint].start + offset])
+
+    @cached_property
+    def start(self) -> Place:
+        """The drawing."""
+        free = self.space.free(self.space.drawn, self.locked)
+        if not free.shape[1]:
+            raise FrameError(f"joint {self.name[0]!r} cannot move: nothing can, with the other drives standing still")
+        # Of all motions that with the most of the drive: what moves by itself stands still in it.
+        tangent = free @ free[self.drive]
+        if np.linalg.norm(tangent) < 1e-9:
+            tangent = free[:, 0]
+        return Place(self.space.drawn, tangent / np.linalg.norm(tangent))
+
+    def onwards(self, place: Place, step: float) -> Place | None:
+        """The place a step further along the tangent; None where none is found."""
+        aim = self.space.moved(place.state, step * place.tangent)
+        state = self.space.closed(aim, self.locked)
+        if state is None:
+            return None
+        free = self.space.free(state, self.locked)
+        tangent = free @ (free.T @ place.tangent)
+        size = np.linalg.norm(tangent)
+        return None if size < 0.7 else Place(state, tangent / size)
+
+    def both_ways(self) -> list[Place]:
+        """Places of the whole way through the drawing."""
+        way = self.walk(self.start)
+        back = [] if way.closes else self.walk(self.start.turned(-1.0)).places[:0:-1]
+        return [*back, *way.places]
+
+    def walk(self, place: Place) -> Way:
+        """Places one behind the other, until the way closes, ends, or gets too long."""
+        start = here = self.seen(place)
+        places, step, last, away = [place], STEP, 0.0, False
+        while len(places) < LONGEST_WAY:
+            found = self.onwards(place, step)
+            there = here if found is None else self.seen(found)
+            moved = np.abs(there - here).max()
+            if found is None or moved > 4.0 * STEP:
+                step *= 0.5
+                if step < SHORTEST:
+                    return Way(places, closes=False, stuck=True)
+                continue
+            distance = np.abs(there - start).max()
+            if away and distance < max(moved, last):
+                return Way([*places, found], closes=True)
+            away = away or distance > 4.0 * STEP
+            places.append(found)
+            place, here, last, step = found, there, moved, min(STEP, 2.0 * step)
+        return Way(places, closes=False)
+
+    def seen(self, place: Place) -> Array:
+        """Where the links are, but for those that turn by themselves."""
+        places = self.space.places(place.state)
+        places[self._idle, 3:] = 0.0
+        return places
+
+    @cached_property
+    def _idle(self) -> list[int]:
+        names = list(self.space.mechanism.linkage.links)
+        return [names.index(name) for name in self.space.idle(self.space.drawn)]
+
+    # -- singular places --------------------------------------------------------------------------------------------
+
+    def held(self, state: Array) -> Array:
+        """Equations with the drive and the locked columns standing still, (m + l, n)."""
+        return self.space.held(state, (*self.locked, self.drive))
+
+    @cached_property
+    def rank(self) -> int:
+        """Rank of the equations with the drive held, in general: the highest of some places."""
+        near = (self.onwards(self.start, step) for step in (-STEP, 0.0, STEP))
+        return max(_rank(self.held(place.state)) for place in near if place is not None)
+
+    def singular_place(self, place: Place) -> Place | None:
+        """Where, near `place`, a motion remains with the drive held: the singular value number `rank` vanishes.
+
+        The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive held, are solved
+        along the curve: with singular vectors u and v of J, ``u J v`` has a simple zero there, to which Newton's method
+        goes.
+        """
+        gone, difference = 0.0, 1e-5
+        for _ in range(NEWTON):
+            left, values, right = np.linalg.svd(self.held(place.state))
+            u, v = left[:, self.rank - 1], right[self.rank - 1]
+            if values[self.rank - 1] < max(ZERO, 10.0 * self.space.tolerance):
+                return place
+            sides = [self.space.moved(place.state, sign * difference * place.tangent) for sign in (1.0, -1.0)]
+            slope = float(u @ (self.held(sides[0]) - self.held(sides[1])) @ v) / (2.0 * difference)
+            step = -values[self.rank - 1] / slope if slope else np.inf
+            gone += step
+            found = self.onwards(place, step) if abs(gone) < 3.0 * STEP else None
+            if found is None:
+                return None
+            place = found
+        return None
+
+    def crossing_value(self, place: Place) -> float:
+        """The driving coordinate at a change point near `place`.
+
+        Where two branches cross, what the closure says of a state vanishes with its distance from the crossing. So the
+        coordinate is taken as a polynomial of the singular value, which changes its sign there, through states aside.
+        """
+        steps = BESIDE * np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+        near = [(step, found) for step in steps if (found := self.onwards(place, step)) is not None]
+        held = [np.linalg.svd(self.held(each.state), compute_uv=False)[self.rank - 1] for _, each in near]
+        abscissas = np.array([np.sign(step) * value for (step, _), value in zip(near, held, strict=True)])
+        # Lagrange's weights at zero.
+        others = abscissas[:, None] - abscissas + np.eye(len(near))
+        weights = np.prod(np.where(np.eye(len(near)), 1.0, -abscissas / others), axis=1)
+        return float(weights @ [self.coordinate(each.state) for _, each in near])
+
+
+def _rank(matrix: Array) -> int:
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.count_nonzero(values > DEPENDENT * values[0]))

@@ -1,0 +1,231 @@
+"""Dead points of a drive, and the range in which it can move."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..linkage import Linkage
+from ..way.march import at_zero
+from .configuration import Configurations
+from .curve import STEP, Curve, Place, Way
+from .held import moving_joints
+
+# Below this share of the drive in the motion, the drive is at rest.
+AT_REST = 1e-6
+# How far, in extents of the drawing, a linkage has run away, and by what share of its way the drive then still moves.
+AWAY = 10.0
+SLOW = 0.1
+
+
+@dataclass(frozen=True)
+class DeadPoint:
+    """A position in which holding the drive does not hold the linkage.
+
+    Attributes
+    ----------
+    value
+        Coordinate of the drive, radians or length.
+    joint
+        Joint that moves with the drive held: the fastest of those that join two moving links.
+    change_point
+        False where the drive turns back: it can go no further. True where it can go on, on two branches.
+    """
+
+    value: float
+    joint: str
+    change_point: bool
+
+    @property
+    def status(self) -> str:
+        """What it is, in words."""
+        return f"singular: output, joint {self.joint!r} moves with the drive held" + (
+            ", change point" if self.change_point else ""
+        )
+
+
+@dataclass(frozen=True)
+class DriveRange:
+    """How far a drive can move from the drawing, its linkage hanging together.
+
+    Attributes
+    ----------
+    lower, upper
+        Least and greatest coordinate, radians or length; -inf and inf where nothing stops the drive. Where the linkage
+        runs away to infinity as the drive comes near to a value, that value, to about 1e-9.
+    lower_joint, upper_joint
+        Joints that stop it, see `DeadPoint.joint`; None where nothing does.
+    """
+
+    lower: float
+    upper: float
+    lower_joint: str | None
+    upper_joint: str | None
+
+
+def dead_points(
+    linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0
+) -> tuple[DeadPoint, ...]:
+    """All dead points that the linkage passes as it moves from the drawing, with one coordinate as its drive.
+
+    The motion is followed by its arc length, on which a dead point is a place like any other, both ways from the
+    drawing until it closes; each place at which the linkage can move with the drive held is then found by Newton's
+    method to about 1e-12. At a change point the smooth branch is followed.
+
+    Parameters
+    ----------
+    linkage
+        The linkage; its first entry where it carries a batch.
+    joint
+        The joint that drives: one of the drives, the others standing still as drawn, or instead of a single drive any
+        other joint.
+    coordinate
+        Which of its coordinates, such as ``"rz"``, where there are several.
+    tolerance
+        Greatest gap, a length, with which a position counts as assembled.
+
+    Returns
+    -------
+    tuple of DeadPoint
+        In the order of their coordinate.
+
+    Raises
+    ------
+    FrameError
+        If there is no such joint or coordinate, it cannot move, or other drives than one do not stand still.
+    """
+    curve = _curve(linkage, joint, coordinate, tolerance)
+    found: list[DeadPoint] = []
+    for place in _singular_places(curve):
+        point = _dead_point(curve, place)
+        if not any(_same(point, other, curve.unit) for other in found):
+            found.append(point)
+    return tuple(sorted(found, key=lambda point: point.value))
+
+
+def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0) -> DriveRange:
+    """How far a drive can go from the drawing in both directions.
+
+    Parameters
+    ----------
+    linkage, joint, coordinate, tolerance
+        As for `dead_points`.
+
+    Returns
+    -------
+    DriveRange
+        Least and greatest coordinate, and the joints that stop the drive there.
+
+    Raises
+    ------
+    FrameError
+        As for `dead_points`.
+    """
+    curve = _curve(linkage, joint, coordinate, tolerance)
+    low, high = (_end(curve, sign) for sign in (-1.0, 1.0))
+    return DriveRange(
+        -np.inf if low is None else low.value,
+        np.inf if high is None else high.value,
+        None if low is None else low.joint,
+        None if high is None else high.joint,
+    )
+
+
+def _curve(linkage: Linkage, joint: str, coordinate: str | None, tolerance: float) -> Curve:
+    """The curve of a linkage with a joint's coordinate as its drive, and the other drives locked."""
+    pair = linkage.joint(joint)
+    free = linkage.drives.get(joint, pair.kind.coordinates)
+    if coordinate is None and len(free) == 1:
+        (coordinate,) = free
+    if coordinate not in pair.kind.coordinates:
+        coordinates = ", ".join(pair.kind.coordinates) or "none"
+        raise FrameError(f"coordinate {coordinate!r} of joint {joint!r}: choose one that it has ({coordinates})")
+    driven = [(name, component) for name, those in linkage.drives.items() for component in those]
+    chosen = joint, coordinate
+    if chosen not in driven and len(driven) > 1:
+        raise FrameError(
+            f"joint {joint!r} is not among the drives {', '.join(linkage.drives)}: "
+            "choose one of them (the others stand still), or drive the linkage by one joint only"
+        )
+    if chosen not in driven:
+        linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]
+    return Curve(Configurations(linkage, tolerance), chosen, [name for name in driven if name != chosen])
+
+
+def _driven_by(linkage: Linkage, joint: str, coordinate: str) -> Linkage:
+    """The same linkage with another drive: only what drives is sure to be a coordinate of the mechanism."""
+    other = copy(linkage)
+    other.drives, other.kept = {joint: (coordinate,)}, None
+    return other
+
+
+def _singular_places(curve: Curve) -> list[Place]:
+    """All places of the curve at which something moves with the drive held."""
+    places = curve.both_ways()
+    values = np.array([np.linalg.svd(curve.held(place.state), compute_uv=False) for place in places])
+    least = values[:, curve.rank - 1] / values[:, 0]
+    framed = np.concatenate([[np.inf], least, [np.inf]])
+    near = (least <= framed[:-2]) & (least <= framed[2:]) & (least < 0.5)
+    found = (curve.singular_place(places[k]) for k in np.flatnonzero(near))
+    return [place for place in found if place is not None]
+
+
+def _end(curve: Curve, sign: float) -> DeadPoint | None:
+    """The dead point at which the drive turns back, begun from the drawing in one direction; None if it does not."""
+    start = curve.start
+    way = curve.walk(start.turned(sign))
+    forwards = np.array([sign * place.tangent[curve.drive] for place in way.places])
+    if forwards[0] < AT_REST and np.all(forwards[1:2] <= 0.0):
+        # Drawn in a dead point: the drive goes one way only, by either motion.
+        return _dead_point(curve, start)
+    back = np.flatnonzero(forwards[1:] < 0.0)
+    if not back.size:
+        return _dead_point(curve, way.places[-1]) if way.stuck else _asymptote(curve, way)
+    before, after = way.places[back[0]], way.places[back[0] + 1]
+    near = min((before, after), key=lambda place: abs(place.tangent[curve.drive]))
+    return _dead_point(curve, curve.singular_place(near) or near)
+
+
+def _asymptote(curve: Curve, way: Way) -> DeadPoint | None:
+    """The value that the drive comes near to but never to, as the linkage runs away to infinity; None if it does not.
+
+    The coordinate is taken as a polynomial of the way's inverse, at zero.
+    """
+    count, last = len(way.places), way.places[-1]
+    if way.closes or np.abs(curve.space.places(last.state)).max() < AWAY:
+        return None
+    knots = [count // k for k in range(1, 9)]
+    values = [curve.coordinate(way.places[knot - 1].state) for knot in knots]
+    if abs(values[0] - values[1]) > SLOW * abs(values[1] - curve.coordinate(way.places[0].state)):
+        return None
+    joint = _moving_joint(curve, last.state, last.tangent.copy())
+    return DeadPoint(float(at_zero(values, [1.0 / knot for knot in knots])), joint, change_point=False)
+
+
+def _dead_point(curve: Curve, place: Place) -> DeadPoint:
+    """The dead point at a singular place."""
+    # Beside the place itself, the motion is told from those that move nothing else by a small singular value.
+    beside = curve.space.moved(place.state, 1e-4 * place.tangent)
+    motion = np.linalg.svd(curve.held(beside))[2][curve.rank - 1]
+    crossing = bool(abs(place.tangent[curve.drive]) > AT_REST)
+    value = curve.coordinate(place.state)
+    if crossing and abs(between := curve.crossing_value(place) - value) < STEP * curve.unit:
+        value += between
+    return DeadPoint(value, _moving_joint(curve, place.state, motion), crossing)
+
+
+def _moving_joint(curve: Curve, state: Array, motion: Array) -> str:
+    """The joint to blame for a motion (n,) with the drive held."""
+    motion[[curve.drive, *curve.locked]] = 0.0
+    space = curve.space
+    (joint,) = moving_joints(space.mechanism, state.tolist(), space.parameters, (motion / space.units).tolist())
+    return str(joint)
+
+
+def _same(one: DeadPoint, other: DeadPoint, unit: float) -> bool:
+    alike = (one.joint, one.change_point) == (other.joint, other.change_point)
+    return alike and abs(one.value - other.value) < 1e-9 * unit

@@ -1,0 +1,62 @@
+"""What still moves while the drives stand still, and the joint to blame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ..description.parts import GROUND
+from ..kinematics.mechanism import Mechanism
+from ..kinematics.tape import Value
+
+# A link or joint moves that has this share of the fastest's speed.
+MOVES = 1e-6
+
+
+def moving_joints(
+    mechanism: Mechanism, state: Sequence[Value], parameters: Sequence[Value], velocities: Sequence[Value]
+) -> NDArray[np.str_]:
+    """The joint of each motion that has no hold on either side, (k,).
+
+    Of the joints that move, those between two links that both move, and of them the fastest; where there is none, the
+    fastest of all. For a four-bar with its crank held, this is the joint between coupler and rocker.
+
+    Parameters
+    ----------
+    mechanism
+        The linkage.
+    state, parameters, velocities
+        Entries of its state, dimensions and velocity coordinates, (k,) or for all the same.
+    """
+    count = np.broadcast_shapes((1,), *(np.shape(x) for x in (*state, *velocities)))[0]
+
+    def rows(program: object, *inputs: Sequence[Value]) -> Array:
+        found = program(*inputs)  # type: ignore[operator]
+        return np.stack([np.broadcast_to(x, (count,)) for x in found], axis=-1)
+
+    still = [0.0] * len(velocities)
+    at = {GROUND: (np.zeros((count, 3)), np.zeros((count, 6)))}
+    for link in mechanism.linkage.links:
+        place = rows(mechanism.pose_of(link)[1], state, parameters)[:, :3]
+        at[link] = place, rows(mechanism.rates_of(link)[1], state, parameters, velocities, still)[:, :6]
+    least = MOVES * np.max([np.abs(speed).max(axis=-1) for _, speed in at.values()], axis=0)
+    rates, holds = [], []
+    for name, joint in mechanism.linkage.joints.items():
+        point = rows(mechanism.joint_point(name)[1], state, parameters)
+        first, second = (_velocity(*at[link], point) for link in (joint.first, joint.second))
+        loose = [np.abs(at[link][1]).max(axis=-1) > least for link in (joint.first, joint.second)]
+        rates.append(np.linalg.norm(second - first, axis=-1))
+        holds.append(~(loose[0] & loose[1] & (rates[-1] > least)))
+    rate = np.array(rates)
+    best = np.argmax(rate * np.where(holds, MOVES, 1.0), axis=0)
+    names: NDArray[np.str_] = np.array(list(mechanism.linkage.joints))
+    return np.asarray(names[best])
+
+
+def _velocity(origin: Array, speed: Array, point: Array) -> Array:
+    """Angular velocity and velocity (..., 6) of a link at a point."""
+    arm = np.cross(speed[:, :3], point - origin)
+    return np.concatenate([speed[:, :3], speed[:, 3:] + arm], axis=-1)

@@ -1,0 +1,199 @@
+"""How many freedoms a linkage has: by counting its joints, and in truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..linkage import Linkage
+from .configuration import Configurations, null_space
+
+# How far motions are followed, in radians and extents of the linkage, and how many: away from a drawing that may be
+# singular, and just so far that curvature does not count.
+FAR, NEAR, TRIALS = 0.05, 1e-3, 8
+# Equations that differ by less may be meant as the same.
+ALIKE = 1e-3
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """Freedoms of a linkage, its drives let loose.
+
+    Attributes
+    ----------
+    by_count
+        The count of M. Grübler and K. Kutzbach, ``d (links - joints) + sum of the joints' freedoms`` with the ground
+        not among the links; d is 3 in the plane and 6 in space.
+    by_count_in_space
+        The same with d = 6 in any case.
+    planar
+        Whether all joints move in one plane, so that d is 3.
+    true
+        Dimension of the motions that really are there: freedoms at a position near the drawing.
+    instantaneous
+        Freedoms of the velocities at the drawing itself. More than `true` where the drawing is a singular position, or
+        where what moves at first does not get far.
+    idle
+        Links that can move, such as turn about their own line between two balls, while all others and the drives stand
+        still.
+    nearly
+        Freedoms of the velocities at the drawing where equations that differ by less than 1e-3 count as one. More than
+        `instantaneous` where an overconstrained linkage is drawn with too few digits.
+    redundant
+        Joint and component of constraints that others already hold, as many as there are too many; components are in
+        the joint's axes. Which of several that do the same are named is a choice: those of joints that close a loop.
+    """
+
+    by_count: int
+    by_count_in_space: int
+    planar: bool
+    true: int
+    instantaneous: int
+    idle: tuple[str, ...]
+    nearly: int
+    redundant: tuple[tuple[str, str], ...]
+
+    def __str__(self) -> str:
+        plane = f"{self.by_count} by count in the plane, " if self.planar else ""
+        lines = [f"mobility {self.true}; {plane}{self.by_count_in_space} by count in space"]
+        if self.instantaneous != self.true:
+            freedoms = "1 freedom" if self.instantaneous == 1 else f"{self.instantaneous} freedoms"
+            lines.append(f"as drawn it is singular: velocities have {freedoms}")
+        if self.idle:
+            lines.append(f"moving by themselves: {', '.join(self.idle)}")
+        joints = dict.fromkeys(joint for joint, _ in self.redundant)
+        if joints:
+            parts = (f"{j} ({' '.join(c for name, c in self.redundant if name == j)})" for j in joints)
+            noun = "constraint" if len(self.redundant) == 1 else "constraints"
+            lines.append(f"{len(self.redundant)} {noun} too many: {', '.join(parts)}")
+        if joints and self.true == 0 < self.nearly:
+            lines.append(
+                "if it is meant to move, it is drawn with too few digits: draw it with more, or give tolerance="
+            )
+        return "\n".join(lines)
+
+
+def mobility(linkage: Linkage, tolerance: float = 0.0) -> Mobility:
+    """Count the freedoms of a linkage, and find them.
+
+    The velocities at the drawing that the joints let pass are the null space of the Jacobian of the closed loops, by
+    singular values. Whether there are motions to them is tried: a step along some of them, at random, then back to a
+    closed position by Gauss and Newton. What falls back to the drawing is no motion. From a position that is reached,
+    which is regular where the drawing is not, the directions that can be reached in the same way are counted.
+
+    Parameters
+    ----------
+    linkage
+        The linkage; its first entry where it carries a batch.
+    tolerance
+        Greatest gap, a length, with which a position counts as assembled, for an overconstrained linkage that is drawn
+        with few digits.
+
+    Returns
+    -------
+    Mobility
+        Freedoms by count and in truth, idle links, redundant constraints.
+
+    Raises
+    ------
+    FrameError
+        If the drawing cannot be assembled.
+    """
+    space = Configurations(linkage, tolerance)
+    true, state = generic(space)
+    planar = is_planar(linkage)
+    return Mobility(
+        by_count=count(linkage, 3 if planar else 6),
+        by_count_in_space=count(linkage, 6),
+        planar=planar,
+        true=true,
+        instantaneous=space.free(space.drawn).shape[1],
+        idle=space.idle(state),
+        nearly=null_space(space.jacobian(space.drawn), share=ALIKE).shape[1],
+        redundant=redundant(space, state),
+    )
+
+
+def generic(space: Configurations) -> tuple[int, Array]:
+    """Mobility, and a state near the drawing that is as regular as they come.
+
+    Where several motions cross at the drawing, it is the mobility of the largest.
+    """
+    drawn = space.drawn
+    freedoms = space.free(drawn).shape[1]
+    near = [state for state, _ in neighbours(space, drawn, FAR, TRIALS)]
+    each = [space.free(state).shape[1] for state in near]
+    if not near or all(freedom == freedoms for freedom in each):
+        return dimension(space, drawn), drawn
+    best = max(zip(near, each, strict=True), key=lambda one: (dimension(space, one[0]), -one[1]))
+    return dimension(space, best[0]), best[0]
+
+
+def dimension(space: Configurations, state: Array) -> int:
+    """Number of independent directions in which closed states lie around one."""
+    freedoms = space.free(state).shape[1]
+    moves = [move for _, move in neighbours(space, state, NEAR, freedoms + 2)]
+    if not moves:
+        return 0
+    values = np.linalg.svd(np.stack(moves), compute_uv=False)
+    return int(np.count_nonzero(values > 0.02 * values[0]))
+
+
+def neighbours(space: Configurations, state: Array, step: float, trials: int) -> list[tuple[Array, Array]]:
+    """Closed states a step away, in directions at random, and how the links moved; none that fell back to the start."""
+    free, start = space.free(state), space.places(state)
+    draws = np.random.default_rng(0).normal(size=(trials, free.shape[1]))
+    found = []
+    for draw in draws if free.shape[1] else ():
+        aim = space.moved(state, step * (free @ draw) / np.linalg.norm(draw))
+        there = space.closed(aim)
+        if there is not None:
+            move = (space.places(there) - start).ravel()
+            if np.abs(move).max() > 0.1 * np.abs(space.places(aim) - start).max():
+                found.append((there, move))
+    return found
+
+
+def count(linkage: Linkage, freedoms: int) -> int:
+    """Mobility by count, with 3 freedoms a link in the plane or 6 in space."""
+    joints = linkage.joints.values()
+    return freedoms * (len(linkage.links) - len(joints)) + sum(joint.kind.freedom for joint in joints)
+
+
+def is_planar(linkage: Linkage) -> bool:
+    """Whether every joint moves parallel to one plane.
+
+    Turning axes stand square to it, sliding axes lie in it, and there is nothing else but planar and fixed joints.
+    """
+    normals, slides = [], []
+    for joint in linkage.joints.values():
+        axis = joint.axes[..., 2].reshape(-1, 3)
+        if joint.kind.name in ("revolute", "planar"):
+            normals.append(axis)
+        elif joint.kind.name == "prismatic":
+            slides.append(axis)
+        elif joint.kind.name != "fixed":
+            return False
+    along = np.concatenate(slides) if slides else np.zeros((1, 3))
+    if normals:
+        across = np.concatenate(normals)
+        return bool(np.abs(np.cross(across, across[0])).max() < 1e-9 and np.abs(along @ across[0]).max() < 1e-9)
+    values = np.linalg.svd(along, compute_uv=False)
+    return len(values) < 3 or bool(values[2] < 1e-9)
+
+
+def redundant(space: Configurations, state: Array) -> tuple[tuple[str, str], ...]:
+    """Constraints that depend on those before them, by joint and component."""
+    basis = np.zeros((0, len(space.mechanism.columns)))
+    found = []
+    for name, row in zip(space.mechanism.rows, space.in_joint_axes(state), strict=True):
+        # Twice, as the first subtraction leaves some rounding of what was subtracted.
+        rest = row - (row @ basis.T) @ basis
+        rest = rest - (rest @ basis.T) @ basis
+        if np.linalg.norm(rest) > space.dependent:
+            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+        else:
+            found.append(name)
+    return tuple(found)

@@ -1,0 +1,65 @@
+"""How well a joint passes motion on: the angle between what it can push and what must move."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..description.parts import GROUND
+from ..statics.equilibrium import Equilibrium
+
+if TYPE_CHECKING:
+    from ..motion import Motion
+
+# Share of the greatest singular value below which one counts as zero.
+ZERO = 1e-9
+
+
+def transmission_angle(motion: Motion, joint: str) -> Array:
+    """Angle of transmission at a joint, (...); see `Motion.transmission_angle`.
+
+    With the drives held and the joint taken apart, its second link can move by itself, which shifts the joint's half
+    on it in the directions V; and the links on the other side can take forces Y from the joint without moving. The
+    angle µ is the complement of the least angle between V and Y,
+
+        sin µ = max |v · y|   over unit v in V and y in Y
+
+    For a coupler with pins at both ends Y is the line of the coupler, and for a rocker V is square to it.
+    """
+    pair = motion.linkage.joint(joint)
+    if pair.second == GROUND:
+        raise FrameError(f"joint {joint!r}: its second link is the ground, which it cannot move: choose another joint")
+    equations = Equilibrium(motion)
+    names = [one.joint.name for one in equations.joints]
+    ends = np.cumsum([len(one.names) for one in equations.joints])
+    own = np.arange(ends[-1])
+    held = slice(ends[names.index(joint)] - len(equations.joints[names.index(joint)].names), ends[names.index(joint)])
+    matrix = equations.matrix
+    there = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)))
+    matrix = np.where(there[..., None, None], matrix, 0.0)
+    k = equations.links.index(pair.second)
+    driven = slice(6 * k, 6 * k + 6)
+    joints = matrix[..., held]
+    rest = np.swapaxes(np.delete(matrix, own[held], axis=-1), -1, -2)
+    free = projector(rest)
+    moving = np.swapaxes(joints[..., driven, :], -1, -2) @ free[..., driven, :]
+    # Motions of the other links, the second link at rest, do no work against what the joint can take.
+    stop = np.zeros((6, matrix.shape[-2]))
+    stop[:, driven] = np.eye(6)
+    others = projector(np.concatenate([rest, np.broadcast_to(stop, (*rest.shape[:-2], *stop.shape))], axis=-2))
+    pushing = projector(others @ joints)
+    sine = np.linalg.norm(pushing @ column_space(moving), ord=2, axis=(-2, -1))
+    return np.where(there, np.arcsin(np.minimum(sine, 1.0)), np.nan)
+
+
+def projector(matrix: Array) -> Array:
+    """Projector (..., n, n) on what the matrices (..., m, n) take to zero."""
+    return np.eye(matrix.shape[-1]) - np.linalg.pinv(matrix, rcond=ZERO) @ matrix
+
+
+def column_space(matrix: Array) -> Array:
+    """Projector (..., m, m) on the columns of matrices (..., m, n)."""
+    return matrix @ np.linalg.pinv(matrix, rcond=ZERO)

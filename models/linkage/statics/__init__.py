@@ -1,0 +1,1 @@
+"""Forces and compliance of a moving linkage."""

@@ -1,0 +1,202 @@
+"""Where the points of a loaded linkage really go, how stiffly they are held, vibration and stress over the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ....framework.batch import Array, aligned
+from ....framework.dofs import FORCES, values
+from ....framework.errors import FrameError
+
+if TYPE_CHECKING:
+    from ....framework.frame import Frame
+    from ....framework.solution import Solution
+    from ..motion import Motion
+
+# Stations along a member at which its stress is taken.
+STATIONS = 13
+# A flexibility below this share of the greatest is that of a direction in which nothing gives way.
+RIGID = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class PointAccuracy:
+    """Displacement of a point of a loaded linkage, held at its drives, each part apart; made by `Motion.accuracy`.
+
+    Attributes
+    ----------
+    motion
+        The motion.
+    point
+        The point's node.
+    load
+        What was added to the linkage's own loads, ``fx fy fz mx my mz`` by name, (...) each.
+    inertia
+        Whether the inertia forces of the rigid motion act as well.
+    """
+
+    motion: Motion
+    point: str
+    load: Mapping[str, ArrayLike]
+    inertia: bool = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        return self._closed.shape
+
+    @cached_property
+    def rigid(self) -> Array:
+        """Position of the point with rigid links and no clearance, (..., 3)."""
+        return np.broadcast_to(self._closed.frame.position(self.point), (*self.shape, 3))
+
+    @cached_property
+    def compliance(self) -> Array:
+        """Displacement and rotation by the compliance of links and joints, without clearance, (..., 6)."""
+        return self._closed.displacement(self.point)
+
+    @cached_property
+    def clearance(self) -> Array:
+        """What the clearances add, each joint pressed to the side to which its force pushes it, (..., 6)."""
+        return self.total - self.compliance
+
+    @cached_property
+    def total(self) -> Array:
+        """Compliance and clearance together, (..., 6)."""
+        return self._open.displacement(self.point)
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """By pose: that of the frame's solution, (...)."""
+        return self._open.status
+
+    @property
+    def solution(self) -> Solution:
+        """The loaded frame solved, clearances open."""
+        return self._open
+
+    @cached_property
+    def _open(self) -> Solution:
+        return self.motion.bare.solve(self._frame)
+
+    @cached_property
+    def _closed(self) -> Solution:
+        has_play = any(np.any(joint.element.clearance) for joint in self._frame.joints.values())
+        return self.motion.bare.solve(self._frame, clearance=False) if has_play else self._open
+
+    @cached_property
+    def _frame(self) -> Frame:
+        loaded = self.motion.frame(inertia=self.inertia)
+        if self.load:
+            loaded.load(self.point, **self.load)
+        return loaded
+
+
+def accuracy(
+    motion: Motion, point: str, link: str | None, load: Mapping[str, ArrayLike], *, inertia: bool
+) -> PointAccuracy:
+    """See `Motion.accuracy`."""
+    if load:
+        values(f"load at {point!r}", load, FORCES)
+    return PointAccuracy(motion, node_of(motion, point, link), load, inertia)
+
+
+def node_of(motion: Motion, point: str, link: str | None) -> str:
+    """Node of a point on a link; on the first that has it where None."""
+    return motion.bare.nodes.of(*motion.linkage.end(point if link is None else (link, point), "the frame"))
+
+
+def flexibility(motion: Motion, point: str, link: str | None) -> Array:
+    """Displacement of a point by unit loads on it, (..., 6, 6); see `Motion.flexibility`."""
+    node = node_of(motion, point, link)
+    cases = motion.frame(loads=False)
+    units = np.eye(6).reshape(6, *(1,) * len(cases.shape), 6)
+    cases.load(node, **{name: units[..., k] for k, name in enumerate(FORCES)})
+    return np.moveaxis(motion.bare.solve(cases, clearance=False).displacement(node), 0, -1)
+
+
+def stiffness(motion: Motion, point: str, link: str | None) -> Array:
+    """Inverse of the flexibility, (..., 6, 6); see `Motion.stiffness`."""
+    compliance = flexibility(motion, point, link)
+    compliance = 0.5 * (compliance + np.swapaxes(compliance, -1, -2))
+    known = np.asarray(np.isfinite(compliance).all(axis=(-2, -1)))
+    # Lengths and angles are brought to like size before the rank is judged.
+    size = np.sqrt(np.abs(np.diagonal(compliance, axis1=-2, axis2=-1)))
+    scaled = compliance / np.where(size > 0.0, size, 1.0)[..., :, None] / np.where(size > 0.0, size, 1.0)[..., None, :]
+    scaled[~known] = np.eye(6)
+    least = np.linalg.eigvalsh(scaled)[..., 0]
+    if np.any(least <= RIGID):
+        raise FrameError(
+            f"point {point!r} cannot give way in every direction, links and joints on its way are rigid: its stiffness "
+            "is infinite there; ask for its flexibility, or give them beams or springs"
+        )
+    inverse = np.linalg.inv(scaled) / size[..., :, None] / size[..., None, :]
+    return np.where(known[..., None, None], inverse, np.nan)
+
+
+def frequencies(motion: Motion, count: int) -> Array:
+    """The lowest natural frequencies, Hz, (..., count); see `Motion.frequencies`."""
+    return motion.frame(loads=False).modes(count).frequencies
+
+
+@dataclass(frozen=True, eq=False)
+class Stress:
+    """Stress along the members of a link over a motion; made by `Motion.stress`.
+
+    Attributes
+    ----------
+    members
+        Members of the link, m of them.
+    fractions
+        Stations as fractions of each member's length, (k,).
+    values
+        Least and greatest normal stress and greatest von Mises stress, (..., m, k, 3).
+    """
+
+    members: tuple[str, ...]
+    fractions: Array
+    values: Array
+
+    @property
+    def least(self) -> Array:
+        """Least normal stress in the link at each pose, (...)."""
+        return np.asarray(self.values[..., 0].min(axis=(-2, -1)))
+
+    @property
+    def greatest(self) -> Array:
+        """Greatest normal stress in the link at each pose, (...)."""
+        return np.asarray(self.values[..., 1].max(axis=(-2, -1)))
+
+    @property
+    def von_mises(self) -> Array:
+        """Greatest von Mises stress in the link at each pose, (...)."""
+        return np.asarray(self.values[..., 2].max(axis=(-2, -1)))
+
+    @cached_property
+    def envelope(self) -> Array:
+        """Extremes over all poses along the members, (m, k, 3); poses without results do not count."""
+        flat = self.values.reshape(-1, *self.values.shape[-3:])
+        there = flat[np.isfinite(flat).all(axis=(1, 2, 3))]
+        return np.concatenate([there[..., :1].min(axis=0), there[..., 1:].max(axis=0)], axis=-1)
+
+
+def stress(motion: Motion, link: str) -> Stress:
+    """Stress in a link under the linkage's loads and inertia; see `Motion.stress`."""
+    built = motion.frame(inertia=True)
+    if link not in motion.linkage.links:
+        raise FrameError(f"stress: there is no link {link!r}: choose one of {', '.join(motion.linkage.links)}")
+    members = tuple(name for name, *_ in motion.bare.pieces.get(link, []))
+    if not members:
+        raise FrameError(f"link {link!r} is rigid: give it a beam")
+    solution = motion.bare.solve(built, clearance=False)
+    fractions = np.linspace(0.0, 1.0, STATIONS)
+    each = [
+        solution.stress(name, aligned(built.length(name), len(built.shape))[..., None] * fractions) for name in members
+    ]
+    return Stress(members, fractions, np.stack(each, axis=-3))

@@ -1,0 +1,126 @@
+"""What acts on the links of a moving linkage: weight, loads, springs, and inertia forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array, turned
+from ..description.parts import GROUND, Spring
+from .inertia import inertia
+
+if TYPE_CHECKING:
+    from ..motion import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Action:
+    """A force and a moment on a link.
+
+    Attributes
+    ----------
+    link, point
+        The link, and its point; None where the force acts on no point in particular.
+    place
+        Where the force acts, global, (..., 3).
+    wrench
+        Force and moment about `place`, global, (..., 6).
+    """
+
+    link: str
+    point: str | None
+    place: Array
+    wrench: Array
+
+    def about(self, centre: Array) -> Array:
+        """Force, and moment about another place, (..., 6)."""
+        return moved(self.wrench, self.place - centre)
+
+
+def moved(wrench: Array, arm: Array) -> Array:
+    """A force and moment at the end of `arm` as felt at its start, (..., 6)."""
+    moment = wrench[..., 3:] + np.cross(arm, wrench[..., :3])
+    force = np.broadcast_to(wrench[..., :3], moment.shape)
+    return np.concatenate([force, moment], axis=-1)
+
+
+def applied(motion: Motion) -> Iterator[Action]:
+    """Loads, torques and springs, on the links that are not the ground."""
+    for load in motion.linkage.loads:
+        if load.link != GROUND:
+            point = load.point or motion.linkage.links[load.link].points[0]
+            yield Action(load.link, point, motion.position(point, load.link), load.value)
+    for spring in motion.linkage.springs:
+        line, force = tension(motion, spring)
+        for (link, point), pull in ((spring.first, force), (spring.second, -force)):
+            if link != GROUND:
+                wrench = np.concatenate([pull[..., None] * line, np.zeros_like(line)], axis=-1)
+                yield Action(link, point, motion.position(point, link), wrench)
+
+
+def tension(motion: Motion, spring: Spring) -> tuple[Array, Array]:
+    """Unit vector from the first to the second end of a spring (..., 3), and its pull, with the damper's (...)."""
+    ends = [(point, link) for link, point in (spring.first, spring.second)]
+    chord = motion.position(*ends[1]) - motion.position(*ends[0])
+    length = np.linalg.norm(chord, axis=-1)
+    line = chord / np.where(length > 0.0, length, 1.0)[..., None]
+    force = spring.stiffness * (length - spring.length)
+    if np.any(spring.damping):
+        speed = motion.velocity(*ends[1]) - motion.velocity(*ends[0])
+        force = force + spring.damping * np.sum(speed * line, axis=-1)
+    return line, force
+
+
+def centre_of(motion: Motion, link: str) -> Array:
+    """Centre of mass of a link, global, (..., 3)."""
+    return motion.position_on(link, inertia(motion.linkage, link).centre)
+
+
+def weight(motion: Motion, link: str) -> Action:
+    """Weight of a link, at its centre of mass."""
+    own = inertia(motion.linkage, link)
+    force = own.mass[..., None] * motion.linkage.weight
+    return Action(link, None, centre_of(motion, link), np.concatenate([force, np.zeros_like(force)], axis=-1))
+
+
+def inertia_force(motion: Motion, link: str) -> Action:
+    """Inertia force and torque of a link about its centre of mass, Eq. (1) and (2) of the accuracy paper in space.
+
+    ``F = -m a``, ``T = -(I alpha + omega x I omega)``.
+    """
+    own = inertia(motion.linkage, link)
+    tensor = turned_tensor(motion.axes(link), own.tensor)
+    spin, gain = motion.angular_velocity(link), motion.angular_acceleration(link)
+    torque = turned(tensor, gain) + np.cross(spin, turned(tensor, spin))
+    force = own.mass[..., None] * motion.acceleration_on(link, own.centre)
+    force, torque = np.broadcast_arrays(force, torque)
+    return Action(link, None, centre_of(motion, link), -np.concatenate([force, torque], axis=-1))
+
+
+def kinetic_energy(motion: Motion) -> Array:
+    """Kinetic energy of all links, (...)."""
+    total: Array = np.zeros(motion.shape)
+    for link in motion.linkage.links:
+        own = inertia(motion.linkage, link)
+        speed, spin = motion.velocity_on(link, own.centre), motion.angular_velocity(link)
+        turning = turned(turned_tensor(motion.axes(link), own.tensor), spin)
+        total = total + 0.5 * (own.mass * np.sum(speed**2, axis=-1) + np.sum(spin * turning, axis=-1))
+    return total
+
+
+def power(motion: Motion, action: Action) -> Array:
+    """Power of a force on the link that it acts on, (...)."""
+    axes, arm = motion.axes(action.link), action.place - motion.origin(action.link)
+    speed = motion.velocity_on(action.link, turned(np.swapaxes(axes, -1, -2), arm))
+    motions = speed, motion.angular_velocity(action.link)
+    halves = action.wrench[..., :3], action.wrench[..., 3:]
+    return np.asarray(sum(np.sum(a * b, axis=-1) for a, b in zip(halves, motions, strict=True)))
+
+
+def turned_tensor(axes: Array, tensor: Array) -> Array:
+    """A tensor of inertia (..., 3, 3) given in axes (..., 3, 3) in global ones, symmetric to the last bit."""
+    out: Array = axes @ tensor @ np.swapaxes(axes, -1, -2)
+    return 0.5 * (out + np.swapaxes(out, -1, -2))

@@ -1,0 +1,206 @@
+"""Linear equations of equilibrium at many poses: blocks that do not meet, determinate or not, singular or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+
+Bools = NDArray[np.bool_]
+Block = tuple[NDArray[np.int64], NDArray[np.int64]]
+
+# Coefficients and loads below this share of the largest are rounding; both are in units in which they are near one.
+ZERO = 1e-12
+# Above this condition number equations count as dependent.
+DEPENDENT = 1e11
+# What equilibrium may be missed by, as a share of the loads.
+MISSED = 1e-8
+# Share of the largest unknown that is rounding of a sum.
+ROUNDING = 1e-13
+# Numbers of one stack of matrices.
+CHUNK = 1 << 22
+
+
+@dataclass(frozen=True)
+class Found:
+    """Solutions of n poses.
+
+    Attributes
+    ----------
+    values
+        Unknowns, (n, k); NaN where no solution exists.
+    unique
+        Whether they are the only ones, (n,).
+    lost
+        Whether there is none, (n,).
+    moving
+        Whether idle freedoms accelerate, (n,).
+    """
+
+    values: Array
+    unique: Bools
+    lost: Bools
+    moving: Bools
+
+
+@dataclass(frozen=True)
+class Idle:
+    """Freedoms that nothing drives and no joint holds, such as the spin of a rod between two balls.
+
+    Attributes
+    ----------
+    count
+        How many there are.
+    inertia
+        What resists their acceleration: mass matrices in the units of the equations, (n, m, m).
+    """
+
+    count: int
+    inertia: Array
+
+    def cut(self, entries: slice | Bools) -> Idle:
+        """At some of the poses."""
+        return Idle(self.count, self.inertia[entries])
+
+
+def solved(matrix: Array, side: Array, idle: Idle) -> Found:
+    """Solve ``matrix x = side`` at every pose; of many solutions the one with the least sum of squares.
+
+    Blocks of equations and unknowns that do not meet are solved apart, and not at all where nothing loads them: a
+    planar linkage has its planar equations solved. What is left unbalanced accelerates the idle freedoms.
+
+    Parameters
+    ----------
+    matrix
+        (n, m, k).
+    side
+        (n, m).
+    idle
+        The linkage's idle freedoms.
+    """
+    count, rows, columns = matrix.shape
+    step = max(1, CHUNK // max(rows * columns, 1))
+    cuts = [slice(at, at + step) for at in range(0, max(count, 1), step)]
+    parts = [_solved(matrix[cut], side[cut], idle.cut(cut)) for cut in cuts]
+    return Found(
+        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("values", "unique", "lost", "moving"))
+    )
+
+
+def _solved(matrix: Array, side: Array, idle: Idle) -> Found:
+    values = np.zeros((len(matrix), matrix.shape[-1]))
+    unique = np.ones(len(matrix), dtype=bool)
+    lost, moving = np.zeros((2, len(matrix)), dtype=bool)
+    loads = np.max(np.abs(side), axis=-1, initial=0.0)
+    for rows, columns in blocks(matrix):
+        own = side[:, rows]
+        loaded = np.max(np.abs(own), axis=-1, initial=0.0) > ZERO * loads
+        if loaded.any():
+            inertia = idle.inertia[loaded][:, rows[:, None], rows]
+            block = matrix[loaded][:, rows[:, None], columns]
+            part = _least(block, own[loaded], loads[loaded], Idle(idle.count, inertia))
+            values[np.ix_(loaded, columns)] = part.values
+            unique[loaded] &= part.unique
+            moving[loaded] |= part.moving
+            lost[loaded] |= part.lost
+    if moving.any():
+        # More freedom than there is at other poses: this one is singular, and its motion not an idle one.
+        lost[moving] |= _freedom(matrix[moving]) > idle.count
+    values[lost] = np.nan
+    return Found(values, unique, lost, moving)
+
+
+def blocks(matrix: Array) -> list[Block]:
+    """Rows and columns of the blocks into which the matrices (n, m, k) all fall."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    _, rows, columns = matrix.shape
+    i, j = np.nonzero(np.max(np.abs(matrix), axis=0, initial=0.0) > ZERO)
+    graph = coo_array((np.ones(len(i)), (i, rows + j)), shape=(rows + columns,) * 2)
+    _, label = connected_components(graph, directed=False)
+    return [
+        (np.flatnonzero(label[:rows] == name), np.flatnonzero(label[rows:] == name)) for name in np.unique(label[:rows])
+    ]
+
+
+def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> Found:
+    """Least solution of one block at every pose."""
+    _, rows, columns = matrix.shape
+    values, unique = np.zeros((len(matrix), columns)), np.ones(len(matrix), dtype=bool)
+    if columns:
+        values, regular = _full_rank(matrix, side)
+        unique = regular & (rows >= columns)
+        if not regular.all():
+            values[~regular], unique[~regular] = _by_singular_values(matrix[~regular], side[~regular])
+    lost, moving = _misses(matrix, values, side, loads), np.zeros(len(matrix), dtype=bool)
+    if lost.any() and idle.count:
+        values[lost], moving[lost] = _moving(matrix[lost], side[lost], loads[lost], idle.cut(lost))
+    return Found(values, unique, lost & ~moving, moving)
+
+
+def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:
+    """Poses at which the equations do not hold."""
+    missed = np.max(np.abs((matrix @ values[..., None])[..., 0] - side), axis=-1, initial=0.0)
+    rounding = ROUNDING * np.max(np.abs(values), axis=-1, initial=0.0)
+    return np.asarray(~(missed <= MISSED * loads + rounding))
+
+
+def _moving(matrix: Array, side: Array, loads: Array, idle: Idle) -> tuple[Array, Bools]:
+    """Solution with the accelerations of the idle freedoms as further unknowns, and whether there is one.
+
+    Idle motions are those on which no unknown works, the left null space.
+    """
+    rows, columns = matrix.shape[-2:]
+    left, size, _ = np.linalg.svd(matrix)
+    null = np.ones((len(matrix), rows))
+    null[:, : size.shape[-1]] = size * DEPENDENT <= size[:, :1]
+    motions = (left * null[:, None, :])[..., rows - min(rows, idle.count) :]
+    whole = np.concatenate([matrix, -idle.inertia @ motions], axis=-1)
+    values, _ = _by_singular_values(whole, side)
+    return values[:, :columns], ~_misses(whole, values, side, loads)
+
+
+def _freedom(matrix: Array) -> NDArray[np.int64]:
+    """Number of motions on which no unknown works, (n,)."""
+    size = np.linalg.svd(matrix, compute_uv=False)
+    return np.asarray(matrix.shape[-2] - (size * DEPENDENT > size[:, :1]).sum(axis=-1))
+
+
+def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
+    """Solution of full rank, by least squares or of least norm, and whether the rank is full."""
+    rows, columns = matrix.shape[-2:]
+    if rows == columns:
+        try:
+            return _probed(matrix, side)
+        except np.linalg.LinAlgError:
+            pass  # exactly singular at some pose
+    tall = rows >= columns
+    q, r = np.linalg.qr(matrix if tall else np.swapaxes(matrix, -1, -2))
+    diagonal = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
+    regular = diagonal.min(axis=-1) * DEPENDENT > diagonal.max(axis=-1)
+    r = np.where(regular[:, None, None], r, np.eye(r.shape[-1]))
+    given = (np.swapaxes(q, -1, -2) @ side[..., None])[..., 0] if tall else side
+    found, firm = _probed(r if tall else np.swapaxes(r, -1, -2), given)
+    return found if tall else (q @ found[..., None])[..., 0], regular & firm
+
+
+def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:
+    """Solution of square equations, and whether they are regular: a right side at random grows where they are not."""
+    probe = np.broadcast_to(np.random.default_rng(0).normal(size=matrix.shape[-1]), side.shape)
+    found = np.linalg.solve(matrix, np.stack([side, probe], axis=-1))
+    size = np.max(np.abs(matrix), axis=(-2, -1))
+    return found[..., 0], np.max(np.abs(found[..., 1]), axis=-1) * size < DEPENDENT
+
+
+def _by_singular_values(matrix: Array, side: Array) -> tuple[Array, Bools]:
+    """Least solution by singular values, and whether it is the only one."""
+    left, size, right = np.linalg.svd(matrix, full_matrices=False)
+    kept = size * DEPENDENT > size[:, :1]
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=kept)
+    parts = inverse * (np.swapaxes(left, -1, -2) @ side[..., None])[..., 0]
+    values: Array = (np.swapaxes(right, -1, -2) @ parts[..., None])[..., 0]
+    return values, kept.sum(axis=-1) == matrix.shape[-1]

@@ -1,0 +1,145 @@
+"""Newton-Euler equations of all links: their columns are what each joint can transmit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.joints import COMPONENTS
+from ..description.parts import Pair
+from .actions import applied, centre_of, inertia_force, moved, turned_tensor, weight
+from .inertia import inertia
+
+if TYPE_CHECKING:
+    from ..motion import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Transmitted:
+    """Unit forces and moments that a joint exerts on its second link.
+
+    Attributes
+    ----------
+    joint
+        The joint.
+    names
+        Component that each belongs to: what the joint holds, then what is driven.
+    place
+        Where it acts, global, (..., 3): the joint's point on the second link.
+    wrenches
+        Forces and moments about `place`, global, (..., 6, n).
+    """
+
+    joint: Pair
+    names: tuple[str, ...]
+    place: Array
+    wrenches: Array
+
+    @classmethod
+    def of(cls, motion: Motion, joint: Pair) -> Transmitted:
+        """What does no work on the motion that the joint lets go, and, if it is driven, what works on that motion.
+
+        Forces and moments along the joint's axes; a screw pushes and turns at once, ``m_z = -f_z pitch / 2 pi``.
+        """
+        axes = motion.joint_axes(joint.name)
+        names = (*joint.kind.held, *motion.linkage.drives.get(joint.name, ()))
+        wrenches = np.zeros((*axes.shape[:-2], 6, len(names)))
+        for column, name in enumerate(names):
+            part, k = divmod(COMPONENTS.index(name), 3)
+            wrenches[..., 3 * part : 3 * part + 3, column] = axes[..., k]
+            if joint.pitch is not None and name == "uz":
+                lead = np.asarray(joint.pitch) / (2.0 * np.pi)
+                wrenches[..., 3:, column] = -lead[..., None] * axes[..., 2]
+        return cls(joint, names, motion.position(joint.point, joint.second), wrenches)
+
+
+class Equilibrium:
+    """Equations of equilibrium of all links at every pose.
+
+    For each link, about its centre of mass: forces and moments of its joints, of what is applied, of its weight and of
+    its inertia, Eq. (3) and (4) of the accuracy paper, add up to zero. Moments are divided by the linkage's size, so
+    that all coefficients are near one.
+
+    Parameters
+    ----------
+    motion
+        The motion, (...).
+    """
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion = motion
+        self.links = list(motion.linkage.links)
+        self.joints = [Transmitted.of(motion, joint) for joint in motion.linkage.joints.values()]
+
+    @cached_property
+    def size(self) -> float:
+        """Length by which moments are divided: half of what the drawing spans."""
+        points = np.concatenate([p.reshape(-1, 3) for p in self.motion.linkage.points.values()])
+        return 0.5 * float(np.ptp(points, axis=0).max()) or 1.0
+
+    @cached_property
+    def centres(self) -> dict[str, Array]:
+        """Centre of mass of each link, (..., 3)."""
+        return {link: centre_of(self.motion, link) for link in self.links}
+
+    @cached_property
+    def matrix(self) -> Array:
+        """Coefficients of the unknowns, (..., 6 links, unknowns)."""
+        parts: list[list[Array | float]] = []
+        shape: tuple[int, ...] = self.motion.shape
+        for joint in self.joints:
+            column: list[Array | float] = [0.0] * len(self.links)
+            for link, sign in ((joint.joint.second, 1.0), (joint.joint.first, -1.0)):
+                if link in self.centres:
+                    arm = (joint.place - self.centres[link])[..., None, :]
+                    each = moved(np.swapaxes(joint.wrenches, -1, -2), arm)
+                    column[self.links.index(link)] = sign * np.swapaxes(self.scaled(each), -1, -2) * self.units(joint)
+            parts.append(column)
+        columns = [len(joint.names) for joint in self.joints]
+        matrix = np.zeros((*shape, 6 * len(self.links), sum(columns)))
+        at = 0
+        for column, width in zip(parts, columns, strict=True):
+            for row, block in enumerate(column):
+                matrix[..., 6 * row : 6 * row + 6, at : at + width] = block
+            at += width
+        return matrix
+
+    @cached_property
+    def side(self) -> Array:
+        """What the joints must balance, (..., 6 links)."""
+        loads: dict[str, Array] = {}
+        actions = [act(self.motion, link) for link in self.links for act in (weight, inertia_force)]
+        for action in (*actions, *applied(self.motion)):
+            about = self.scaled(action.about(self.centres[action.link]))
+            loads[action.link] = loads.get(action.link, np.zeros(6)) - about
+        shape = np.broadcast_shapes(self.motion.shape, *(load.shape[:-1] for load in loads.values()))
+        return np.concatenate([np.broadcast_to(loads[link], (*shape, 6)) for link in self.links], axis=-1)
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Mass matrices of all links, (..., 6 links, 6 links), in the units of the equations."""
+        matrix = np.zeros((*self.motion.shape, 6 * len(self.links), 6 * len(self.links)))
+        for row, link in enumerate(self.links):
+            own = inertia(self.motion.linkage, link)
+            at, turn = slice(6 * row, 6 * row + 3), slice(6 * row + 3, 6 * row + 6)
+            matrix[..., at, at] = own.mass[..., None, None] * np.eye(3)
+            matrix[..., turn, turn] = turned_tensor(self.motion.axes(link), own.tensor) / self.size**2
+        return matrix
+
+    @cached_property
+    def idle(self) -> int:
+        """Number of freedoms that nothing drives."""
+        driven = sum(len(names) for names in self.motion.linkage.drives.values())
+        return max(0, self.motion.linkage.mobility().true - driven)
+
+    def scaled(self, wrench: Array) -> Array:
+        """Forces and moments (..., 6), the moments divided by the size."""
+        return np.concatenate([wrench[..., :3], wrench[..., 3:] / self.size], axis=-1)
+
+    def units(self, joint: Transmitted) -> Array:
+        """Size of the unknowns of a joint: one for forces, the length for moments, (n,)."""
+        return np.array([self.size if name.startswith("r") else 1.0 for name in joint.names])

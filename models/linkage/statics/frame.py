@@ -1,0 +1,237 @@
+"""A linkage at every pose as a frame of beams, joints and springs, its drives held."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....elements import Joint, PointMass
+from ....elements.spring import Spring as Line
+from ....framework.batch import Array, turned
+from ....framework.errors import FrameError
+from ....framework.frame import Frame
+from ..description.joints import COMPONENTS
+from ..description.parts import GROUND, Link, Pair, joint_axes
+from .actions import tension, turned_tensor
+from .guides import cut, in_order, inside
+from .inertia import inertia, is_given, place, with_density
+from .loading import Pieces, add_inertia_loads, add_loads
+from .nodes import SLIDING, Nodes
+
+if TYPE_CHECKING:
+    from ....framework.solution import Solution
+    from ..linkage import Linkage
+    from ..motion import Motion
+
+# Components in which a joint's clearance leaves play, in its own axes.
+PLAY = {
+    **dict.fromkeys(("revolute", "prismatic", "cylindrical", "screw"), ("ux", "uy")),
+    **dict.fromkeys(("spherical", "universal", "fixed"), ("ux", "uy", "uz")),
+    "planar": ("uz",),
+}
+# Rotation about z.
+ABOUT = 5
+
+
+def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
+    """The linkage at every pose as a frame, held at its drives; see `Motion.frame`."""
+    bare = motion.bare if clearance else Builder(motion, clearance=False)
+    built = bare.frame.copy()
+    if loads:
+        add_loads(built, motion, bare.nodes)
+    if inertia:
+        add_inertia_loads(built, motion, bare.nodes, bare.pieces)
+    return built
+
+
+class Builder:
+    """Makes the frame of a motion, without loads.
+
+    Poses that are not assembled are described as drawn, and left out.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    clearance
+        Give the joints their clearance.
+    """
+
+    def __init__(self, motion: Motion, *, clearance: bool) -> None:
+        if 0 in motion.shape:
+            raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
+        self.motion, self.linkage = motion, motion.linkage
+        self.frame = Frame()
+        self.nodes = Nodes(motion.linkage)
+        self.pieces: Pieces = {}
+        self.spins = _spins(self.linkage)
+        self.lost = ~motion.is_assembled
+        if self.lost.any():
+            self.frame.exclude(self.lost)
+        for point in self.nodes.on_ground:
+            self._ground(self.nodes.of(GROUND, point), self.linkage.points[point])
+        for name, link in self.linkage.links.items():
+            self.link(name, link)
+        for pair in self.linkage.joints.values():
+            self.joint(pair, clearance=clearance)
+        self.name_points()
+        self.springs()
+
+    def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
+        """Solve a copy of the frame under its loads; the plan is made once for all of them."""
+        loaded.kept = self.frame.kept
+        solution = loaded.solve(clearance=clearance)
+        self.frame.kept = loaded.kept
+        return solution
+
+    def link(self, name: str, link: Link) -> None:
+        """A link: its body, nodes, beams or rigid connections, and mass."""
+        axes = self._there(self.motion.axes(name), np.eye(3), 2)
+        self.frame.body(name, self._there(self.motion.origin(name), np.zeros(3)), axes)
+        places = {point: place(self.linkage, name, point) for point in link.points}
+        for point, local in places.items():
+            self.frame.node(self.nodes.of(name, point), local, body=name)
+        chains = {pair: list(pair) for pair in link.beams}
+        at = dict(places)
+        for guide, point, local in self._guides(name):
+            self.frame.node(guide, local, body=name)
+            at[guide] = local
+            pair = next((pair for pair in chains if inside(at[pair[0]], at[pair[1]], local)), None)
+            if pair is None:
+                self.frame.rigid(self.nodes.of(name, point), guide)
+            else:
+                chains[pair] = in_order([*chains[pair], guide], at)
+        self._beams(name, link, chains, at)
+        self._rigid(name, link, places)
+        if is_given(link):
+            self._mass(name, link)
+
+    def joint(self, pair: Pair, *, clearance: bool) -> None:
+        """A joint element, clamped where it is driven."""
+        stiffness = pair.full_stiffness
+        driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
+        stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
+        gap = pair.clearance if clearance and pair.clearance is not None else 0.0
+        axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
+        if pair.name in self.spins:
+            # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
+            axes = self._along(*self.spins[pair.name])
+            stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
+        element = Joint(
+            stiffness,
+            axes,
+            clearance=gap,
+            play=PLAY[pair.kind.name] if np.any(gap) else None,
+            pitch=0.0 if pair.pitch is None else pair.pitch,
+        )
+        first = self.nodes.guide(pair)
+        if pair.kind.name in SLIDING and pair.first == GROUND:
+            there = self.motion.position(pair.point, pair.second)
+            self._ground(first, self._there(there, self.linkage.points[pair.point]))
+        self.frame.add(pair.name, element, first, self.nodes.of(pair.second, pair.point))
+
+    def _along(self, link: str, start: str, end: str) -> Array:
+        """Axes with z along the line between two points of a link, (..., 3, 3)."""
+        chord = place(self.linkage, link, end) - place(self.linkage, link, start)
+        return self.frame.bodies[link].axes @ joint_axes(link, chord)
+
+    def name_points(self) -> None:
+        """Let the bare name of a point mean its node on the first link that has it."""
+        for point in self.linkage.points:
+            node = self.nodes.of(*self.linkage.end(point)) if self.nodes.has(point) else point
+            if node != point:
+                self.frame.alias(point, node)
+
+    def springs(self) -> None:
+        """Springs as members that carry the force they have at rest."""
+        for index, spring in enumerate(self.linkage.springs, start=1):
+            if np.any(spring.stiffness):
+                _, force = tension(self.motion, replace(spring, damping=np.zeros(())))
+                force = self._there(force, np.zeros(()), 0)
+                ends = [self.nodes.of(*end) for end in (spring.first, spring.second)]
+                self.frame.add(f"spring.{index}", Line(spring.stiffness, force), *ends)
+
+    def _there(self, values: Array, drawn: Array, trailing: int = 1) -> Array:
+        """Values, with as many `trailing` axes as they have components; as drawn where the pose is not assembled."""
+        if not self.lost.any():
+            return values
+        return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), drawn, values)
+
+    def _ground(self, name: str, position: Array) -> None:
+        self.frame.node(name, position)
+        self.frame.fix(name)
+
+    def _guides(self, link: str) -> Iterator[tuple[str, str, Array]]:
+        """Nodes of a link under the sliders that run on it: name, the joint's point, and place in the link's axes."""
+        for pair in self.linkage.joints.values():
+            if pair.first == link and pair.kind.name in SLIDING:
+                arm = self.motion.position(pair.point, pair.second) - self.motion.origin(link)
+                axes = np.swapaxes(self.motion.axes(link), -1, -2)
+                local = self._there(turned(axes, arm), self.linkage.points[pair.point])
+                yield self.nodes.guide(pair), pair.point, local
+
+    def _beams(self, name: str, link: Link, chains: dict[tuple[str, str], list[str]], at: dict[str, Array]) -> None:
+        pieces = [
+            (part, ends)
+            for pair, chain in chains.items()
+            for part, ends in zip(cut(link.beams[pair], chain, at), pairwise(chain), strict=True)
+        ]
+        given = is_given(link)
+        for index, (part, ends) in enumerate(pieces, start=1):
+            member = name if len(pieces) == 1 else f"{name}.{index}"
+            beam = with_density(part, 0.0) if given else part
+            self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
+            self.pieces.setdefault(name, []).append((member, beam, at[ends[0]], at[ends[1]]))
+
+    def _rigid(self, name: str, link: Link, at: dict[str, Array]) -> None:
+        """What no beam joins to the first beam is rigid with the nearest point that one does; all is without beams."""
+        main = _reached(link, next(iter(link.beams), link.points)[0])
+        joined = set(main)
+        for point in link.points:
+            if point not in joined:
+                part = _reached(link, point)
+                pairs = [(_apart(at[there], at[here]), there, here) for there in sorted(main) for here in sorted(part)]
+                _, there, here = min(pairs)
+                self.frame.rigid(self.nodes.of(name, there), self.nodes.of(name, here))
+                joined |= part
+
+    def _mass(self, name: str, link: Link) -> None:
+        """A given mass, rigid with the link's nearest point."""
+        own = inertia(self.linkage, name)
+        point = self.nodes.heart(self.linkage, name, own.centre)
+        axes = self.frame.bodies[name].axes
+        mass = PointMass(
+            own.mass, turned_tensor(axes, own.tensor), turned(axes, own.centre - place(self.linkage, name, point))
+        )
+        self.frame.add(f"{name}.mass", mass, self.nodes.of(name, point))
+
+
+def _spins(linkage: Linkage) -> dict[str, tuple[str, str, str]]:
+    """By joint: links that two balls alone hold, which can spin about the line between them, and both points.
+
+    The first of both balls is named, where neither has a stiffness against turning.
+    """
+    found = {}
+    for link in linkage.links:
+        pairs = [pair for pair in linkage.joints.values() if link in (pair.first, pair.second)]
+        balls = [p for p in pairs if p.kind.name == "spherical" and not p.full_stiffness[..., 3:].any()]
+        if len(pairs) == len(balls) == 2 and not any(pair.name in linkage.drives for pair in pairs):
+            found[pairs[0].name] = link, pairs[0].point, pairs[1].point
+    return found
+
+
+def _reached(link: Link, point: str) -> set[str]:
+    """Points that beams join to `point`, itself included."""
+    reached, grown = {point}, True
+    while grown:
+        more = {other for pair in link.beams if reached & set(pair) for other in pair} - reached
+        reached, grown = reached | more, bool(more)
+    return reached
+
+
+def _apart(one: Array, other: Array) -> float:
+    return float(np.max(np.linalg.norm(other - one, axis=-1)))

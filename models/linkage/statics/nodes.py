@@ -1,0 +1,75 @@
+"""Names of the nodes of a linkage's frame."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.parts import GROUND, Pair
+from .inertia import place
+
+if TYPE_CHECKING:
+    from ..linkage import Linkage
+
+# Joints whose two links do not meet at the joint's point of the first.
+SLIDING = ("prismatic", "cylindrical", "planar", "screw")
+
+
+class Nodes:
+    """Which node stands for a point of a link.
+
+    Parameters
+    ----------
+    linkage
+        The linkage.
+    """
+
+    def __init__(self, linkage: Linkage) -> None:
+        self.on_ground = list(dict.fromkeys(_ground_points(linkage)))
+        self._carriers: dict[str, list[str]] = {point: [] for point in linkage.points}
+        for link in linkage.links.values():
+            for point in link.points:
+                self._carriers[point].append(link.name)
+        for point in self.on_ground:
+            self._carriers[point].append(GROUND)
+
+    def has(self, point: str) -> bool:
+        """Whether the point is on a link, or held by the ground."""
+        return bool(self._carriers[point])
+
+    def of(self, link: str, point: str) -> str:
+        """Node of a link's point."""
+        return point if len(self._carriers[point]) < 2 else f"{point}.{link}"
+
+    def on(self, link: str, name: str) -> str:
+        """Node of a link's point, or the node under a slider."""
+        return self.of(link, name) if name in self._carriers else name
+
+    def guide(self, pair: Pair) -> str:
+        """Node of a joint on its first link: under the slider where the joint slides."""
+        if pair.kind.name in SLIDING:
+            return f"{pair.name}.slider" if f"{pair.name}.{pair.first}" in self._names else f"{pair.name}.{pair.first}"
+        return self.of(pair.first, pair.point)
+
+    def heart(self, linkage: Linkage, link: str, centre: Array) -> str:
+        """The point of a link nearest to its centre of mass."""
+        points = linkage.links[link].points
+        away = [float(np.max(np.linalg.norm(centre - place(linkage, link, p), axis=-1))) for p in points]
+        return points[int(np.argmin(away))]
+
+    @property
+    def _names(self) -> set[str]:
+        return {self.of(link, point) for point, links in self._carriers.items() for link in links}
+
+
+def _ground_points(linkage: Linkage) -> list[str]:
+    """Points at which the ground takes part."""
+    found = []
+    for pair in linkage.joints.values():
+        if pair.second == GROUND or (pair.first == GROUND and pair.kind.name not in SLIDING):
+            found.append(pair.point)
+    for spring in linkage.springs:
+        found += [point for link, point in (spring.first, spring.second) if link == GROUND]
+    return found

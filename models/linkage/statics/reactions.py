@@ -1,0 +1,222 @@
+"""Reactions in the joints and forces of the drives of a moving linkage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array, turned
+from ....framework.errors import FrameError
+from ..description.joints import COMPONENTS
+from .actions import inertia_force
+from .determinacy import Idle, solved
+from .equilibrium import Equilibrium
+
+if TYPE_CHECKING:
+    from ..motion import Motion
+
+DETERMINATE, COMPLIANCE, LEAST, NONE = "determinate", "compliance", "minimum norm", "none"
+# Forces so many times the loads are not believed where the motion calls the pose singular.
+HUGE = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Reactions:
+    """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces hold the linkage.
+
+    Attributes
+    ----------
+    motion
+        The motion that they belong to.
+    wrenches
+        By joint: force and moment on its second link, about the joint's point on that link, global, (..., 6).
+    drives
+        By driven joint: force or moment on each driven coordinate, (..., f).
+    method
+        ``"determinate"`` where equilibrium alone tells all reactions that differ from zero; ``"compliance"`` where
+        links and joints share a load by their stiffness; ``"minimum norm"`` where they are rigid and, of all reactions
+        in equilibrium, those with the least sum of squares are given; ``"none"`` where no finite forces hold the
+        linkage, or it is not assembled, (...).
+    """
+
+    motion: Motion
+    wrenches: Mapping[str, Array]
+    drives: Mapping[str, Array]
+    method: NDArray[np.str_]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        return self.method.shape
+
+    def force(self, joint: str, link: str | None = None) -> Array:
+        """Force and moment that a joint exerts on one of its links.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+        link
+            One of the two links; the second where None.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, global, about the joint's point on the second link, (..., 6).
+
+        Raises
+        ------
+        FrameError
+            If the joint is unknown, or the link not one of its own.
+        """
+        pair = self.motion.linkage.joint(joint)
+        if link not in (None, pair.first, pair.second):
+            raise FrameError(f"joint {joint!r} does not touch link {link!r}: it joins {pair.first} and {pair.second}")
+        wrench = self.wrenches[joint]
+        return -wrench if link == pair.first else wrench
+
+    def in_joint(self, joint: str) -> Array:
+        """Force and moment that a joint exerts on its first link, in the joint's axes.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., 6): what the frame's `joint_force` shows.
+        """
+        axes = self.motion.joint_axes(joint)
+        return turned(np.swapaxes(axes, -1, -2), self.force(joint, self.motion.linkage.joint(joint).first))
+
+    def drive(self, joint: str) -> Array:
+        """Forces and moments of a drive, which work on the rates of the driven coordinates.
+
+        Parameters
+        ----------
+        joint
+            The driven joint.
+
+        Returns
+        -------
+        ndarray
+            One a driven coordinate, (..., f).
+
+        Raises
+        ------
+        FrameError
+            If the joint is not driven.
+        """
+        if joint not in self.drives:
+            raise FrameError(f"joint {joint!r} is not driven: the drives are {', '.join(self.drives) or 'none'}")
+        return self.drives[joint]
+
+    def inertia_force(self, link: str) -> Array:
+        """Inertia force and torque of a link about its centre of mass, Eq. (1) and (2) of the accuracy paper.
+
+        Parameters
+        ----------
+        link
+            The link.
+
+        Returns
+        -------
+        ndarray
+            ``-m a`` and ``-(I alpha + omega x I omega)``, global, (..., 6).
+        """
+        return inertia_force(self.motion, link).wrench
+
+
+def reactions(motion: Motion) -> Reactions:
+    """Solve the Newton-Euler equations of all links for joint reactions and drive forces.
+
+    Parameters
+    ----------
+    motion
+        Motion of the linkage, (...), with its rates and accelerations.
+
+    Freedoms that nothing drives, such as the spin of a rod between two balls, accelerate as they please.
+
+    Returns
+    -------
+    Reactions
+        Reactions, drive forces, and by which method they were found.
+    """
+    equations = Equilibrium(motion)
+    side = equations.side
+    shape = side.shape[:-1]
+    flat, loads = _flat(equations.matrix, shape), side.reshape(-1, side.shape[-1])
+    columns = flat.shape[-1]
+    there = np.isfinite(flat).all(axis=(-2, -1)) & np.isfinite(loads).all(axis=-1)
+    rows_of_values, is_unique = np.full((len(flat), columns), np.nan), np.ones(len(flat), dtype=bool)
+    if there.any():
+        idle = Idle(equations.idle, _flat(equations.inertia, shape)[there])
+        found = solved(flat[there], loads[there], idle)
+        rows_of_values[there], is_unique[there] = found.values, found.unique
+    values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
+    values[_boundless(motion, values, side)] = np.nan
+    held = np.isfinite(values).all(axis=-1)
+    shared = ~unique & held
+    wrenches, drives = _split(equations, values)
+    how = LEAST
+    if shared.any() and _compliant(motion):
+        how = COMPLIANCE
+        for own, other in zip((wrenches, drives), _by_compliance(motion), strict=True):
+            own.update({joint: np.where(shared[..., None], other[joint], force) for joint, force in own.items()})
+    method = np.where(held, np.where(shared, how, DETERMINATE), NONE)
+    return Reactions(motion, wrenches, drives, method)
+
+
+def _boundless(motion: Motion, values: Array, side: Array) -> NDArray[np.bool_]:
+    """Singular poses whose forces are large only because the closure holds to rounding and no better, (...)."""
+    loads = np.max(np.abs(side), axis=-1, initial=0.0)
+    huge = np.asarray(np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * loads)
+    if not huge.any():
+        return huge
+    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")
+
+
+def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:
+    """Matrices over the whole batch, one after the other."""
+    return np.broadcast_to(matrix, (*shape, *matrix.shape[-2:])).reshape(-1, *matrix.shape[-2:])
+
+
+def _compliant(motion: Motion) -> bool:
+    """Whether links or joints everywhere have a stiffness by which they may share a load."""
+    linkage = motion.linkage
+    links = all(link.beams or len(link.points) == 1 for link in linkage.links.values())
+    return links or all(np.isfinite(pair.full_stiffness).all() for pair in linkage.joints.values())
+
+
+def _by_compliance(motion: Motion) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Wrenches and drive forces by joint, from the frame under all loads, its drives held."""
+    from .frame import frame
+
+    linkage = motion.linkage
+    solution = frame(motion, clearance=False, inertia=True).solve()
+    wrenches, drives = {}, {}
+    for name in linkage.joints:
+        force = -solution.joint_force(name)
+        wrenches[name] = turned(motion.joint_axes(name), force)
+        if name in linkage.drives:
+            drives[name] = force[..., [COMPONENTS.index(k) for k in linkage.drives[name]]]
+    return wrenches, drives
+
+
+def _split(equations: Equilibrium, values: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Wrenches and drive forces by joint from the unknowns (..., n)."""
+    wrenches, drives, at = {}, {}, 0
+    for joint in equations.joints:
+        name, count = joint.joint.name, len(joint.names)
+        own = values[..., at : at + count] * equations.units(joint)
+        wrenches[name] = (joint.wrenches @ own[..., None])[..., 0]
+        if name in equations.motion.linkage.drives:
+            drives[name] = own[..., len(joint.joint.kind.held) :]
+        at += count
+    return wrenches, drives

@@ -1,0 +1,106 @@
+"""Values, rates and accelerations of the drives as they arrive from the user."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....framework.batch import Array, Shape, finite, joined
+from ....framework.errors import FrameError
+from ..description.parts import Pair
+from ..kinematics.mechanism import Mechanism
+from ..kinematics.rotation import quaternion, quaternion_product
+from ..linkage import Linkage
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """Given motion of the driven coordinates, in the mechanism's units.
+
+    Attributes
+    ----------
+    states
+        Driven entries of the state, zero as drawn.
+    rates, accelerations
+        Driven velocity coordinates and their time derivatives.
+    shape
+        Broadcast of the driven states.
+    full_shape
+        That of the rates and accelerations too.
+    """
+
+    states: list[Array]
+    rates: list[Array]
+    accelerations: list[Array]
+    shape: Shape
+    full_shape: Shape
+
+
+def given_drives(
+    linkage: Linkage,
+    mechanism: Mechanism,
+    values: Mapping[str, ArrayLike],
+    rates: Mapping[str, ArrayLike],
+    accelerations: Mapping[str, ArrayLike],
+) -> Drives:
+    """Check what the user gave and order it as the mechanism's drives."""
+    for what, given in (("value", values), ("rate", rates), ("acceleration", accelerations)):
+        for name in given:
+            linkage.joint(name)
+            if name not in linkage.drives:
+                driven = ", ".join(linkage.drives) or "none"
+                raise FrameError(
+                    f"{what} of joint {name!r} is given, but nothing drives it (driven: {driven}): "
+                    f"make it a drive with drive({name!r})"
+                )
+    shapes: dict[str, Shape] = {"the drawing": linkage.shape}
+    states: list[Array] = []
+    first: list[Array] = []
+    second: list[Array] = []
+    for name, components in linkage.drives.items():
+        pair = linkage.joint(name)
+        scales = np.array([mechanism.size if component[0] == "u" else 1.0 for component in components])
+        states += _states(pair, components, values.get(name), scales, shapes)
+        for out, what, given in ((first, "rate", rates), (second, "acceleration", accelerations)):
+            array = _components(
+                f"{what} of joint {name!r}",
+                given.get(name, np.zeros(len(components) if len(components) > 1 else ())),
+                components,
+            )
+            joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
+            shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
+            out += list(np.moveaxis(array / scales, -1, 0))
+    shape = np.broadcast_shapes(*(state.shape for state in states))
+    full = np.broadcast_shapes(shape, *(x.shape for x in (*first, *second)))
+    return Drives(states, first, second, shape, full)
+
+
+def _components(what: str, value: ArrayLike, components: tuple[str, ...]) -> Array:
+    given = finite(value, what)
+    if len(components) == 1:
+        return given[..., None]
+    if given.ndim == 0 or given.shape[-1] != len(components):
+        raise FrameError(
+            f"{what} has shape {given.shape}: its last axis must hold {len(components)} components {components}"
+        )
+    return given
+
+
+def _states(
+    pair: Pair, components: tuple[str, ...], value: ArrayLike | None, scales: Array, shapes: dict[str, Shape]
+) -> list[Array]:
+    chosen = [pair.kind.coordinates.index(component) for component in components]
+    what = f"value of joint {pair.name!r}"
+    if pair.kind.name == "spherical" and len(chosen) < 3:
+        raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")
+    given = pair.at[..., chosen] if value is None else _components(what, value, components)
+    joined(what, given.shape[:-1], shapes)
+    shapes[what] = given.shape[:-1]
+    if pair.kind.name == "spherical":
+        turned = quaternion_product(quaternion(given), quaternion(-pair.at))
+        return [x.copy() for x in np.moveaxis(turned, -1, 0)]
+    moved = (given - pair.at[..., chosen]) / scales
+    return [x.copy() for x in np.moveaxis(moved, -1, 0)]

@@ -1,0 +1,58 @@
+"""What is known of the poses before they are closed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ..kinematics.tape import Value
+from .follow import Guide
+
+# Signs of determinants are not compared so near a change point.
+NEAR = 0.02
+
+
+@dataclass(eq=False)
+class Guess:
+    """Nominal states over the drives' shape.
+
+    Attributes
+    ----------
+    state
+        Entries of the state, (...).
+    signs
+        Signs that the determinants must have, 0 where they may have either, (...).
+    reached
+        Where a way leads, (...).
+    sure
+        Where it has not left the branch of the drawing, (...).
+    s
+        Value of the only moving drive, (...); None where several move.
+    guide
+        What led along it.
+    drive
+        Which of the driven states it is.
+    around
+        What leads smoothly through each change point.
+    switched
+        Whether the way takes the other branch there.
+    """
+
+    state: list[Value]
+    signs: list[Value]
+    reached: NDArray[np.bool_]
+    sure: NDArray[np.bool_]
+    s: Array | None = None
+    guide: Guide | None = None
+    drive: int = 0
+    around: dict[float, Guide] = field(default_factory=dict)
+    switched: bool = False
+
+
+def guess_of(states: Array, signs: Array, reached: NDArray[np.bool_], sure: NDArray[np.bool_] | None = None) -> Guess:
+    """Guess from states (..., n), signs (..., blocks), where a way leads, and whether on the same branch, (...)."""
+    certain = np.ones(reached.shape, dtype=bool) if sure is None else sure
+    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached, certain)

@@ -1,0 +1,110 @@
+"""Where the motion starts: the drawing, closed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..kinematics.loops import Loops, Pose
+from ..kinematics.mechanism import Mechanism
+from ..kinematics.nearest import nearest, open_by
+
+# The equations have as many independent ones as singular values above this share of the largest.
+INDEPENDENT = 1e-8
+# A drawing is closed where its loops are open by less than this share of the size.
+CLOSED = 1e-12
+
+
+def nominal_parameters(mechanism: Mechanism) -> list[float]:
+    """Dimensions of the member of the batch that lies nearest the middle of it."""
+    shape = mechanism.linkage.shape
+    if not shape:
+        return [float(x) for x in mechanism.parameters]
+    away = np.zeros(shape)
+    for value in mechanism.parameters:
+        if isinstance(value, np.ndarray):
+            away = away + ((value - value.mean()) / (value.std() or 1.0)) ** 2
+    middle = np.unravel_index(int(np.argmin(away)), shape)
+    return [float(np.broadcast_to(x, shape)[middle]) for x in mechanism.parameters]
+
+
+def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0.0) -> tuple[Loops, Pose]:
+    """The loops with the rank of their equations, and the closed drawing.
+
+    Raises
+    ------
+    FrameError
+        If the drawing cannot be closed, or is singular so that nothing says which way it goes.
+    """
+    loops = Loops(mechanism, None, tolerance)
+    state = _closed_drawing(loops, nominal)
+    rank, full = rank_at(loops, state, nominal), min(loops.rows, loops.columns)
+    if rank < full:
+        general = _general_rank(loops, state, nominal)
+        if general > rank:
+            raise FrameError(
+                "the linkage is drawn in a singular pose, where its drives do not say which way it goes: "
+                "draw it in another pose of the branch that is meant"
+            )
+        loops = Loops(mechanism, rank, tolerance)
+    loops.linear.project(jacobian_at(loops, state, nominal))
+    start = loops.close(state, nominal)
+    if start is None:
+        raise FrameError("the linkage is drawn in a pose next to a singular one: draw it in another pose")
+    return loops, start
+
+
+def _closed_drawing(loops: Loops, nominal: Sequence[float]) -> list[float]:
+    closed = max(CLOSED, loops.tolerance)
+    if open_by(loops, loops.drawn, nominal)[0] < CLOSED:
+        return list(loops.drawn)
+    best, error = nearest(loops, [np.array(x) for x in loops.drawn], nominal)
+    state = [float(x) for x in best]
+    if not error < closed:
+        _, row = open_by(loops, state, nominal)
+        raise not_assembled(loops.mechanism.rows[int(row)][0], float(error) * loops.mechanism.size)
+    return state
+
+
+def not_assembled(joint: str, gap: float) -> FrameError:
+    """What to say of a drawing with a gap, a length, at a joint."""
+    return FrameError(
+        f"the drawing cannot be assembled: a gap of {gap:.3g} remains at joint {joint!r}: "
+        "draw the joint's axes in line, change the lengths, or let the gap be with tolerance="
+    )
+
+
+def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]) -> int:
+    """Rank at a pose near `state`, in general position on the closed poses."""
+    rng = np.random.default_rng(0)
+    n, f = loops.columns, len(loops.mechanism.driven)
+    ranks = []
+    for _ in range(3):
+        step = 1e-2 * rng.standard_normal(n + f)
+        moved = loops.advance(list(state), step[:n].tolist())
+        for k, place in enumerate(loops.driven_states if not loops.driven_balls else []):
+            moved[place] = moved[place] + float(step[n + k])
+        best, error = nearest(loops, [np.array(x) for x in moved], nominal, free=not loops.driven_balls)
+        if error < max(1e-10, loops.tolerance):
+            ranks.append(rank_at(loops, [float(x) for x in best], nominal))
+    return max(ranks, default=0)
+
+
+def rank_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> int:
+    """Rank of the closing equations in the unknowns at one state."""
+    return rank_of(jacobian_at(loops, state, parameters), max(INDEPENDENT, 10.0 * loops.tolerance))
+
+
+def rank_of(matrix: Array, share: float) -> int:
+    """Number of singular values above a share of the largest."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.count_nonzero(values > share * max(values.max(initial=0.0), 1e-300)))
+
+
+def jacobian_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> Array:
+    """Jacobian (m, n) of the closing equations by the unknowns at one state."""
+    entries = loops.mechanism.newton[0](state, parameters)[loops.rows :]
+    return np.array(entries, dtype=np.float64).reshape(loops.rows, loops.columns)
