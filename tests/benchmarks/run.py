@@ -70,6 +70,8 @@ def run(name: str, out: Path, quick: bool) -> bool:
     # One thread each: linear algebra of others on several cores would be compared with one core.
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     environment = {**os.environ, **threads, "PYTHONPATH": str(Path(__file__).parents[1])}
+    # What pip installs is compiled; a source tree is so only if Python may write.
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     command = [sys.executable, "-m", f"benchmarks.{name}", "--out", str(out), *(["--quick"] if quick else [])]
     print(f"\n== {name}", flush=True)
     start = perf_counter()
