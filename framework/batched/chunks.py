@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,11 +19,6 @@ CHUNK, ROOM, FEWEST = 2**14, 2**27, 2**11
 _SHARE = 16
 _MOST = 2**16
 _SMALL = 2**10
-
-
-def cores() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def steps(grid: Grid, orders: Sequence[Order], chunk: int | None = None) -> tuple[int, int]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from time import perf_counter, process_time
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -112,7 +111,7 @@ def table(whole: Job, samples: int, repeats: int) -> list[Row]:
             "worst_error": worst(results[name], exact),
         }
         for name in calls
-    ] + [everywhere(whole, exact, repeats, unit[OURS])]
+    ]
 
 
 def timed(
@@ -131,23 +130,6 @@ def worst(found: Array, exact: Array) -> float:
     """Worst relative error at the checked entries, of all poses or of the checked ones alone."""
     checked = found[list(POSES_CHECKED)] if len(found) == POSES else found
     return float(error(checked[:, :SAMPLES_CHECKED], exact).max())
-
-
-def everywhere(whole: Job, exact: Array, repeats: int, alone: float) -> Row:
-    """The whole job on all cores that the system allows."""
-    held = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, range(os.cpu_count() or 1))
-    results, seconds = timed({OURS: partial(linkframe, whole)}, repeats, perf_counter)
-    cores = len(os.sched_getaffinity(0))
-    os.sched_setaffinity(0, held)
-    unit = 1e6 * seconds[OURS] / whole.size
-    return {
-        "contender": f"{OURS}, {cores} cores (wall clock)",
-        "entries": whole.size,
-        "us_per_entry": unit,
-        "times_linkframe": unit / alone,
-        "worst_error": worst(results[OURS], exact),
-    }
 
 
 def singular() -> list[Row]:
@@ -216,9 +198,9 @@ def draw(out: Path, cases: Mapping[str, list[Row]]) -> None:
     """Run time against error, both logarithmic."""
     with figure(out, "paper_job", columns=len(cases), width=4.6, height=3.8) as axes:
         for ax, (title, rows) in zip(axes, cases.items(), strict=True):
-            points(ax, [row for row in rows if "cores" not in row["contender"]])
+            points(ax, rows)
             ax.set(title=f"Described in space, {title}", xscale="log", yscale="log")
-            ax.set(xlabel="processor time per (pose, sample) / µs", xlim=(0.1, 6e3), ylim=(1e-16, 1e-5))
+            ax.set(xlabel="processor time per (pose, sample) / µs", xlim=(0.02, 6e3), ylim=(1e-16, 1e-5))
         axes[0].set_ylabel("worst relative error against 50 digits")
 
 
