@@ -111,6 +111,8 @@ class Frame:
         Batch entries that are left out, (...); None for none.
     size
         Largest coordinate, the measure of what coincides.
+    tolerance
+        Length up to which the two nodes of a joint may lie apart and count as one place.
     kept
         Plan of the last solution; the next takes it up where only loads have changed.
 
@@ -144,6 +146,7 @@ class Frame:
     _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
     _shape: Shape = ()
     size: float = 0.0
+    tolerance: float = 0.0
     kept: Plan | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -614,7 +617,7 @@ class Frame:
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
         gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max())
-        if gap > COINCIDENT * self.size:
+        if gap > max(COINCIDENT * self.size, self.tolerance):
             raise FrameError(
                 f"joint {name!r} joins nodes {first!r} and {second!r}, which are {gap:.6g} apart: "
                 "place them at one point, or put a rigid link or a beam between them"

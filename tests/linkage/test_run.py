@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
 import meshio
@@ -18,7 +19,7 @@ from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.result import compute
 from linkframe.models.sampling import draw
 from numpy.testing import assert_allclose, assert_array_equal
-from reference.linkages import four_bar
+from reference.linkages import bennett, four_bar
 from reference.spatial import stewart
 
 LINKAGE = """\
@@ -367,3 +368,19 @@ def test_a_motion_in_paraview(tmp_path: Path) -> None:
         motion.save(tmp_path / "motion.pvd", times=[1.0, 1.0, 2.0])
     with pytest.raises(FrameError, match=r"batch shape is \(3, 2\)"):
         four_bar(0.3, 0.9, 0.8, 0.7, 1.0).move(A=np.ones((3, 2))).save(tmp_path / "x.pvd")
+
+
+def test_a_drawing_with_few_digits_moves_within_its_tolerance(tmp_path: Path) -> None:
+    """Bennett's linkage, overconstrained, from a file with six digits behind the point."""
+    exact = tmp_path / "exact.toml"
+    write_linkage(bennett(0.6, 1.1, 1.0), exact)
+    rounded = re.sub(r"-?\d+\.\d{7,}(e-?\d+)?", lambda number: f"{float(number[0]):.6f}", exact.read_text("utf-8"))
+    drive = "[run.drives.H0]\nstart = 1.0\nstop = 1.5\nsteps = 6\n"
+    for given, closed in (("", False), ("tolerance = 1e-5\n", True)):
+        file = written(tmp_path, f"{rounded}\n[run]\n{given}{drive}")
+        assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 0
+        status = table(tmp_path / "out" / "table.csv")["status"]
+        assert all(text == "regular" for text in status[1:]) is closed
+        report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+        assert ("mobility 1;" in report) is closed
+        assert ("tolerance=" in report) is not closed

@@ -19,6 +19,7 @@ the spread of all of it under tolerances, at every pose. The linkage and what to
   pose = 30.0                         pose of the figures, a value of the first drive
   magnify = 20.0                      factor on the drawn displacements
   branch = "keep"                     or "switch" at change points
+  tolerance = 0.0                     a gap up to this counts as closed, for drawings with few digits
   samples = 100                       with tolerances
   rng = 0                             seed; the same seed gives the same bits
   sampler = "random"                  or "sobol", "lhs"

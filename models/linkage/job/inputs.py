@@ -17,7 +17,7 @@ from ..linkage import Linkage
 from .tolerances import Tolerance, put, tolerance
 
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
-RUN = ("drives", "points", "branch", "samples", "rng", "sampler", "pose", "magnify")
+RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "pose", "magnify")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +59,8 @@ class Inputs:
         By driven joint.
     points
         Points to report, the first of them drawn.
-    branch
-        As `Linkage.move` takes it.
+    branch, tolerance
+        As `Linkage.move` takes them.
     tolerances
         By name.
     samples, rng, sampler
@@ -76,6 +76,7 @@ class Inputs:
     drives: Mapping[str, Drive]
     points: tuple[str, ...]
     branch: str = "keep"
+    tolerance: float = 0.0
     tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
     samples: int = 100
     rng: int = 0
@@ -137,6 +138,7 @@ def read_inputs(path: Path) -> Inputs:
         ("samples", int, "a whole number, 2 or more"),
         ("rng", int, "a whole number, 0 or more"),
         ("pose", float, "a value of the first drive"),
+        ("tolerance", float, "a length, 0 or more"),
         ("magnify", float, "a number above zero"),
     ):
         if key in run:
@@ -189,7 +191,7 @@ def _number(source: Source, path: tuple[str | int, ...], kind: type, wanted: str
     if kind is int:
         least = {"samples": 2, "steps": 1}.get(str(path[-1]), 0)
         good = good and isinstance(value, int) and value >= least
-    if not good or (path[-1] == "magnify" and value <= 0.0):
+    if not good or (path[-1] == "magnify" and value <= 0.0) or (path[-1] == "tolerance" and value < 0.0):
         source.fail(path, f"is {value!r}: give {wanted}")
     return kind(value)  # type: ignore[no-any-return]
 

@@ -98,7 +98,7 @@ def _millimetres(result: Result, values: Array) -> list[str]:
 
 def _linkage(result: Result) -> Iterable[str]:
     linkage = result.inputs.linkage
-    yield str(linkage.mobility()).replace("\n", "; ")
+    yield str(linkage.mobility(result.inputs.tolerance)).replace("\n", "; ")
     links = [[k.name, ", ".join(k.points), str(len(k.beams) or "rigid")] for k in linkage.links.values()]
     yield markdown(["link", "points", "beams"], links, left=2)
     driven = {name: " ".join(components) for name, components in linkage.drives.items()}

@@ -51,7 +51,9 @@ class Result:
         values = {name: (drive.factor * drive.values).reshape(shape) for name, drive in drives.items()}
         rates = {name: drive.factor * drive.rate for name, drive in drives.items()}
         gains = {name: drive.factor * drive.acceleration for name, drive in drives.items()}
-        return linkage.move(values, rates=rates, accelerations=gains, branch=self.inputs.branch)
+        return linkage.move(
+            values, rates=rates, accelerations=gains, branch=self.inputs.branch, tolerance=self.inputs.tolerance
+        )
 
     @property
     def poses(self) -> int:
