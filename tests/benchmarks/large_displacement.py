@@ -287,7 +287,8 @@ def draw(out: Path, found: list[Row]) -> None:
         for colour, name in zip(COLOURS, dict.fromkeys(row["contender"] for row in found), strict=False):
             mine = [row for row in found if row["contender"] == name]
             axes.plot([r["microseconds"] for r in mine], [r["error"] for r in mine], "o-", color=colour, label=name)
-        axes.set(xlabel="µs per pose and sample", xscale="log", ylabel="relative error", yscale="log")
+        axes.set(xlabel="µs per pose and sample", xscale="log", ylabel="relative error", yscale="log", xlim=(3.0, 3e4))
+        axes.xaxis.set_minor_formatter("")
         axes.legend(fontsize=8)
 
 
