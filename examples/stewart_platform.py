@@ -23,7 +23,7 @@ def corners(radius, spread):
 
 
 feet = corners(BASE, 15.0)
-heads = np.roll(corners(PLATFORM, 45.0), 0, axis=0)
+heads = corners(PLATFORM, 45.0)
 home = np.array([0.0, 0.0, HEIGHT])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
@@ -36,6 +37,11 @@ class Body:
 
     origin: Array
     axes: Array
+
+    @cached_property
+    def far(self) -> float:
+        """Largest coordinate of its origin, over the batch."""
+        return float(np.abs(self.origin).max(initial=0.0))
 
 
 @dataclass(frozen=True)
@@ -196,7 +202,8 @@ class Frame:
         place = vector(coordinates, f"coordinates of node {name!r}")
         self._join(f"node {name!r}", place.shape[:-1])
         self.nodes[name] = Node(place, body)
-        self.size = max(self.size, float(np.abs(self.position(name)).max()))
+        if body is None or self.bodies[body].far + float(np.linalg.norm(place, axis=-1).max(initial=0.0)) > self.size:
+            self.size = max(self.size, float(np.abs(self.position(name)).max()))
 
     def alias(self, name: str, node: str) -> None:
         """Give a node another name, by which it is loaded, held and asked for results as well.
