@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,16 +18,16 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
     Parameters
     ----------
     directory
-        An existing folder. Files keep their place relative to it; the deepest move first, so that a file
-        that lists others appears after them.
+        Where the files go, made where it is missing. Files keep their place relative to it; the deepest move
+        first, so that a file that lists others appears after them.
 
     Raises
     ------
     FrameError
-        If `directory` is missing or cannot be written.
+        If `directory` cannot be made or written.
     """
     try:
-        with TemporaryDirectory(dir=directory, prefix=".linkframe-") as name:
+        with _made(directory), TemporaryDirectory(dir=directory, prefix=".linkframe-") as name:
             stage = Path(name)
             yield stage
             written = [file for file in stage.rglob("*") if file.is_file()]
@@ -37,5 +37,19 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
                 os.replace(file, target)
     except OSError as error:
         raise FrameError(
-            f"cannot write in {directory}: {error.strerror or error}; choose a folder that exists and can be written"
+            f"cannot write in {directory}: {error.strerror or error}; choose a folder that can be written"
         ) from error
+
+
+@contextmanager
+def _made(directory: Path) -> Iterator[None]:
+    """Make `directory` and its parents, and unmake what was made if the body fails."""
+    missing = [path for path in (directory, *directory.parents) if not path.exists()]
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for path in missing:
+            with suppress(OSError):
+                path.rmdir()
+        raise

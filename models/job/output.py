@@ -1,12 +1,11 @@
-"""The folder for the results of a job: made where it is missing, and rid of what an earlier run left."""
+"""The folder for the results of a job, rid of what an earlier run left."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
-from ...framework.errors import FrameError
 from ...framework.paraview.files import whole_or_nothing
 
 
@@ -26,28 +25,10 @@ def results(out: Path, earlier: Iterable[str]) -> Iterator[Path]:
     FrameError
         If `out` cannot be made or written; then nothing is left behind.
     """
-    with _made(out), whole_or_nothing(out) as stage:
+    with whole_or_nothing(out) as stage:
         yield stage
         new = {path.relative_to(stage) for path in stage.rglob("*")}
     for pattern in earlier:
         for path in out.glob(pattern):
             if path.relative_to(out) not in new:
                 path.unlink(missing_ok=True)
-
-
-@contextmanager
-def _made(out: Path) -> Iterator[None]:
-    """Make `out` and its parents, and unmake what was made if the body fails."""
-    missing = [path for path in (out, *out.parents) if not path.exists()]
-    try:
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            why = error.strerror or error
-            raise FrameError(f"--out {out} cannot be made: {why}; choose a directory that can be written") from error
-        yield
-    except BaseException:
-        for path in missing:
-            with suppress(OSError):
-                path.rmdir()
-        raise

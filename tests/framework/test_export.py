@@ -245,7 +245,6 @@ def test_file_names_that_xml_would_misread(tmp_path: Path) -> None:
         ("x.pvd", {"axis": 0, "entry": 0, "times": [1.0, 1.0]}, r"give 2 increasing numbers"),
         ("x.pvd", {"axis": 0, "entry": 0, "times": [0.0, np.nan]}, r"times of x\.pvd contains nan"),
         ("x.pvd", {"axis": 0, "entry": 0, "stations": 0}, r"0 stations a member: give a whole number"),
-        ("missing/x.vtu", {"entry": (0, 0)}, r"cannot write in .*missing: .*choose a folder that exists"),
     ],
 )
 def test_what_cannot_be_saved_is_refused(tmp_path: Path, file: str, options: dict[str, Any], message: str) -> None:
@@ -266,8 +265,18 @@ def test_a_frame_of_nodes_alone_has_nothing_to_save(tmp_path: Path) -> None:
 
 def test_a_folder_that_is_a_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "results").write_text("not a folder")
-    with pytest.raises(FrameError, match=r"cannot write in .*results: Not a directory"):
-        crane().save(tmp_path / "results" / "x.vtu")
+    for path in (tmp_path / "results" / "x.vtu", tmp_path / "results" / "deep" / "x.vtu"):
+        with pytest.raises(FrameError, match=r"cannot write in .*results.*: (Not a directory|File exists); choose"):
+            crane().save(path)
+
+
+def test_a_missing_folder_is_made_and_after_a_failure_unmade(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    crane().save(tmp_path / "made" / "deep" / "x.vtu")
+    assert (tmp_path / "made" / "deep" / "x.vtu").is_file()
+    monkeypatch.setattr(vtu_module, "write_grid", full_disk(vtu_module.write_grid, 1))
+    with pytest.raises(FrameError, match="No space left on device"):
+        crane(load=(1.0, 2.0)).save(tmp_path / "made" / "new" / "deep" / "x.pvd")
+    assert [path.name for path in (tmp_path / "made").iterdir()] == ["deep"]
 
 
 @pytest.mark.parametrize("failing", ["write_grid", "write_collection"])

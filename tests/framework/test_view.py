@@ -100,16 +100,17 @@ def test_without_the_extra_a_movie_says_what_to_install(tmp_path: Path, monkeypa
         ("arm.bmp", {"entry": 0}, r"arm\.bmp does not end in \.png or \.jpg"),
         ("arm.png", {"entry": 0, "colour": "red"}, r"colour='red': choose one of von_mises, displacement"),
         ("arm.png", {}, r"batch shape is \(3,\)"),
-        ("missing/arm.png", {"entry": 1}, r"cannot write in .*missing"),
+        ("arm.txt/arm.png", {"entry": 1}, r"cannot write in .*arm\.txt"),
     ],
 )
 def test_bad_requests_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, options: dict[str, object], message: str
 ) -> None:
     monkeypatch.setattr(view, "can_render", lambda: True)
+    (tmp_path / "arm.txt").touch()
     with pytest.raises(FrameError, match=message):
         view.picture(arm(), tmp_path / file, **options)  # type: ignore[arg-type]
-    assert list(tmp_path.iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["arm.txt"]
 
 
 # -- on this machine ------------------------------------------------------------------------------------------------

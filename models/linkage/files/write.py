@@ -28,7 +28,7 @@ def write_linkage(linkage: Linkage, path: str | Path) -> None:
     linkage
         The linkage.
     path
-        The file, in a folder that exists; it is replaced.
+        The file; it is replaced, and its folder made where it is missing.
 
     Raises
     ------
