@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..framework.batch import numbers
 from ..framework.errors import FrameError
 from ..framework.protocol import Array
 
@@ -14,13 +15,8 @@ Real = float | Array
 
 
 def array_of(owner: str, name: str, value: ArrayLike) -> Array:
-    """`value` as a read-only float64 array of its own."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise FrameError(f"{owner}: {name} = {value!r} is not a number; give a number or an array of numbers") from None
-    array.setflags(write=False)
-    return array
+    """`value` as a read-only array of its own."""
+    return numbers(value, f"{owner}: {name}")
 
 
 def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool_, remedy: str) -> None:

@@ -13,12 +13,24 @@ Array = NDArray[np.float64]
 Shape = tuple[int, ...]
 
 
-def finite(value: ArrayLike, what: str) -> Array:
-    """`value` as a float array; refused where it is not a number or not finite."""
+def numbers(value: ArrayLike, what: str) -> Array:
+    """`value` as a read-only float array of its own: what becomes of the given one later changes nothing."""
+    if np.ma.is_masked(value):
+        raise FrameError(f"{what} has masked entries: give a number for each, or leave them out")
     try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise FrameError(f"{what} is {value!r}: give a number or an array of numbers") from error
+        given = np.array(value)
+        if given.dtype.kind not in "biufO":
+            raise TypeError
+        array: Array = given.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        raise FrameError(f"{what} is {value!r}: give a number or an array of numbers") from None
+    array.setflags(write=False)
+    return array
+
+
+def finite(value: ArrayLike, what: str) -> Array:
+    """`numbers`, refused where one of them is not finite."""
+    array = numbers(value, what)
     if not np.isfinite(array).all():
         bad = array[~np.isfinite(array)].flat[0]
         raise FrameError(f"{what} contains {bad}: give finite numbers")

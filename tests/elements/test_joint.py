@@ -72,7 +72,7 @@ def test_ideal_and_free_are_welcome_but_have_no_matrix() -> None:
         ((1.0, float("nan"), 0, 0, 0, 0), None, "stiffness = nan must be 0"),
         ((1.0, 2.0), None, r"stiffness has shape \(2,\); give six springs"),
         (1.0, None, r"stiffness has shape \(\)"),
-        (("a",) * 6, None, "is not a number"),
+        (("a",) * 6, None, "give a number or an array of numbers"),
         ((1.0,) * 6, np.eye(3) * 2, r"not orthonormal \(by 3.0e\+00\)"),
         ((1.0,) * 6, np.full((3, 3), np.nan), "not orthonormal"),
         ((1.0,) * 6, np.diag([1.0, 1.0, -1.0]), "left-handed"),

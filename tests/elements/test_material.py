@@ -50,7 +50,7 @@ def test_shear_modulus_of_timber_is_free() -> None:
         ({"E": 1.0}, "give one of the two, nu or G"),
         ({"E": 1.0, "nu": 0.3, "G": 1.0}, "give one of the two, nu or G"),
         ({"E": 1.0, "nu": 0.3, "density": -1.0}, "density = -1 must be zero or above"),
-        ({"E": "steel", "nu": 0.3}, "E = 'steel' is not a number"),
+        ({"E": "steel", "nu": 0.3}, "E is 'steel': give a number"),
         ({"E": np.ones(2), "nu": np.zeros(3)}, r"E \(2,\), nu \(3,\)"),
         ({"E": np.ones(2), "nu": 0.0, "density": np.ones(3)}, r"do not broadcast: .*density \(3,\)"),
     ],

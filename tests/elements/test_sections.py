@@ -194,7 +194,7 @@ I300 = ISection(height=0.3, width=0.15, web=0.007, flange=0.011)
         (lambda: replace(I300, width=0.02), "flange = 0.011 must be at most half of the width"),
         (lambda: Section(A=1.0, Iy=1.0, Iz=0.0, J=1.0), "Section: Iz = 0 must be above zero"),
         (lambda: Section(A=1.0, Iy=1.0, Iz=1.0, J=1.0, ky=-1.0), "Section: ky = -1 must be above zero"),
-        (lambda: Section(A=1.0, Iy=1.0, Iz=1.0, J="x"), "J = 'x' is not a number"),  # type: ignore[arg-type]
+        (lambda: Section(A=1.0, Iy=1.0, Iz=1.0, J="x"), "J is 'x': give a number"),  # type: ignore[arg-type]
     ],
 )
 def test_what_cannot_be_is_refused(make: Any, told: str) -> None:

@@ -22,6 +22,14 @@ ELEMENTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
     "NaN modulus": (lambda: Material(E=NAN, nu=0.3), ("Material", "E", "nan", "finite")),
     "infinite modulus": (lambda: Material(E=INF, nu=0.3), ("Material", "E", "inf", "finite")),
     "modulus in words": (lambda: Material(E="steel", nu=0.3), ("Material", "E", "steel", "number")),
+    "modulus in digits": (lambda: Material(E="2e11", nu=0.3), ("Material", "E", "'2e11'", "number")),
+    "complex modulus": (lambda: Material(E=np.array([2e11 + 1j]), nu=0.3), ("Material", "E", "1.j", "number")),
+    "modulus beyond all floats": (lambda: Material(E=10**400, nu=0.3), ("Material", "E", "1000", "number")),
+    "date for a modulus": (
+        lambda: Material(E=np.datetime64("2020-01-01"), nu=0.3),
+        ("Material", "E", "2020", "number"),
+    ),
+    "masked side": (lambda: Rectangle(y=np.ma.masked_less([0.02, -1.0], 0.0), z=0.01), ("Rectangle", "y", "masked")),
     "one bad modulus of many": (lambda: Material(E=[2e11, -1.0], nu=0.3), ("Material", "E", "-1", "positive")),
     "nu of 0.5": (lambda: Material(E=2e11, nu=0.5), ("Material", "nu", "0.5", "between -1 and 0.5")),
     "nu of -1": (lambda: Material(E=2e11, nu=-1.0), ("Material", "nu", "-1", "between -1 and 0.5")),
@@ -112,6 +120,9 @@ FRAMES: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
     "load of nothing": (lambda f: f.load("B"), ("'B'", "fx")),
     "load of an unknown component": (lambda f: f.load("B", fw=1.0), ("'fw'", "fx")),
     "load of NaN": (lambda f: f.load("B", fy=NAN), ("'B'", "fy", "nan")),
+    "complex load": (lambda f: f.load("B", fy=np.array([1.0 + 2.0j])), ("'B'", "fy", "2.j", "number")),
+    "load in digits": (lambda f: f.load("B", fy=np.array(["1", "2"])), ("'B'", "fy", "'2'", "number")),
+    "masked load": (lambda f: f.load("B", fy=np.ma.masked_invalid([1.0, NAN])), ("'B'", "fy", "masked", "leave")),
     "infinite load": (lambda f: f.load("B", fy=[1.0, INF]), ("'B'", "fy", "inf")),
     "shapes of loads": (
         lambda f: (f.load("B", fy=np.ones(3)), f.load("D", mz=np.ones((2, 4)))),
@@ -207,3 +218,20 @@ def test_readings(case: str) -> None:
     with pytest.raises(FrameError) as error:
         call(frame())
     assert_says(error, parts)
+
+
+def test_arrays_of_the_user_stay_his_own() -> None:
+    """What becomes of an array after the call that took it changes nothing, before and after it is solved."""
+    place, force, modulus = np.array([1.0, 1.0, 0.0]), np.array([10.0, 20.0]), np.array([200e9])
+    made = Frame()
+    made.node("A", (0.0, 0.0, 0.0))
+    made.node("B", place)
+    made.add("AB", Beam(BAR, Material(E=modulus, nu=0.3)), "A", "B")
+    made.fix("A")
+    made.load("B", fy=force)
+    before = made.solve().displacement("B").copy()
+    solution = made.solve()
+    for array in (place, force, modulus):
+        array *= 2.0
+    assert_allclose(made.solve().displacement("B"), before, rtol=0.0)
+    assert_allclose(solution.displacement("B"), before, rtol=0.0)
