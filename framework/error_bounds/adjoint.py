@@ -142,9 +142,9 @@ class Adjoint:
     def _second_order(self) -> Real:
         """Bound on the product of what the solution and what the adjoint leave of their equations, (m, ...)."""
         state, compliance = self.state, self.compliance
-        root, size = extended(compliance.root), len(state.unknowns)
+        root = extended(compliance.root)
         kinds = zip(state.springs, state.deformation_sizes, strict=True)
-        theirs = _norm(root * state.balance) + state.fine * np.sqrt(size * _energy(kinds))
+        theirs = _norm(root * state.balance) + state.fine * np.sqrt(compliance.greatest * _energy(kinds))
         own = self._left()
         out: Real = np.where((own == 0.0) | (theirs == 0.0), 0.0, own * theirs / compliance.least)
         return out
@@ -158,7 +158,7 @@ class Adjoint:
             left = self._unbalanced(self.coordinates, state.kinematics, state.springs)
             spread = extended(state.double.sizes(self.rough))
             kinds = ((each, each.sizes(spread, self.rough)) for each in state.springs)
-            noise = state.fine * np.sqrt(size * _energy(kinds))
+            noise = state.fine * np.sqrt(compliance.greatest * _energy(kinds))
             fine: Real = _norm(extended(root) * left) + noise + _LEAST * load
             return fine
         left = self.right - compliance.apply(self.answer)
@@ -166,7 +166,7 @@ class Adjoint:
         if self.result.imposed:
             spread = state.double.sizes(self._fixed)
             kinds = ((each, each.sizes(spread, self._fixed)) for each in state.double_springs)
-            noise = noise + _CAREFUL * state.rounding * np.sqrt(size * _energy(kinds))
+            noise = noise + _CAREFUL * state.rounding * np.sqrt(compliance.greatest * _energy(kinds))
         rough: Real = _norm(root * left) + noise + state.rounding * load
         return rough
 

@@ -29,7 +29,7 @@ from .asked import asked
 from .compliance import Compliance, DenseCompliance, SparseCompliance
 from .equilibrium import Equilibrium, Statics
 from .kinematics import Real, extended
-from .resolved import MOST, excited, groups, hard
+from .resolved import MOST, excited, groups, hard, rest
 
 if TYPE_CHECKING:
     from ..solution import Solution
@@ -173,7 +173,7 @@ class Bounds:
     def _sparse(self) -> SparseCompliance:
         solver = self.solution.solver
         assert not isinstance(solver, BroadcastSolver)
-        return SparseCompliance(solver.factor)
+        return SparseCompliance(solver.factor, self.plan.graph.coupled, rest(self._statics, self._values[0]))
 
     @cached_property
     def _values(self) -> tuple[list[int], Real]:

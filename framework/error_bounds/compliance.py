@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from .deformations import Springs
-from .kinematics import Kinematics, Real
+from .kinematics import Kinematics, Real, extended
 
 if TYPE_CHECKING:
     from ..solvers.factor import Factor
+    from .equilibrium import Equilibrium
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 # Roundings in a deformation, for the size of what it is made of.
@@ -23,9 +24,11 @@ _DEFORMATION = 32.0
 NEAR = 1e-8
 # Steps of refinement with an inverse in extended precision, which serves what is hardest.
 _STEPS = 3
-# Inverse iterations for a large matrix, and the factor by which the least eigenvalue may still be below what they find.
+# Inverse iterations for a large matrix, the factor by which the least eigenvalue may still be below what they find, and
+# the share of `fuzz` below which they find nothing but rounding.
 _ITERATIONS = 8
 _SAFETY = 4.0
+_FOUND = 1.0 / 16.0
 
 
 class Compliance(ABC):
@@ -37,12 +40,15 @@ class Compliance(ABC):
         (..., n): one over the square root of the diagonal of K.
     least
         (...): what the least eigenvalue of K, scaled to unit diagonal, is not below; 0 where none is proved.
+    greatest
+        What the greatest eigenvalue of K is not above where all that it is made of is taken with the same sign, scaled.
     fuzz
         (...): 2-norm of the rounding in the scaled matrix as it is applied.
     """
 
     root: Array
     least: Array
+    greatest: float
     fuzz: Array
 
     @abstractmethod
@@ -99,6 +105,7 @@ class DenseCompliance(Compliance):
         kind: type[np.floating[Any]] = np.float64,
     ) -> None:
         size, rounding = len(unknowns), float(np.finfo(kind).eps) / 2.0
+        self.greatest = float(size)
         rows, sizes = _rows(kinematics, springs, unknowns, kind)
         k = _together([*(each.stiffness.reshape(*each.stiffness.shape[:-2], -1) for each in springs), *stiffness])
         used = np.flatnonzero(_any(k) & _any(sizes))
@@ -157,6 +164,10 @@ class SparseCompliance(Compliance):
     ----------
     factor
         The factor.
+    coupled
+        Unknowns that share members or joints with one unknown, at most: no scaled entry is above one.
+    rest
+        The frame without displacement, to which the motion that inverse iteration finds is put.
 
     Attributes
     ----------
@@ -164,8 +175,8 @@ class SparseCompliance(Compliance):
         The motion that the scaled matrix resists least (n,), of length one.
     """
 
-    def __init__(self, factor: Factor) -> None:
-        self.factor, self.root = factor, factor.root
+    def __init__(self, factor: Factor, coupled: int, rest: Equilibrium) -> None:
+        self.factor, self.root, self.greatest = factor, factor.root, float(coupled)
         size = len(self.root)
         vector = np.random.default_rng(0).standard_normal((size, 2))
         growth = 0.0
@@ -177,9 +188,14 @@ class SparseCompliance(Compliance):
             vector, growth = found, float(np.sqrt(np.sum(found**2, axis=0)).max())
         self._growth = growth
         self.softest: Array = vector[:, 0] / np.sqrt(np.sum(vector[:, 0] ** 2))
-        width = np.max(np.diff(factor.scaled.indptr))
-        self.fuzz = np.asarray(_DEFORMATION * ROUNDING * float(width))
-        self.least = np.asarray(max(1.0 / (_SAFETY * growth) - self.fuzz, 0.0))
+        self.fuzz = np.asarray(_DEFORMATION * ROUNDING * coupled)
+        least = min(1.0 / growth, self._resistance(rest))
+        self.least = np.asarray(least / _SAFETY if least > _FOUND * self.fuzz else 0.0)
+
+    def _resistance(self, rest: Equilibrium) -> float:
+        """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
+        motion = extended(self.root * self.softest)
+        return float(np.max(motion @ np.moveaxis(rest.resisted(motion), -1, 0).reshape(len(motion), -1)))
 
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, estimated, ()."""

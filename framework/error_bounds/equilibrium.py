@@ -116,6 +116,13 @@ class Equilibrium:
         better = self.values + np.where(np.isfinite(step), step, 0.0)
         return Equilibrium(self.statics, self.change, self.unknowns, better, self.ndim)
 
+    def resisted(self, displacement: Real) -> Real:
+        """Forces on the unknowns that displacements (..., n) of the unknowns call for, (..., n)."""
+        moved = np.broadcast_to(displacement, self.values.shape)
+        there = Equilibrium(self.statics, self.change, self.unknowns, self.values + moved, self.ndim)
+        out: Real = self.balance - there.balance
+        return out
+
     @cached_property
     def balance(self) -> Real:
         """Unbalanced force on the unknowns, (..., n)."""

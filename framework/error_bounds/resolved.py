@@ -113,9 +113,8 @@ class ResolvedLarge:
         self.plan = plan
         self.unknowns = solver.unknown[solver.excited].tolist()
         with np.errstate(all="ignore"):
-            compliance = SparseCompliance(solver.factor)
-            rest = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
-            state = Equilibrium(Statics(plan), lambda array, trailing: array, self.unknowns, rest)
+            state = rest(Statics(plan), self.unknowns)
+            compliance = SparseCompliance(solver.factor, plan.graph.coupled, state)
             regular = _regular(state, compliance)
             for _ in range(_STEPS if regular else 0):
                 state = state.corrected(compliance)
@@ -128,15 +127,20 @@ class ResolvedLarge:
         return found
 
 
-def _regular(rest: Equilibrium, compliance: SparseCompliance) -> bool:
+def rest(statics: Statics, unknowns: Sequence[int]) -> Equilibrium:
+    """A frame without displacements of its unknowns, the whole batch."""
+    none = extended(np.zeros((*statics.plan.frame.shape, len(unknowns))))
+    return Equilibrium(statics, lambda array, trailing: array, unknowns, none)
+
+
+def _regular(state: Equilibrium, compliance: SparseCompliance) -> bool:
     """Whether refinement balances a load in the shape that the matrix resists least."""
     probe = compliance.softest / compliance.root
-    found = extended(np.zeros(rest.values.shape))
+    found = extended(np.zeros(state.values.shape))
     left = extended(np.broadcast_to(probe, found.shape))
     for _ in range(_STEPS):
         found = found + compliance.solve(left)
-        state = Equilibrium(rest.statics, rest.change, rest.unknowns, found, rest.ndim)
-        left = probe - (rest.balance - state.balance)
+        left = probe - state.resisted(found)
     size = np.sqrt(np.max(np.sum((left * compliance.root) ** 2, axis=-1)))
     return bool(size < _BALANCED)
 

@@ -50,6 +50,11 @@ class Graph:
         """Entries of the stiffness, six by six for each node and each coupled pair."""
         return 36 * (len(self._local[0]) + 2 * len(self.pairs))
 
+    @property
+    def coupled(self) -> int:
+        """Unknowns that share members or joints with one unknown, at most."""
+        return 6 * (1 + int(np.bincount(self.pairs.reshape(-1)).max(initial=0)))
+
     @cached_property
     def pairs(self) -> Index:
         """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""

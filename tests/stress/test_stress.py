@@ -62,6 +62,14 @@ def test_bounds_hold_at_the_tip_of_a_chain(links: int) -> None:
     assert of_tip("chain", links, structure, tip(structure)).lies == 0
 
 
+def test_the_bound_of_a_long_chain_leaves_digits() -> None:
+    """Scaled condition 1e12: the bound is that of the refined tip, whose residual is in extended precision."""
+    structure = chain(500)
+    found = of_tip("chain", 500, structure, tip(structure))
+    assert found.lies == 0
+    assert found.bound < 1e-10
+
+
 def test_the_tip_of_a_chain_is_that_of_the_reference() -> None:
     """Link by link as by the matrix."""
     structure = chain(4)
