@@ -144,12 +144,14 @@ def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
     else:
         tensor = np.zeros((*given.shape, 3, 3))
         tensor[..., 2, 2] = given
-    if np.any(np.diagonal(tensor, axis1=-2, axis2=-1) < 0.0) or np.any(tensor != np.swapaxes(tensor, -1, -2)):
+    # One that was turned into drawn axes, R I R^T, is symmetric but for rounding.
+    skew, size = np.abs(tensor - np.swapaxes(tensor, -1, -2)), np.abs(tensor).max(axis=(-2, -1), keepdims=True)
+    if np.any(np.diagonal(tensor, axis1=-2, axis2=-1) < 0.0) or np.any(skew > ROUNDING * size):
         raise FrameError(
             f"link {link!r}: inertia {given.tolist()} is not a tensor of inertia: give a symmetric (3, 3) with a "
             "diagonal that is not negative, six numbers xx yy zz xy yz zx, or one number about z"
         )
-    return tensor
+    return 0.5 * (tensor + np.swapaxes(tensor, -1, -2))
 
 
 def in_space(value: ArrayLike, what: str) -> Array:

@@ -96,7 +96,8 @@ def standing_still(motion: Motion) -> dict[str, Bools]:
     found = {}
     for name, joint in motion.linkage.joints.items():
         link = joint.first if joint.second == GROUND else joint.second
-        here, drawn = (singular_speeds(each, joint.point, link) / size for each in motions)
+        point = None if joint.pitch is not None or "u" in "".join(joint.kind.coordinates) else joint.point
+        here, drawn = (singular_speeds(each, point, link, size) for each in motions)
         most = np.nanmax(here.reshape(-1, here.shape[-1]), axis=0, initial=0.0)
         usual = np.maximum(most, drawn.reshape(-1, here.shape[-1]).max(axis=0, initial=0.0))
         lost = np.any((here < STILL * usual) & (usual > MOVES), axis=-1)
@@ -115,9 +116,19 @@ def unit_motions(motion: Motion) -> Iterator[Motion]:
         yield replace(motion, drives=drives)
 
 
-def singular_speeds(motions: Sequence[Motion], point: str, link: str) -> Array:
-    """Singular values (..., k) of the velocity of a point by the rates of the drives."""
-    speeds = np.stack([motion.velocity(point, link) for motion in motions], axis=-1)
+def singular_speeds(motions: Sequence[Motion], point: str | None, link: str, size: float) -> Array:
+    """Singular values (..., k) of the velocity, in units of `size`, of a point by the rates of the drives.
+
+    Without a point, those of the velocity and angular velocity of the link: a slider has no point that tells of it.
+    """
+    speeds = np.stack([_speed(motion, point, link, size) for motion in motions], axis=-1)
     there = np.asarray(np.isfinite(speeds).all(axis=(-2, -1), keepdims=True))
     values = np.linalg.svd(np.where(there, speeds, 0.0), compute_uv=False)
     return np.where(there[..., 0], values, np.nan)
+
+
+def _speed(motion: Motion, point: str | None, link: str, size: float) -> Array:
+    if point is not None:
+        return motion.velocity(point, link) / size
+    first = motion.velocity(motion.linkage.links[link].points[0], link) / size
+    return np.concatenate([first, motion.angular_velocity(link)], axis=-1)
