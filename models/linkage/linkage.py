@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from ...framework.errors import FrameError
 from .description.joining import Joining
 
 if TYPE_CHECKING:
@@ -122,12 +123,17 @@ class Linkage(Joining):
         Raises
         ------
         FrameError
-            If a drive is unknown, shapes do not broadcast, the linkage hangs in the air, its drawing cannot be
-            assembled, or its drives leave points free to move.
+            If a drive is unknown or given twice, shapes do not broadcast, the linkage hangs in the air, its drawing
+            cannot be assembled, or its drives leave points free to move.
         """
         from .motion import move
+        from .way.drives import by_joint
 
-        return move(self, {**(drives or {}), **named}, rates or {}, accelerations or {}, branch, tolerance)
+        given = by_joint("drives", drives)
+        for name in named.keys() & given.keys():
+            raise FrameError(f"joint {name!r} is given twice, by keyword and in the mapping: give it once")
+        numbers = {**given, **named}, by_joint("rates", rates), by_joint("accelerations", accelerations)
+        return move(self, *numbers, branch, tolerance)
 
     def mobility(self, tolerance: float = 0.0) -> Mobility:
         """How many freedoms the linkage has, by counting and in truth; see `mobility.mobility`.

@@ -54,7 +54,10 @@ WRONG = {
     "load: link 'arm' has no point 'C': it has A, B": lambda k: k.load("C", link="arm", fx=1.0),
     "torque: there is no link 'leg'": lambda k: k.torque("leg", mz=1.0),
     "stiffness of the spring A-B is -1": lambda k: k.spring("A", "B", stiffness=-1.0, length=1.0),
-    "link 'hand' hang on nothing": lambda k: k.move(),
+    "link 'hand' hangs on nothing": lambda k: k.move(),
+    "joint 'A' is given twice": lambda k: k.move({"A": 1.0}, A=2.0),
+    "rates is 1.0: give numbers by joint, such as rates={'A': 1.0}": lambda k: k.move(A=2.0, rates=1.0),
+    "drives is 2.0: give numbers by joint": lambda k: k.move(2.0),
     "branch is 'other': choose one of keep, switch": lambda k: k.move(branch="other"),
 }
 

@@ -17,6 +17,7 @@ from linkframe.models.linkage.files import read_linkage, write_linkage
 from linkframe.models.linkage.job import run as job
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.result import compute
+from linkframe.models.linkage.job.table import as_csv, as_text
 from linkframe.models.sampling import draw
 from numpy.testing import assert_allclose, assert_array_equal
 from reference.linkages import bennett, four_bar
@@ -384,3 +385,51 @@ def test_a_drawing_with_few_digits_moves_within_its_tolerance(tmp_path: Path) ->
         report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
         assert ("mobility 1;" in report) is closed
         assert ("tolerance=" in report) is not closed
+
+
+QUILL = """\
+gravity = [0.0, 0.0, -9.81]
+[points]
+A = [0.3, 0.0, 0.5]
+T = [0.3, 0.0, 0.2]
+[links.quill]
+points = ["A", "T"]
+mass = 2.0
+inertia = 0.01
+[joints.A]
+kind = "cylindrical"
+point = "A"
+links = ["ground", "quill"]
+drive = true
+[run.drives.A.rz]
+values = [0.0, 90.0, 180.0]
+unit = "deg"
+rate = [0.0, 10.0, 20.0]
+acceleration = 90.0
+[run.drives.A.uz]
+values = [0.0, 0.1, 0.3]
+acceleration = [0.0, 1.0, 2.0]
+"""
+
+
+def test_both_drives_of_one_joint(tmp_path: Path) -> None:
+    """A quill that is lifted and turned: m (g + a) and I alpha; rates pose by pose."""
+    result = compute(read_inputs(written(tmp_path, QUILL)))
+    forces = result.reactions.drive("A")
+    assert_allclose(forces[:, 0], 2.0 * (9.81 + np.array([0.0, 1.0, 2.0])), rtol=1e-14)
+    assert_allclose(forces[:, 1], 0.01 * np.pi / 2.0, rtol=1e-12)
+    assert_allclose(result.motion.position("T")[:, 2], [0.2, 0.3, 0.5], rtol=1e-14)
+    assert_allclose(result.motion.angular_velocity("quill")[:, 2], np.radians([0.0, 10.0, 20.0]), rtol=1e-13)
+    assert_allclose(result.move(result.inputs.linkage, column=True).position("T")[:, 0], result.motion.position("T"))
+    heading = as_csv(result).splitlines()[0]
+    assert heading.startswith("A.uz,A.rz_deg,T_x")
+    assert "drive A.uz  drive A.rz" in as_text(result)
+    for old, new, told in (
+        ("[run.drives.A.uz]", "[run.drives.A.ux]", "A.ux: there is no such key here: use one of uz, rz"),
+        ("[run.drives.A.uz]", "[other]", "there is no such table"),
+        ("[run.drives.A.uz]\nvalues = [0.0, 0.1, 0.3]\nacceleration = [0.0, 1.0, 2.0]\n", "", "A: has no uz"),
+        ("[0.0, 10.0, 20.0]", "[0.0, 10.0]", r"A.rz.rate: has shape \(2,\): give one number, or 3, one a pose"),
+    ):
+        assert old in QUILL
+        with pytest.raises(FrameError, match=told):
+            read_inputs(written(tmp_path, QUILL.replace(old, new)))

@@ -24,12 +24,12 @@ the spread of all of it under tolerances, at every pose. The linkage and what to
   rng = 0                             seed; the same seed gives the same bits
   sampler = "random"                  or "sobol", "lhs"
 
-  [run.drives.A]                      one table for each driven joint
+  [run.drives.A]                      one table for each driven joint; [run.drives.A.uz] where several coordinates are
   start = 0.0
   stop = 360.0
   steps = 37                          number of poses; or values = [...]
   unit = "deg"                        or "rad", the default
-  rate = 0.0                          by time, in that unit; with rates the links' inertia acts
+  rate = 0.0                          by time, in that unit, or one a pose; with rates the links' inertia acts
   acceleration = 0.0
 
   [tolerances.gap]                    any name

@@ -87,11 +87,9 @@ def draw_reactions(result: Result) -> Figure:
     forces = {j: np.linalg.norm(_rows(result, found.force(j))[:, :3], axis=-1) for j in linkage.joints}
     _draw_named(left, result, forces)
     units = {"r": "N m", "u": "N"}
-    pushes = {
-        f"{joint} [{units[component[0]]}]": force
-        for joint, driven in linkage.drives.items()
-        for component, force in zip(driven, _rows(result, found.drive(joint)).T, strict=True)
-    }
+    forces_of_drives = (force for joint in linkage.drives for force in _rows(result, found.drive(joint)).T)
+    names = (f"{name} [{units[component[0]]}]" for _, component, name in result.inputs.driven)
+    pushes = dict(zip(names, forces_of_drives, strict=True))
     _draw_named(right, result, pushes)
     name, drive = next(iter(result.inputs.drives.items()))
     over = f"{name} [{ {'deg': '°', 'rad': 'rad'}.get(drive.unit, 'm') }]" if result.increasing else "pose"

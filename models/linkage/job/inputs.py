@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,22 +22,22 @@ RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """Motion of one driven joint.
+    """Motion of one driven coordinate.
 
     Attributes
     ----------
     values
-        Its coordinate at every pose, in `unit`, (poses,).
+        The coordinate at every pose, in `unit`, (poses,).
     unit
         ``rad``, ``deg``, or nothing for a length.
     rate, acceleration
-        In that unit by time.
+        In that unit by time, () or (poses,).
     """
 
     values: Array
     unit: str
-    rate: float
-    acceleration: float
+    rate: Array
+    acceleration: Array
 
     @property
     def factor(self) -> float:
@@ -56,7 +56,7 @@ class Inputs:
     linkage
         As the file describes it.
     drives
-        By driven joint.
+        By driven joint, or where several coordinates of it are driven by ``joint.coordinate``.
     points
         Points to report, the first of them drawn.
     branch, tolerance
@@ -92,7 +92,21 @@ class Inputs:
     @property
     def moves(self) -> bool:
         """Whether a rate or an acceleration was given, so that there is inertia."""
-        return any(drive.rate or drive.acceleration for drive in self.drives.values())
+        return any(np.any(drive.rate) or np.any(drive.acceleration) for drive in self.drives.values())
+
+    @property
+    def driven(self) -> list[tuple[str, str, str]]:
+        """Joint, coordinate, and name in the tables, of every driven coordinate in the order of the linkage."""
+        return [(j, c, _named(j, c, own)) for j, own in self.linkage.drives.items() for c in own]
+
+    def numbers(self, what: Callable[[Drive], Array]) -> dict[str, Array]:
+        """Values or rates of the drives by joint, as `Linkage.move` takes them: (poses,), or (poses, f) of several."""
+        out = {}
+        for joint, driven in self.linkage.drives.items():
+            own = [self.drives[_named(joint, name, driven)] for name in driven]
+            each = np.broadcast_arrays(*(drive.factor * what(drive) for drive in own))
+            out[joint] = np.stack(each, axis=-1) if len(driven) > 1 else each[0]
+        return out
 
     def varied(self, draws: Mapping[str, Array]) -> Linkage:
         """The linkage with samples (n,) in place of the numbers that the tolerances name."""
@@ -125,7 +139,9 @@ def read_inputs(path: Path) -> Inputs:
     for joint in linkage.drives:
         if joint not in source.names(("run", "drives")):
             source.fail(("run",), f"joint {joint!r} is driven: give its values in [run.drives.{joint}]")
-    drives = {name: _drive(source, linkage, name) for name in source.names(("run", "drives"))}
+    drives: dict[str, Drive] = {}
+    for name in source.names(("run", "drives")):
+        drives |= _drives(source, linkage, name)
     if not drives:
         source.fail(("run",), "moves nothing: drive a joint, and give its values in [run.drives.joint]")
     _check_lengths(source, drives)
@@ -150,16 +166,21 @@ def read_inputs(path: Path) -> Inputs:
     return Inputs(source, linkage, drives, points, tolerances=tolerances, **given)
 
 
-def _drive(source: Source, linkage: Linkage, joint: str) -> Drive:
+def _drives(source: Source, linkage: Linkage, joint: str) -> dict[str, Drive]:
+    """The driven coordinates of a joint by their names in the tables."""
     path = ("run", "drives", joint)
-    table = source.table(path, (), ("start", "stop", "steps", "values", "unit", "rate", "acceleration"))
     if joint not in linkage.drives:
         source.fail(path, f"the joint is not driven: the drives are {', '.join(linkage.drives) or 'none'}")
-    if len(linkage.drives[joint]) != 1:
-        source.fail(
-            path, f"{', '.join(linkage.drives[joint])} of the joint are driven: a file can move but one of them"
-        )
-    turns = linkage.drives[joint][0].startswith("r")
+    driven = linkage.drives[joint]
+    if len(driven) == 1:
+        return {joint: _drive(source, path, driven[0])}
+    source.table(path, driven)
+    return {_named(joint, name, driven): _drive(source, (*path, name), name) for name in driven}
+
+
+def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
+    table = source.table(path, (), ("start", "stop", "steps", "values", "unit", "rate", "acceleration"))
+    turns = coordinate.startswith("r")
     unit = source.text_at((*path, "unit"), UNITS if turns else ()) if "unit" in table else "rad" if turns else ""
     if "values" in table:
         values = np.atleast_1d(source.numbers((*path, "values")))
@@ -170,11 +191,16 @@ def _drive(source: Source, linkage: Linkage, joint: str) -> Drive:
         steps = int(_number(source, (*path, "steps"), int, "a whole number of poses, 1 or more"))
         start, stop = (float(_number(source, (*path, key), float, "a number")) for key in ("start", "stop"))
         values = np.linspace(start, stop, steps)
-    speeds = (
-        float(_number(source, (*path, key), float, "a number")) if key in table else 0.0
-        for key in ("rate", "acceleration")
-    )
+    speeds = []
+    for key in ("rate", "acceleration"):
+        speeds.append(source.numbers((*path, key)) if key in table else np.zeros(()))
+        if speeds[-1].shape not in ((), values.shape):
+            source.fail((*path, key), f"has shape {speeds[-1].shape}: give one number, or {len(values)}, one a pose")
     return Drive(values, unit, *speeds)
+
+
+def _named(joint: str, coordinate: str, driven: tuple[str, ...]) -> str:
+    return joint if len(driven) == 1 else f"{joint}.{coordinate}"
 
 
 def _check_lengths(source: Source, drives: Mapping[str, Drive]) -> None:

@@ -46,11 +46,12 @@ class Result:
 
     def move(self, linkage: Linkage, *, column: bool = False) -> Motion:
         """Motion of a linkage over the poses; as a column, (poses, 1), beside samples."""
-        drives = self.inputs.drives
-        shape = (-1, 1) if column else (-1,)
-        values = {name: (drive.factor * drive.values).reshape(shape) for name, drive in drives.items()}
-        rates = {name: drive.factor * drive.rate for name, drive in drives.items()}
-        gains = {name: drive.factor * drive.acceleration for name, drive in drives.items()}
+        parts = (lambda drive: drive.values), (lambda drive: drive.rate), (lambda drive: drive.acceleration)
+        numbers = [self.inputs.numbers(part) for part in parts]
+        if column:
+            several = {name: len(driven) > 1 for name, driven in linkage.drives.items()}
+            numbers = [{k: np.expand_dims(v, -1 - several[k]) for k, v in each.items()} for each in numbers]
+        values, rates, gains = numbers
         return linkage.move(
             values, rates=rates, accelerations=gains, branch=self.inputs.branch, tolerance=self.inputs.tolerance
         )

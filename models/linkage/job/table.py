@@ -73,7 +73,8 @@ def _columns(result: Result) -> tuple[list[str], list[Array]]:
 def _cells(result: Result) -> Iterator[list[str]]:
     """A heading, then a row a pose."""
     shown, point = result.shown, result.inputs.points[0]
-    drives = {joint: result.reactions.drive(joint) for joint in result.inputs.linkage.drives}
+    drives = result.inputs.linkage.drives
+    forces = [force for joint in drives for force in _spread(result, result.reactions.drive(joint)).T]
     heads = list(result.inputs.drives) + [AXES[k] for k in shown] + [f"u_{AXES[k]}" for k in shown]
     columns = _drives(result)[1]
     columns += [_spread(result, result.main.rigid)[:, k] for k in shown]
@@ -83,9 +84,9 @@ def _cells(result: Result) -> Iterator[list[str]]:
         heads += [f"σ_{AXES[k]}" for k in shown]
         columns += [result.spread[point].std[:, k] for k in shown]
         forms += [".2e"] * len(shown)
-    heads += [f"drive {joint}" for joint in drives]
-    columns += [_spread(result, force)[:, 0] for force in drives.values()]
-    forms += [".4g"] * len(drives)
+    heads += [f"drive {name}" for _, _, name in result.inputs.driven]
+    columns += forces
+    forms += [".4g"] * len(forces)
     yield [*heads, "status"]
     for row, status in zip(np.column_stack(columns).tolist(), result.status.tolist(), strict=True):
         yield [*(readable(value, form) for value, form in zip(row, forms, strict=True)), status]

@@ -70,8 +70,9 @@ def spanning_tree(linkage: Linkage) -> Tree:
     loose = [name for name in linkage.links if name not in depth]
     if loose:
         raise FrameError(
-            f"{'links' if len(loose) > 1 else 'link'} {', '.join(map(repr, loose))} hang on nothing: "
-            "join them to the ground by a chain of joints, or leave them out"
+            f"{'links' if len(loose) > 1 else 'link'} {', '.join(map(repr, loose))} "
+            f"{'hang on nothing: join them' if len(loose) > 1 else 'hangs on nothing: join it'} "
+            f"to the ground by a chain of joints, or leave {'them' if len(loose) > 1 else 'it'} out"
         )
     return _with_twins(linkage, branches)
 

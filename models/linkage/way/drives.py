@@ -78,6 +78,13 @@ def given_drives(
     return Drives(states, first, second, shape, full)
 
 
+def by_joint(what: str, given: Mapping[str, ArrayLike] | None) -> Mapping[str, ArrayLike]:
+    """Numbers by joint, as they were given; none for None."""
+    if given is None or isinstance(given, Mapping):
+        return given or {}
+    raise FrameError(f"{what} is {given!r}: give numbers by joint, such as {what}={{'A': 1.0}}")
+
+
 def _components(what: str, value: ArrayLike, components: tuple[str, ...]) -> Array:
     given = finite(value, what)
     if len(components) == 1:
