@@ -117,6 +117,14 @@ def test_few_digits_are_told():
     assert "digits" not in str(rigid.mobility())
 
 
+@pytest.mark.parametrize("digits", [12, 11, 9, 8, 6, 3])
+def test_few_digits_are_told_of_ranges_and_dead_points(digits: int):
+    linkage = rounded(bennett(np.pi / 6, np.pi / 3, 1.2), digits, 1.0)
+    for ask in (linkage.drive_range, linkage.dead_points):
+        with pytest.raises(FrameError, match=r"'H0' cannot move.*too few digits: draw it with more, or give tolerance="):
+            ask("H0")
+
+
 def test_gap_of_a_drawing_can_be_let_be():
     """Two bars in line between fixed pins, together 1e-4 too short."""
     linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))

@@ -17,6 +17,9 @@ from ..way.start import not_assembled
 # Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a
 # singular one, where they are least certain, to 1e-8.
 DEPENDENT = 1e-7
+# Equations that differ by less may be meant as the same.
+ALIKE = 1e-3
+FEW_DIGITS = "if it is meant to move, it is drawn with too few digits: draw it with more, or give tolerance="
 # Closed where no equation is off by more, in units of the linkage's extent and radians.
 CLOSED = 1e-12
 ITERATIONS = 60
@@ -89,10 +92,10 @@ class Configurations:
             out[start : start + 4] = part / np.linalg.norm(part)
         return out
 
-    def closed(self, state: Array, locked: tuple[int, ...] = ()) -> Array | None:
+    def closed(self, state: Array, locked: tuple[int, ...] = (), tolerance: float = 0.0) -> Array | None:
         """The closed state nearest to `state`, by Gauss and Newton; None where there is none near.
 
-        The columns `locked` stand still.
+        The columns `locked` stand still. It may be open by the greater of the tolerances, without unit.
         """
         for _ in range(ITERATIONS):
             gap = self.gap(state)
@@ -104,7 +107,7 @@ class Configurations:
             state = self.moved(state, step)
             if np.abs(step).max() < 1e-14 or not np.abs(step).max() < 1.0:
                 break
-        return state if np.abs(self.gap(state)).max() < max(CLOSED, self.tolerance) else None
+        return state if np.abs(self.gap(state)).max() < max(CLOSED, self.tolerance, tolerance) else None
 
     def free(self, state: Array, locked: tuple[int, ...] = ()) -> Array:
         """Motions (n, k) that the closing equations let pass, orthonormal; the columns `locked` stand still."""

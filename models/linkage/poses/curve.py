@@ -10,7 +10,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from .configuration import DEPENDENT, Configurations
+from .configuration import ALIKE, DEPENDENT, FEW_DIGITS, Configurations, null_space
 
 STEP = 0.05
 SHORTEST = 1e-6
@@ -83,7 +83,10 @@ class Curve:
         """The drawing."""
         free = self.space.free(self.space.drawn, self.locked)
         if not free.shape[1]:
-            raise FrameError(f"joint {self.name[0]!r} cannot move: nothing can, with the other drives standing still")
+            alike = null_space(self.space.held(self.space.drawn, self.locked), share=ALIKE)
+            few = f"; {FEW_DIGITS}" if alike.shape[1] else ""
+            held = ", with the other drives standing still" if self.locked else ""
+            raise FrameError(f"joint {self.name[0]!r} cannot move: nothing can{held}{few}")
         # Of all motions that with the most of the drive: what moves by itself stands still in it.
         tangent = free @ free[self.drive]
         if np.linalg.norm(tangent) < 1e-9:
@@ -118,6 +121,10 @@ class Curve:
             if found is None or moved > 4.0 * STEP:
                 step *= 0.5
                 if step < SHORTEST:
+                    aim = self.space.moved(place.state, STEP * place.tangent)
+                    if self.space.closed(aim, self.locked, ALIKE) is not None:
+                        at = self.coordinate(place.state)
+                        raise FrameError(f"joint {self.name[0]!r} cannot move beyond {at:.6g}: {FEW_DIGITS}")
                     return Way(places, closes=False, stuck=True)
                 continue
             distance = np.abs(there - start).max()

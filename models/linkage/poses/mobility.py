@@ -8,13 +8,11 @@ import numpy as np
 
 from ....framework.batch import Array
 from ..linkage import Linkage
-from .configuration import Configurations, null_space
+from .configuration import ALIKE, FEW_DIGITS, Configurations, null_space
 
 # How far motions are followed, in radians and extents of the linkage, and how many: away from a drawing that may be
 # singular, and just so far that curvature does not count.
 FAR, NEAR, TRIALS = 0.05, 1e-3, 8
-# Equations that differ by less may be meant as the same.
-ALIKE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -69,9 +67,7 @@ class Mobility:
             noun = "constraint" if len(self.redundant) == 1 else "constraints"
             lines.append(f"{len(self.redundant)} {noun} too many: {', '.join(parts)}")
         if joints and self.true == 0 < self.nearly:
-            lines.append(
-                "if it is meant to move, it is drawn with too few digits: draw it with more, or give tolerance="
-            )
+            lines.append(FEW_DIGITS)
         return "\n".join(lines)
 
 
