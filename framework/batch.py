@@ -70,6 +70,14 @@ def joined(name: str, shape: Shape, known: Mapping[str, Shape]) -> Shape:
         raise
 
 
+def one_entry(shape: Shape, entry: int | Sequence[int], what: str) -> tuple[int, ...]:
+    """Indices of one entry of a batch, checked."""
+    chosen = np.atleast_1d(entry).tolist()
+    if len(chosen) != len(shape) or any(i not in range(-n, n) for i, n in zip(chosen, shape, strict=True)):
+        raise FrameError(f"{what} was given entry={entry}: give one index for each of the batch axes {shape}")
+    return tuple(map(int, chosen))
+
+
 def _broadcastable(one: Shape, other: Shape) -> bool:
     return all(a == b or 1 in (a, b) for a, b in zip(one[::-1], other[::-1], strict=False))
 

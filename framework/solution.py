@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .batch import Array, Shape
+from .batch import Array, Shape, one_entry
 from .batched.broadcast import BroadcastSolver
 from .batched.plan import Plan
 from .batched.reuse import same_structure
@@ -199,7 +199,12 @@ class Solution:
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., 6); zero where the node is not held.
+            ``fx fy fz mx my mz``, (..., 6); zero in components that are not held.
+
+        Raises
+        ------
+        FrameError
+            If the node has no support.
         """
         node = self.frame.aliases.get(node, node)
         if node not in self.frame.supports:
@@ -291,9 +296,7 @@ class Solution:
         FrameError
             Where the name or the kind of result is unknown.
         """
-        from .error_bounds.asked import checked
-
-        computed = getattr(self, checked(of))(name)
+        name, computed = self._asked(name, of)
         return self._read(("bound", of, name), lambda: self.bounds.bound(name, of, computed), mask=np.inf)
 
     def refined(self, name: str, of: str = "displacement") -> tuple[Array, Array]:
@@ -313,9 +316,7 @@ class Solution:
         tuple of ndarray
             Results and bounds, (..., 6), or (..., 12) for ``end_forces``.
         """
-        from .error_bounds.asked import checked
-
-        getattr(self, checked(of))(name)
+        name, _ = self._asked(name, of)
         return self.bounds.refined(name, of)
 
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
@@ -342,7 +343,7 @@ class Solution:
         """
         from .error_bounds.sensitivity import sensitivity
 
-        getattr(self, of, self.displacement)(name)
+        name, _ = self._asked(name, of)
         return sensitivity(self, name, component, of)
 
     def mechanism(self, *entry: int) -> str:
@@ -351,11 +352,16 @@ class Solution:
         Parameters
         ----------
         *entry
-            Indices of a batch entry.
+            Indices of a batch entry, one for each batch axis.
+
+        Raises
+        ------
+        FrameError
+            If the batch has no such entry.
         """
         from .results.status import describe
 
-        return describe(self.plan, entry)
+        return describe(self.plan, one_entry(self.shape, entry, "mechanism"))
 
     def free_motion(self, *entry: int) -> FreeMotion:
         """Motions that nothing resists at a batch entry: shapes, turning joints, work of the loads on them.
@@ -363,11 +369,16 @@ class Solution:
         Parameters
         ----------
         *entry
-            Indices of a batch entry.
+            Indices of a batch entry, one for each batch axis.
+
+        Raises
+        ------
+        FrameError
+            If the batch has no such entry.
         """
         from .results.singular import free_motion
 
-        return free_motion(self.plan, entry)
+        return free_motion(self.plan, one_entry(self.shape, entry, "free_motion"))
 
     def distance_to_singularity(self) -> Array:
         """Least singular value of the deformations by the unknowns, their columns scaled to length one, (...).
@@ -412,36 +423,41 @@ class Solution:
 
         return explain(self)
 
-    def save(self, path: str | Path, **options: Any) -> None:
-        """Write files for ParaView: ``.vtu`` for one entry, ``.pvd`` for a batch axis.
+    def save(
+        self,
+        path: str | Path,
+        *,
+        entry: int | Sequence[int] | None = None,
+        axis: int | None = None,
+        times: ArrayLike | None = None,
+        stations: int = 8,
+    ) -> None:
+        """Write files for ParaView, whole or not at all; `linkframe.framework.paraview.export` says what they hold.
 
         Parameters
         ----------
         path
-            File ``.vtu`` or ``.pvd``.
-        **options
-            See `linkframe.framework.paraview.export.save`.
+            ``name.vtu`` for one batch entry; ``name.pvd`` for those along a batch axis as a time series, with its
+            files in the folder ``name`` beside it. Folders that are missing are made.
+        entry
+            Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
+        axis
+            For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
+        times
+            For a .pvd, increasing times (or angles) of the entries, (n,); their numbers 0, 1, ... by default.
+        stations
+            Cells of a member, so that its curved shape shows.
+
+        Raises
+        ------
+        FrameError
+            If the name ends otherwise, the batch does not fit, or the folder cannot be written.
         """
         from .paraview.export import save
 
-        save(self, path, **options)
+        save(self, path, entry=entry, axis=axis, times=times, stations=stations)
 
     # -- inside -----------------------------------------------------------------------------------------------------
-
-    def piece_forces(self, piece: int) -> Array:
-        """Forces on both ends of a piece of a member, in its local axes.
-
-        Parameters
-        ----------
-        piece
-            Number of the piece in `plan.topology.pieces`.
-
-        Returns
-        -------
-        ndarray
-            Start before end, (..., 12).
-        """
-        return self._masked(np.array(self._recovery.piece_forces(piece)))
 
     @cached_property
     def solver(self) -> BroadcastSolver | SparseSolver:
@@ -513,13 +529,24 @@ class Solution:
     def _read(self, key: object, compute: Any, mask: float = np.nan) -> Array:
         if key not in self._known:
             array = compute()
-            self._known[key] = array if isinstance(key, str) else self._masked(array, mask)
+            self._known[key] = self._present(array) if isinstance(key, str) else self._masked(array, mask)
             self._known[key].flags.writeable = False
         return self._known[key]
 
-    def _masked(self, array: Array, mask: float = np.nan) -> Array:
+    def _asked(self, name: str, of: str) -> tuple[str, Array]:
+        """The name in the description of what is asked for, and the result."""
+        from .error_bounds.asked import checked
+
+        result: Array = getattr(self, checked(of))(name)
+        return self.frame.aliases.get(name, name) if of in ("displacement", "reaction") else name, result
+
+    def _present(self, array: Array, mask: float = np.nan) -> Array:
         if self.frame.absent is not None:
             array[np.broadcast_to(self.frame.absent, self.shape)] = mask
+        return array
+
+    def _masked(self, array: Array, mask: float = np.nan) -> Array:
+        array = self._present(array, mask)
         singular = self._singular
         if singular.any():
             if not self._warned:

@@ -166,7 +166,7 @@ class Stations:
         pieces = self.topology.pieces_of[member]
         shape = self.model.frame.shape
         whole = self.model.frame.length(member)
-        check_stations(member, at, whole)
+        check_stations(member, at, whole, self.model.frame.shape)
         fraction = aligned(at / whole[..., None], self.model.ndim, 1)
         stations = np.broadcast_to(at, np.broadcast_shapes(fraction.shape, (*shape, at.shape[-1])))
         fraction = np.broadcast_to(fraction, stations.shape)

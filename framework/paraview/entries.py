@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..batch import Shape
+from ..batch import Shape, one_entry
 from ..errors import FrameError
 
 Entry = int | Sequence[int]
@@ -74,9 +74,4 @@ def _longest(shape: Shape, what: str) -> int:
 
 
 def _indices(shape: Shape, entry: Entry | None, what: str) -> tuple[int, ...]:
-    if entry is None:
-        return (0,) * len(shape)
-    chosen = np.atleast_1d(entry).tolist()
-    if len(chosen) != len(shape) or any(i not in range(-n, n) for i, n in zip(chosen, shape, strict=True)):
-        raise FrameError(f"{what} was given entry={entry}: give one index for each of the batch axes {shape}")
-    return tuple(map(int, chosen))
+    return (0,) * len(shape) if entry is None else one_entry(shape, entry, what)

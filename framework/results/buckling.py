@@ -11,13 +11,21 @@ from ..batched.plan import Plan
 from ..errors import FrameError
 from ..frame import Frame
 from ..solution import Solution
+from ..structure.topology import Group
 from . import dense
+from .recovery import Recovery
+from .shapes import Shapes, check_count
 from .spectrum import inverse_pencil
 
+# Roundings that make an axial force where there is none, and an eigenvalue for each unknown.
+_ROUNDINGS = 16.0
 
-@dataclass(frozen=True)
-class Buckling:
+
+@dataclass(frozen=True, eq=False)
+class Buckling(Shapes):
     """Load factors and buckling shapes, the smallest positive factor first.
+
+    The size of `shapes` means nothing, and where a factor is inf so does the shape.
 
     Attributes
     ----------
@@ -26,13 +34,6 @@ class Buckling:
     """
 
     factors: Array
-    _plan: Plan
-    _vectors: Array
-
-    def shapes(self, node: str) -> Array:
-        """Displacement of a node in each buckling shape, (..., count, 6), global."""
-        number = self._plan.topology.number[self._plan.frame.aliases.get(node, node)]
-        return np.swapaxes(dense.global_substitution(self._plan, [number]) @ self._vectors, -1, -2)
 
 
 def buckling(frame: Frame, count: int) -> Buckling:
@@ -41,42 +42,52 @@ def buckling(frame: Frame, count: int) -> Buckling:
     Raises
     ------
     FrameError
-        Where the frame is a mechanism, or fewer factors exist than asked for.
+        Where the frame is a mechanism, or `count` is not from 1 to the number of its unknowns.
     """
     described = frame.copy()
     solution = Solution(described, Plan(described, cut=True))
     plan = solution.plan
     size = len(plan.unknowns)
-    if not 1 <= count <= size:
-        raise FrameError(f"buckling({count}): give a number from 1 to the frame's {size} unknowns")
-    if not np.all(solution.status == "regular"):
-        moving = solution.mechanism(*_first(solution))
-        raise FrameError(f"buckling: the frame is a mechanism even without the load: {moving}")
-    stiffness, geometric = dense.stiffness(plan), _geometric(solution)
-    values, vectors = inverse_pencil(stiffness, -geometric, size)
+    check_count("buckling", count, size)
+    moving = np.argwhere(~np.isin(solution.status, ("regular", "absent")))
+    if len(moving):
+        raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
+    values, vectors = inverse_pencil(*_matrices(solution), size)
+    # Axial forces that are zero come with rounding, and their factors would be rounding as well.
+    least = _ROUNDINGS * np.finfo(float).eps * size * np.abs(values[..., :1])
     order = np.argsort(-values, axis=-1, kind="stable")[..., :count]
     values = np.take_along_axis(values, order, axis=-1)
     vectors = np.take_along_axis(vectors, order[..., None, :], axis=-1)
-    least = np.finfo(float).eps * size * np.abs(values[..., :1])
-    with np.errstate(divide="ignore"):
-        factors = np.where(values > least, 1.0 / np.where(values > least, values, 1.0), np.inf)
-    return Buckling(np.array(np.broadcast_to(factors, (*frame.shape, count))), plan, vectors)
+    factors = np.divide(1.0, values, out=np.full(values.shape, np.inf), where=values > least)
+    factors = np.array(np.broadcast_to(factors, (*frame.shape, count)))
+    if frame.absent is not None:
+        factors[np.broadcast_to(frame.absent, frame.shape)] = np.nan
+    return Buckling(factors, _plan=plan, _vectors=vectors)
+
+
+def _matrices(solution: Solution) -> tuple[Array, Array]:
+    """Stiffness, and what the load takes off it, both (..., n, n); of what is absent those of nothing in particular."""
+    stiffness, geometric, absent = dense.stiffness(solution.plan), _geometric(solution), solution.frame.absent
+    if absent is None:
+        return stiffness, -geometric
+    left = absent[..., None, None]
+    return np.where(left, np.eye(stiffness.shape[-1]), stiffness), -np.where(left, 0.0, geometric)
 
 
 def _geometric(solution: Solution) -> Array:
-    plan = solution.plan
+    plan, recovery = solution.plan, Recovery(solution)
     stacks = []
     for group in plan.topology.groups:
-        axial = np.stack([_axial(solution, int(piece)) for piece in group.pieces])
+        axial = np.stack([_axial(recovery, group, position) for position in range(len(group.pieces))])
         stacks.append((group, group.turned(group.element.geometric_matrix(group.length, axial))))
     return dense.reduced(plan, dense.nodal(plan, stacks))
 
 
-def _axial(solution: Solution, piece: int) -> Array:
-    """Mean axial force of a piece, tension positive."""
-    forces = solution.piece_forces(piece)
-    return (forces[..., 6] - forces[..., 0]) / 2.0
-
-
-def _first(solution: Solution) -> tuple[int, ...]:
-    return tuple(int(k) for k in np.argwhere(solution.status != "regular")[0]) if solution.shape else ()
+def _axial(recovery: Recovery, group: Group, position: int) -> Array:
+    """Mean axial force of a piece, tension positive, (...); zero where it is rounding of what its ends move."""
+    piece = int(group.pieces[position])
+    forces, moved = recovery.piece_forces(piece), recovery.piece_displacement(piece)
+    axial: Array = (forces[..., 6] - forces[..., 0]) / 2.0
+    stiffness = group.element.stiffness_matrix(group.length[position])[..., 0, 0]
+    rounding = _ROUNDINGS * np.finfo(float).eps * stiffness * np.abs(moved[..., [0, 1, 2, 6, 7, 8]]).max(axis=-1)
+    return np.where(np.abs(axial) < rounding, 0.0, axial)

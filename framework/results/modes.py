@@ -12,6 +12,7 @@ from ..errors import FrameError
 from ..frame import Frame
 from ..solvers.sparse import SparseSolver
 from . import dense
+from .shapes import Shapes, check_count
 from .spectrum import DENSE, inverse_pencil, sparse_pencil
 
 # Scaled eigenvalues below this are those of rigid-body motions and mechanisms.
@@ -22,9 +23,11 @@ _NARROWINGS = 4
 _NOISE = 1e-6
 
 
-@dataclass(frozen=True)
-class Modes:
+@dataclass(frozen=True, eq=False)
+class Modes(Shapes):
     """Natural modes of a frame, the slowest first; rigid-body and mechanism modes have frequency zero.
+
+    Their `shapes` have unit modal mass.
 
     Attributes
     ----------
@@ -33,14 +36,6 @@ class Modes:
     """
 
     frequencies: Array
-    _plan: Plan
-    _vectors: Array
-
-    def shapes(self, node: str) -> Array:
-        """Displacement of a node in each mode, (..., count, 6), global; modes have unit modal mass."""
-        number = self._plan.topology.number[self._plan.frame.aliases.get(node, node)]
-        moved = dense.global_substitution(self._plan, [number]) @ self._vectors
-        return np.swapaxes(moved, -1, -2)
 
 
 def modes(frame: Frame, count: int) -> Modes:
@@ -52,15 +47,14 @@ def modes(frame: Frame, count: int) -> Modes:
         Where the frame has no mass, or fewer modes than asked for.
     """
     plan = Plan(frame.copy(), cut=True)
-    if not 1 <= count <= len(plan.unknowns):
-        raise FrameError(f"modes({count}): give a number from 1 to the frame's {len(plan.unknowns)} unknowns")
+    check_count("modes", count, len(plan.unknowns))
     squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)
-    frequencies = np.sqrt(np.maximum(squared, 0.0)) / (2.0 * np.pi)
+    frequencies = np.sqrt(squared) / (2.0 * np.pi)
     shape = np.broadcast_shapes(frame.shape, frequencies.shape[:-1])
     out = np.array(np.broadcast_to(frequencies, (*shape, count)))
     if frame.absent is not None:
         out[np.broadcast_to(frame.absent, shape)] = np.nan
-    return Modes(out, plan, vectors)
+    return Modes(out, _plan=plan, _vectors=vectors)
 
 
 def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
@@ -70,7 +64,7 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
     values, vectors = inverse_pencil(stiffness + shift[..., None, None] * mass, mass, count)
     if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
         raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
-    return 1.0 / values - shift[..., None], vectors / np.sqrt(values)[..., None, :]
+    return _elastic(1.0 / values - shift[..., None], shift[..., None]), vectors / np.sqrt(values)[..., None, :]
 
 
 def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
@@ -83,7 +77,12 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
             squared, _ = sparse_pencil(solver.stiffness, solver.mass, count + 6, shift)
             shift = min([shift, *squared[squared > _NOISE * shift]])
     squared, vectors = sparse_pencil(solver.stiffness, solver.mass, count, shift)
-    return squared, vectors
+    return _elastic(squared, np.asarray(shift)), vectors
+
+
+def _elastic(squared: Array, shift: Array) -> Array:
+    """Squared frequencies found at a shift: those of free motions are zero but for rounding."""
+    return np.where(squared > _NOISE * shift, np.maximum(squared, 0.0), 0.0)
 
 
 def _check(massive: bool) -> None:

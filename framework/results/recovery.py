@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..batch import Array, aligned, turned
+from ..batch import Array, Shape, aligned, finite, joined, turned
+from ..errors import FrameError
 from ..structure.assembly import nodal_loads
 from ..structure.member_loads import applied_forces, equivalent, weight_forces
 from ..structure.parts import Row, add_row, combine
@@ -47,7 +50,7 @@ class Recovery:
 
     def forces(self, member: str, at: Array) -> Array:
         """Internal forces at stations, (..., k, 6)."""
-        return self._along(member, at, lambda k, x: self._cut(k, x))
+        return self._along(member, at, self._cut)
 
     def stress(self, member: str, at: Array) -> Array:
         """Extreme stresses at stations, (..., k, 3)."""
@@ -92,11 +95,10 @@ class Recovery:
         group, position = self._where[piece]
         return cut_forces(self.topology, group, position, x, self.piece_forces(piece)[..., :6])
 
-    def _along(self, member: str, at: Array, field: object) -> Array:
-        assert callable(field)
+    def _along(self, member: str, at: Array, field: Callable[[int, Array], Array]) -> Array:
         pieces = self.topology.pieces_of[member]
         whole = self.solution.frame.length(member)
-        check_stations(member, at, whole)
+        check_stations(member, at, whole, self.solution.shape)
         # Where lengths vary, so may the piece on which a station lies. Stations lead, the batch follows.
         fraction = aligned(at / whole[..., None], len(self.solution.shape), 1)
         which = np.moveaxis(np.minimum((fraction * len(pieces)).astype(int), len(pieces) - 1), -1, 0)
@@ -256,11 +258,16 @@ class Recovery:
         return touching
 
 
-def check_stations(member: str, at: Array, length: Array) -> None:
-    """Refuse stations (..., k) that do not lie on a member of this length (...)."""
-    from ..errors import FrameError
-
-    if np.any(at < 0.0) or np.any(at > length[..., None] * (1.0 + 1e-9)):
-        least = float(length.min())
-        asked = at.tolist()
-        raise FrameError(f"stations {asked} on member {member!r}: give distances from 0 to its length {least:.6g}")
+def check_stations(member: str, at: ArrayLike, length: Array, batch: Shape) -> None:
+    """Refuse stations (..., k) that do not lie on a member of this length (...), or do not fit the batch."""
+    what = f"at of member {member!r}"
+    stations = finite(at, what)
+    if not stations.size:
+        raise FrameError(f"{what} is empty: give one distance from its start at least")
+    if joined(what, stations.shape[:-1], {"the frame": batch}) != batch:
+        raise FrameError(
+            f"{what} has batch shape {stations.shape[:-1]}, but that of the frame is {batch}: give (..., k)"
+        )
+    if np.any(stations < 0.0) or np.any(stations > length[..., None] * (1.0 + 1e-9)):
+        told = f"give distances from 0 to its length {float(length.min()):.6g}"
+        raise FrameError(f"stations {stations.tolist()} on member {member!r}: {told}")

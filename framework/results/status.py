@@ -67,7 +67,7 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
         values, vectors = np.linalg.eigh(matrix)
         shapes = root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]
         change = _only(dense.global_substitution(plan, nodes, entries))
-    motions: Array = np.asarray(change @ shapes).T.reshape(shapes.shape[1], -1, 6)
+    motions: Array = np.asarray(change @ shapes).T.reshape(shapes.shape[1], len(nodes), 6)
     return motions
 
 

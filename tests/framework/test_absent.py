@@ -37,6 +37,25 @@ def test_left_out_entries_have_no_results_and_change_no_others() -> None:
     np.testing.assert_array_equal(frequencies[[0, 2]], whole.modes(2).frequencies[[0, 2]])
 
 
+@pytest.mark.parametrize("what", ["condition_number", "distance_to_singularity", "nonlinearity"])
+def test_left_out_entries_have_no_figures_of_merit(what: str) -> None:
+    frame, whole = cantilever([1.0, 2.0, 3.0]), cantilever([1.0, 2.0, 3.0])
+    frame.exclude([False, True, False])
+    found = getattr(frame.solve(), what)()
+    assert np.isnan(found[1])
+    np.testing.assert_array_equal(found[[0, 2]], getattr(whole.solve(), what)()[[0, 2]])
+
+
+def test_left_out_entries_do_not_buckle() -> None:
+    frame, whole = cantilever([1.0, 2.0, 3.0]), cantilever([1.0, 2.0, 3.0])
+    for each in (frame, whole):
+        each.load("B", fx=-10.0)
+    frame.exclude([False, True, False])
+    factors = frame.buckling(2).factors
+    assert np.isnan(factors[1]).all()
+    np.testing.assert_array_equal(factors[[0, 2]], whole.buckling(2).factors[[0, 2]])
+
+
 def test_what_is_left_out_is_no_mechanism() -> None:
     frame = cantilever([1.0, 2.0])
     frame.supports.clear()
@@ -44,6 +63,7 @@ def test_what_is_left_out_is_no_mechanism() -> None:
     frame.exclude([True, True])
     assert frame.solve().status.tolist() == ["absent", "absent"]
     assert np.isnan(frame.solve().displacement("B")).all()
+    assert np.isnan(frame.buckling(1).factors).all()
 
 
 def test_more_is_left_out_bit_by_bit_and_numbers_are_refused() -> None:

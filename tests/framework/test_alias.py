@@ -31,6 +31,11 @@ def test_both_names_mean_one_node() -> None:
     for frame, solution in ((named, one), (aliased, other)):
         np.testing.assert_array_equal(solution.displacement("tip"), solution.displacement("B"))
         np.testing.assert_array_equal(solution.reaction("root"), solution.reaction("A"))
+        for of, alias, node, component in (("displacement", "tip", "B", "uy"), ("reaction", "root", "A", "fy")):
+            np.testing.assert_array_equal(solution.error_bound(alias, of), solution.error_bound(node, of))
+            np.testing.assert_array_equal(solution.refined(alias, of), solution.refined(node, of))
+            by_alias, by_node = (solution.sensitivity(name, component, of).loads["B"] for name in (alias, node))
+            np.testing.assert_array_equal(by_alias, by_node)
         np.testing.assert_array_equal(frame.position("tip"), frame.position("B"))
         np.testing.assert_array_equal(frame.modes(1).shapes("tip"), frame.modes(1).shapes("B"))
     np.testing.assert_array_equal(one.displacement("C"), other.displacement("C"))

@@ -158,6 +158,23 @@ READINGS: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
     "reaction where there is no support": (lambda f: f.solve().reaction("B"), ("'B'", "support")),
     "end forces of a joint": (lambda f: f.solve().end_forces("pin"), ("'pin'", "known are AB")),
     "force of a member as a joint": (lambda f: f.solve().joint_force("AB"), ("'AB'", "known are pin")),
+    "bound of an unknown result": (lambda f: f.solve().error_bound("C", "stress"), ("'stress'", "displacement")),
+    "sensitivity of the status": (lambda f: f.solve().sensitivity("C", "ux", "status"), ("'status'", "displacement")),
+    "sensitivity of a file": (lambda f: f.solve().sensitivity("C.vtu", "ux", "save"), ("'save'", "displacement")),
+    "mode shape of an unknown node": (lambda f: massive(f).modes(1).shapes("X"), ("'X'", "known are A, B")),
+    "buckling shape of an unknown node": (lambda f: f.buckling(1).shapes("X"), ("'X'", "known are A, B")),
+    "half a mode": (lambda f: massive(f).modes(1.5), ("modes", "1.5", "whole number")),  # type: ignore[arg-type]
+    "modes in digits": (lambda f: massive(f).modes("2"), ("modes", "'2'", "whole number")),  # type: ignore[arg-type]
+    "no buckling at all": (lambda f: f.buckling(0), ("buckling", "0", "whole number")),
+    "motion of an entry that is none": (lambda f: f.solve().free_motion(0), ("free_motion", "(0,)", "()")),
+    "mechanism of an entry that is none": (lambda f: f.solve().mechanism(3), ("mechanism", "(3,)", "()")),
+    "forces at NaN": (lambda f: f.solve().forces("AB", NAN), ("'AB'", "nan", "finite")),
+    "stress in words": (lambda f: f.solve().stress("AB", "middle"), ("'AB'", "middle", "number")),  # type: ignore[arg-type]
+    "forces nowhere": (lambda f: f.solve().forces("AB", []), ("'AB'", "empty", "one distance")),
+    "stations of another batch": (
+        lambda f: f.solve().displacement_along("AB", np.zeros((2, 1))),
+        ("'AB'", "(2,)", "()", "k"),
+    ),
     "forces beyond the member": (lambda f: f.solve().forces("AB", np.array([2.0])), ("'AB'", "2")),
     "modes of a structure without mass": (lambda f: f.modes(2), ("mass", "density")),
     "no modes at all": (lambda f: f.modes(0), ("0",)),
@@ -177,6 +194,12 @@ def frame() -> Frame:
     made.fix("A")
     made.fix("D")
     made.load("C", fx=10.0, fy=5.0)
+    return made
+
+
+def massive(made: Frame) -> Frame:
+    """The frame with a mass, so that it has modes."""
+    made.add("ball", PointMass(1.0, inertia=(1.0, 1.0, 1.0)), "C")
     return made
 
 
