@@ -135,13 +135,15 @@ class Linkage(Joining):
         numbers = {**given, **named}, by_joint("rates", rates), by_joint("accelerations", accelerations)
         return move(self, *numbers, branch, tolerance)
 
-    def mobility(self, tolerance: float = 0.0) -> Mobility:
+    def mobility(self, tolerance: float = 0.0, entry: int | tuple[int, ...] | None = None) -> Mobility:
         """How many freedoms the linkage has, by counting and in truth; see `mobility.mobility`.
 
         Parameters
         ----------
         tolerance
             As for `move`.
+        entry
+            Which entry is meant where the drawing carries a batch: one index an axis; the first where None.
 
         Returns
         -------
@@ -171,9 +173,15 @@ class Linkage(Joining):
         """
         from .poses.mobility import mobility
 
-        return mobility(self, tolerance)
+        return mobility(self, tolerance, entry)
 
-    def dead_points(self, joint: str, coordinate: str | None = None, tolerance: float = 0.0) -> tuple[DeadPoint, ...]:
+    def dead_points(
+        self,
+        joint: str,
+        coordinate: str | None = None,
+        tolerance: float = 0.0,
+        entry: int | tuple[int, ...] | None = None,
+    ) -> tuple[DeadPoint, ...]:
         """Dead points and change points on the way through the drawing; see `dead_points.dead_points`.
 
         Parameters
@@ -185,6 +193,8 @@ class Linkage(Joining):
             Which of its coordinates, where there are several.
         tolerance
             As for `move`.
+        entry
+            As for `mobility`.
 
         Returns
         -------
@@ -209,14 +219,20 @@ class Linkage(Joining):
         """
         from .poses.dead_points import dead_points
 
-        return dead_points(self, joint, coordinate, tolerance)
+        return dead_points(self, joint, coordinate, tolerance, entry)
 
-    def drive_range(self, joint: str, coordinate: str | None = None, tolerance: float = 0.0) -> DriveRange:
+    def drive_range(
+        self,
+        joint: str,
+        coordinate: str | None = None,
+        tolerance: float = 0.0,
+        entry: int | tuple[int, ...] | None = None,
+    ) -> DriveRange:
         """How far a drive can go from the drawing; see `dead_points.drive_range`.
 
         Parameters
         ----------
-        joint, coordinate, tolerance
+        joint, coordinate, tolerance, entry
             As for `dead_points`.
 
         Returns
@@ -238,4 +254,4 @@ class Linkage(Joining):
         """
         from .poses.dead_points import drive_range
 
-        return drive_range(self, joint, coordinate, tolerance)
+        return drive_range(self, joint, coordinate, tolerance, entry)

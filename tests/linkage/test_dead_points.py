@@ -216,6 +216,27 @@ def test_range_ends_where_the_linkage_runs_away() -> None:
     assert [str(status)[:7] for status in linkage.move(P0=[inside, outside]).closure_status] == ["regular", "not ass"]
 
 
+def test_entries_of_a_batch() -> None:
+    """Crank and rod in line at both ends of the piston's stroke, rod + crank and rod - crank, for each of the rods."""
+    rods = np.array([[2.0, 3.0], [4.0, 5.0]])
+    linkage = Linkage(A=(0, 0), B=(0, 1), C=np.stack([np.sqrt(rods**2 - 1.0), 0.0 * rods], axis=-1))
+    for name, points in {"crank": "AB", "rod": "BC", "piston": "C"}.items():
+        linkage.link(name, *points)
+    for joint, links in {"A": ("ground", "crank"), "B": ("crank", "rod"), "C": ("rod", "piston")}.items():
+        linkage.revolute(joint, *links)
+    linkage.prismatic("C", "ground", "piston", axis=(1, 0), at=np.sqrt(rods**2 - 1.0), name="slide", drive=True)
+    for entry in ((0, 0), (1, 0), (-1, 1)):
+        ends = [rods[entry] - 1.0, rods[entry] + 1.0]
+        assert_allclose([point.value for point in linkage.dead_points("slide", entry=entry)], ends, rtol=1e-12)
+        found = linkage.drive_range("slide", entry=entry)
+        assert_allclose([found.lower, found.upper], ends, rtol=1e-12)
+        assert linkage.mobility(entry=entry).true == 1
+    assert_allclose(linkage.drive_range("slide").upper, rods[0, 0] + 1.0, rtol=1e-12)
+    for wrong in (0, (0, 2), (0, 0, 0)):
+        with pytest.raises(FrameError, match="give one index an axis"):
+            linkage.mobility(entry=wrong)
+
+
 def test_refusals() -> None:
     linkage = five_bar(2.0, 1.0)
     with pytest.raises(FrameError, match="joint 'B' is not among the drives A, E: choose one of them"):

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.errors import FrameError
 from ..kinematics.loops import Loops, ball_rate
 from ..kinematics.nearest import nearest, open_by
+from ..kinematics.tape import Value
 from ..linkage import Linkage
 from ..motion import compiled
 from ..way.start import not_assembled
@@ -23,6 +25,8 @@ FEW_DIGITS = "if it is meant to move, it is drawn with too few digits: draw it w
 # Closed where no equation is off by more, in units of the linkage's extent and radians.
 CLOSED = 1e-12
 ITERATIONS = 60
+# Which entry of a batch is meant: one index an axis; None for the first.
+Entry = int | tuple[int, ...] | None
 
 
 class Configurations:
@@ -33,9 +37,11 @@ class Configurations:
     Parameters
     ----------
     linkage
-        The description; the first entry of it where it carries a batch.
+        The description.
     tolerance
         Greatest gap, a length, with which a position counts as assembled.
+    entry
+        Entry of the drawing's batch.
 
     Attributes
     ----------
@@ -43,16 +49,21 @@ class Configurations:
         Singular values below this share of the largest count as zero.
     """
 
-    def __init__(self, linkage: Linkage, tolerance: float = 0.0) -> None:
+    def __init__(self, linkage: Linkage, tolerance: float = 0.0, entry: Entry = None) -> None:
         self.mechanism = compiled(linkage)
+        self.entry = _index(linkage, entry)
         self.tolerance = tolerance / extent(linkage)
         self.dependent = max(DEPENDENT, 10.0 * self.tolerance)
-        self.parameters = [float(np.ravel(number)[0]) for number in self.mechanism.parameters]
+        self.parameters = [float(self.of_entry(number)) for number in self.mechanism.parameters]
         self._share = self.mechanism.size / extent(linkage)
         self._row_units, self.units = (
             np.array([self._share if component[0] == "u" else 1.0 for _, component in names])
             for names in (self.mechanism.rows, self.mechanism.columns)
         )
+
+    def of_entry(self, number: Value) -> Value:
+        """A number of the drawing as the entry has it."""
+        return number if np.ndim(number) == 0 else np.broadcast_to(number, self.mechanism.linkage.shape)[self.entry]
 
     @cached_property
     def drawn(self) -> Array:
@@ -191,6 +202,15 @@ class Configurations:
     @property
     def _single_columns(self) -> NDArray[np.intp]:
         return np.array([column for _, column in self._singles], dtype=np.intp)
+
+
+def _index(linkage: Linkage, entry: Entry) -> tuple[int, ...]:
+    """Indices of an entry of the drawing's batch; of the first for None."""
+    shape = linkage.shape
+    index = (0,) * len(shape) if entry is None else entry if isinstance(entry, tuple) else (entry,)
+    if len(index) != len(shape) or any(not -n <= k < n for k, n in zip(index, shape, strict=True)):
+        raise FrameError(f"entry {entry} of a drawing of batch shape {shape}: give one index an axis, in its range")
+    return index
 
 
 def null_space(matrix: Array, size: float | None = None, share: float = DEPENDENT) -> Array:

@@ -75,8 +75,7 @@ class Curve:
         mechanism = self.space.mechanism
         pair = mechanism.linkage.joint(joint)
         offset = pair.kind.coordinates.index(component)
-        at = np.broadcast_to(pair.at[..., offset], mechanism.linkage.shape).flat[0]
-        return float(at + self.unit * state[mechanism.states[joint].start + offset])
+        return float(self.space.of_entry(pair.at[..., offset]) + self.unit * state[mechanism.states[joint].start + offset])
 
     @cached_property
     def start(self) -> Place:

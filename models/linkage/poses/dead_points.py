@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..linkage import Linkage
 from ..way.march import at_zero
-from .configuration import Configurations
+from .configuration import Configurations, Entry
 from .curve import STEP, Curve, Place, Way
 from .held import moving_joints
 
@@ -68,7 +68,7 @@ class DriveRange:
 
 
 def dead_points(
-    linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0
+    linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
 ) -> tuple[DeadPoint, ...]:
     """All dead points that the linkage passes as it moves from the drawing, with one coordinate as its drive.
 
@@ -79,7 +79,7 @@ def dead_points(
     Parameters
     ----------
     linkage
-        The linkage; its first entry where it carries a batch.
+        The linkage.
     joint
         The joint that drives: one of the drives, the others standing still as drawn, or instead of a single drive any
         other joint.
@@ -87,6 +87,8 @@ def dead_points(
         Which of its coordinates, such as ``"rz"``, where there are several.
     tolerance
         Greatest gap, a length, with which a position counts as assembled.
+    entry
+        Which entry is meant where the drawing carries a batch: one index an axis; the first where None.
 
     Returns
     -------
@@ -96,9 +98,10 @@ def dead_points(
     Raises
     ------
     FrameError
-        If there is no such joint or coordinate, it cannot move, or other drives than one do not stand still.
+        If there is no such joint or coordinate, it cannot move, other drives than one do not stand still, or the
+        linkage is overconstrained and drawn with too few digits to go on.
     """
-    curve = _curve(linkage, joint, coordinate, tolerance)
+    curve = _curve(linkage, joint, coordinate, tolerance, entry)
     found: list[DeadPoint] = []
     for place in _singular_places(curve):
         point = _dead_point(curve, place)
@@ -107,12 +110,14 @@ def dead_points(
     return tuple(sorted(found, key=lambda point: point.value))
 
 
-def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0) -> DriveRange:
+def drive_range(
+    linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
+) -> DriveRange:
     """How far a drive can go from the drawing in both directions.
 
     Parameters
     ----------
-    linkage, joint, coordinate, tolerance
+    linkage, joint, coordinate, tolerance, entry
         As for `dead_points`.
 
     Returns
@@ -125,7 +130,7 @@ def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None, tol
     FrameError
         As for `dead_points`.
     """
-    curve = _curve(linkage, joint, coordinate, tolerance)
+    curve = _curve(linkage, joint, coordinate, tolerance, entry)
     low, high = (_end(curve, sign) for sign in (-1.0, 1.0))
     return DriveRange(
         -np.inf if low is None else low.value,
@@ -135,7 +140,7 @@ def drive_range(linkage: Linkage, joint: str, coordinate: str | None = None, tol
     )
 
 
-def _curve(linkage: Linkage, joint: str, coordinate: str | None, tolerance: float) -> Curve:
+def _curve(linkage: Linkage, joint: str, coordinate: str | None, tolerance: float, entry: Entry) -> Curve:
     """The curve of a linkage with a joint's coordinate as its drive, and the other drives locked."""
     pair = linkage.joint(joint)
     free = linkage.drives.get(joint, pair.kind.coordinates)
@@ -153,7 +158,7 @@ def _curve(linkage: Linkage, joint: str, coordinate: str | None, tolerance: floa
         )
     if chosen not in driven:
         linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]
-    return Curve(Configurations(linkage, tolerance), chosen, [name for name in driven if name != chosen])
+    return Curve(Configurations(linkage, tolerance, entry), chosen, [name for name in driven if name != chosen])
 
 
 def _driven_by(linkage: Linkage, joint: str, coordinate: str) -> Linkage:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ..linkage import Linkage
-from .configuration import ALIKE, FEW_DIGITS, Configurations, null_space
+from .configuration import ALIKE, FEW_DIGITS, Configurations, Entry, null_space
 
 # How far motions are followed, in radians and extents of the linkage, and how many: away from a drawing that may be
 # singular, and just so far that curvature does not count.
@@ -71,7 +71,7 @@ class Mobility:
         return "\n".join(lines)
 
 
-def mobility(linkage: Linkage, tolerance: float = 0.0) -> Mobility:
+def mobility(linkage: Linkage, tolerance: float = 0.0, entry: Entry = None) -> Mobility:
     """Count the freedoms of a linkage, and find them.
 
     The velocities at the drawing that the joints let pass are the null space of the Jacobian of the closed loops, by
@@ -82,10 +82,12 @@ def mobility(linkage: Linkage, tolerance: float = 0.0) -> Mobility:
     Parameters
     ----------
     linkage
-        The linkage; its first entry where it carries a batch.
+        The linkage.
     tolerance
         Greatest gap, a length, with which a position counts as assembled, for an overconstrained linkage that is drawn
         with few digits.
+    entry
+        Which entry is meant where the drawing carries a batch: one index an axis; the first where None.
 
     Returns
     -------
@@ -97,7 +99,7 @@ def mobility(linkage: Linkage, tolerance: float = 0.0) -> Mobility:
     FrameError
         If the drawing cannot be assembled.
     """
-    space = Configurations(linkage, tolerance)
+    space = Configurations(linkage, tolerance, entry)
     true, state = generic(space)
     planar = is_planar(linkage)
     return Mobility(
