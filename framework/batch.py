@@ -23,9 +23,15 @@ def numbers(value: ArrayLike, what: str) -> Array:
             raise TypeError
         array: Array = given.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError):
-        raise FrameError(f"{what} is {value!r}: give a number or an array of numbers") from None
+        raise FrameError(f"{what} is {_short(value)}: give a number or an array of numbers") from None
     array.setflags(write=False)
     return array
+
+
+def _short(value: object) -> str:
+    """What `value` looks like, without the tail of a long array."""
+    told = " ".join(repr(value).split())
+    return told if len(told) <= 80 else f"{told[:76]} ..."
 
 
 def finite(value: ArrayLike, what: str) -> Array:

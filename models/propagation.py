@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError
 from .moments import Moments, Statistics
-from .sampling import BLOCK, Distribution, Seed, root_seed, sample_blocks, samples_first
+from .sampling import BLOCK, Distribution, Seed, root_seed, sample_blocks, samples_first, whole
 from .sensitivity import SobolIndices, sobol_indices
+from .spread import quantiles
 
 Array = NDArray[np.float64]
 Function = Callable[..., ArrayLike]
@@ -22,7 +23,8 @@ Function = Callable[..., ArrayLike]
 class Propagation(Statistics):
     """Statistics of a result under uncertain inputs; made by `propagate`.
 
-    Standard errors are those of independent random samples; Sobol and Latin samples do better than they say.
+    Standard errors are those of independent random samples; Sobol and Latin samples do better than they say. Where a
+    sample is NaN, so are the statistics.
 
     Attributes
     ----------
@@ -35,7 +37,7 @@ class Propagation(Statistics):
     inputs: tuple[str, ...]
     _moments: Moments = field(repr=False)
     kept: Array | None
-    _indices: Callable[[int], SobolIndices] = field(repr=False)
+    _indices: Callable[..., SobolIndices] = field(repr=False)
 
     @property
     def moments(self) -> Moments:
@@ -67,12 +69,12 @@ class Propagation(Statistics):
         ndarray
             Quantiles, (k..., ...), interpolated linearly between samples.
         """
-        return np.asarray(np.quantile(self.samples, np.asarray(p, dtype=np.float64), axis=0))
+        return quantiles(self.samples, p, axis=0)
 
     @cached_property
     def sobol(self) -> SobolIndices:
         """First-order and total Sobol indices, from n (k + 2) further calls for k inputs; see `sobol_indices`."""
-        return self._indices(2 ** int(np.log2(self.n)))
+        return self._indices(n=2 ** int(np.log2(self.n)))
 
 
 def propagate(
@@ -133,10 +135,8 @@ def propagate(
     """
     if not distributions:
         raise FrameError("propagate was given no input: name an argument of the function and its distribution")
-    if chunk < 1:
-        raise FrameError(f"chunk is {chunk!r}: give the number of samples in one call, 1 or more")
     root = root_seed(rng)
-    size = BLOCK * max(1, -(-int(chunk) // BLOCK))
+    size = BLOCK * -(-whole(chunk, "chunk", 1) // BLOCK)
     blocks = sample_blocks(distributions, n, root, sampler)
     moments: Moments | None = None
     kept: list[Array] = []
@@ -147,11 +147,11 @@ def propagate(
         if keep_samples:
             kept.append(results)
     assert moments is not None  # n is 2 or more
-
-    def indices(count: int) -> SobolIndices:
-        return sobol_indices(fn, distributions, n=count, rng=root, axis=axis, chunk=size)
-
-    return Propagation(tuple(distributions), moments, np.concatenate(kept) if keep_samples else None, indices)
+    samples = np.concatenate(kept) if keep_samples else None
+    if samples is not None:
+        samples.setflags(write=False)
+    indices = partial(sobol_indices, fn, dict(distributions), rng=root, axis=axis, chunk=size)
+    return Propagation(tuple(distributions), moments, samples, indices)
 
 
 def _results(

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..framework.batch import numbers
 from ..framework.errors import FrameError
 
 Array = NDArray[np.float64]
@@ -69,7 +70,10 @@ def sample_blocks(
         Samples by input, each of `BLOCK` or, in the last block, fewer.
     """
     root = root_seed(rng)
-    _check(distributions, n, sampler)
+    check_inputs(distributions)
+    whole(n, "number of samples n", 2)
+    if sampler not in SAMPLERS:
+        raise FrameError(f"sampler is {sampler!r}: choose one of {', '.join(SAMPLERS)}")
     uniform = {"random": _random, "sobol": _sobol, "lhs": _latin}[sampler](list(distributions), n, root)
     for start, points in zip(range(0, n, BLOCK), uniform, strict=False):
         count = min(BLOCK, n - start)
@@ -84,9 +88,30 @@ def draw(distributions: Mapping[str, Distribution], n: int, rng: Seed, sampler: 
     return {name: np.concatenate([block[name] for block in blocks]) for name in distributions}
 
 
+def whole(value: object, what: str, least: int) -> int:
+    """A whole number not below `least`, checked."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise FrameError(f"{what} is {value!r}: give a whole number of {least} or more")
+    return int(value)
+
+
+def check_inputs(distributions: Mapping[str, Distribution]) -> None:
+    """Refuse what is no mapping of names to frozen distributions."""
+    if not isinstance(distributions, Mapping):
+        raise FrameError(f"distributions are {distributions!r}: give a mapping of names to frozen ones of scipy.stats")
+    for name, law in distributions.items():
+        if not hasattr(law, "ppf"):
+            raise FrameError(
+                f"distribution of {name!r} is {law!r}: give a frozen one, such as scipy.stats.norm(1.0, 0.1)"
+            )
+        median = law.ppf(np.array(0.5))
+        if np.shape(median) != () or not np.isfinite(median):
+            raise FrameError(f"distribution of {name!r} has the median {median}: give finite scalar parameters")
+
+
 def samples_first(result: ArrayLike, size: int, axis: int) -> Array:
     """`result` with its axis of `size` samples first."""
-    array = np.asarray(result, dtype=np.float64)
+    array = numbers(result, f"what the function returned for {size} samples")
     if not -array.ndim <= axis < array.ndim or array.shape[axis] != size:
         raise FrameError(
             f"the function returned shape {array.shape} for {size} samples: it must have them along axis {axis},"
@@ -116,18 +141,3 @@ def _latin(names: list[str], n: int, root: np.random.SeedSequence) -> Iterator[A
     points = np.concatenate(columns, axis=1) if names else np.empty((n, 0))
     for start in range(0, n, BLOCK):
         yield points[start : start + BLOCK]
-
-
-def _check(distributions: Mapping[str, Distribution], n: int, sampler: str) -> None:
-    if sampler not in SAMPLERS:
-        raise FrameError(f"sampler is {sampler!r}: choose one of {', '.join(SAMPLERS)}")
-    if not isinstance(n, int | np.integer) or n < 2:
-        raise FrameError(f"number of samples n is {n!r}: give an integer of 2 or more")
-    for name, law in distributions.items():
-        if not hasattr(law, "ppf"):
-            raise FrameError(
-                f"distribution of {name!r} is {law!r}: give a frozen one, such as scipy.stats.norm(1.0, 0.1)"
-            )
-        median = law.ppf(np.array(0.5))
-        if np.shape(median) != () or not np.isfinite(median):
-            raise FrameError(f"distribution of {name!r} has the median {median}: give finite scalar parameters")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError
-from .sampling import LEAST, Distribution, Seed, root_seed, samples_first, stream
+from .sampling import LEAST, Distribution, Seed, check_inputs, root_seed, samples_first, stream, whole
 
 Array = NDArray[np.float64]
 
@@ -78,8 +78,12 @@ def sobol_indices(
     >>> bool(abs(shares.first - [0.2, 0.8]).max() < 0.02)
     True
     """
-    if n < 2 or n & (n - 1):
+    if whole(n, "number of samples n", 2) & (n - 1):
         raise FrameError(f"number of samples n is {n!r}: Sobol indices need a power of two")
+    if not distributions:
+        raise FrameError("sobol_indices was given no input: name an argument of the function and its distribution")
+    check_inputs(distributions)
+    whole(chunk, "chunk", 1)
     from scipy import stats
 
     names = tuple(distributions)
@@ -90,19 +94,20 @@ def sobol_indices(
         parts = []
         for start in range(0, points.shape[1], chunk):
             part = points[:, start : start + chunk]
-            parts.append(samples_first(fn(**dict(zip(names, part, strict=True))), part.shape[1], axis))
+            parts.append(samples_first(fn(**dict(zip(names, part, strict=False))), part.shape[1], axis))
         results = np.concatenate(parts)
         shape.append(results.shape[1:])
         return results.reshape(len(results), -1).T
 
     laws = [_Inside(law) for law in distributions.values()]
+    # SciPy takes two inputs or more: an idle one beside a single one.
+    laws += [_Inside(stats.uniform())] * (len(laws) == 1)
     generator = stream(root_seed(rng), "sobol indices")
     found = stats.sobol_indices(func=rows, n=n, dists=laws, rng=generator)
-    return SobolIndices(
-        names,
-        np.reshape(found.first_order, (*shape[0], len(names))),
-        np.reshape(found.total_order, (*shape[0], len(names))),
+    first, total = (
+        np.reshape(order, (*shape[0], len(laws)))[..., : len(names)] for order in (found.first_order, found.total_order)
     )
+    return SobolIndices(names, first, total)
 
 
 class _Inside:

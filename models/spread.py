@@ -8,6 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..framework.batch import finite
+from ..framework.errors import FrameError
 from .moments import Moments, Statistics
 
 Array = NDArray[np.float64]
@@ -48,9 +50,17 @@ class Spread(Statistics):
         ndarray
             Quantiles, (k..., ..., 3).
         """
-        return np.asarray(np.quantile(self.samples, np.asarray(p, dtype=np.float64), axis=-2))
+        return quantiles(self.samples, p, axis=-2)
 
     @cached_property
     def envelope(self) -> tuple[Array, Array]:
         """Least and greatest sample of each component, (..., 3) each."""
         return self.samples.min(axis=-2), self.samples.max(axis=-2)
+
+
+def quantiles(samples: Array, p: ArrayLike, axis: int) -> Array:
+    """Quantiles at probabilities `p` (k...) of samples along an axis, (k..., ...)."""
+    asked = finite(p, "probability p of a quantile")
+    if np.any((asked < 0.0) | (asked > 1.0)):
+        raise FrameError(f"probability p of a quantile is {asked.tolist()}: give numbers from 0 to 1")
+    return np.asarray(np.quantile(samples, asked, axis=axis))

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...elements import Beam, Material, Rectangle
-from ...framework.batch import finite, joined
+from ...elements.parameters import as_real
+from ...framework.batch import finite, joined, numbers
 from ...framework.errors import FrameError
 from .closure import BRANCHES, Closure
 from .motion import LINKS, FourBarMotion
@@ -71,10 +72,19 @@ class FourBar:
     stiffness: ArrayLike | Mapping[str, ArrayLike] = (2e11, 2e11, 2e11, 2e11, 2e11, 0.0)
 
     def __post_init__(self) -> None:
+        for name in (*LINKS, "ground"):
+            value = finite(getattr(self, name), f"{name} of the four-bar")
+            if np.any(value <= 0.0):
+                raise FrameError(f"{name} of the four-bar is {value[value <= 0.0].flat[0]}: give a positive length")
+            object.__setattr__(self, name, as_real(value))
+        if not isinstance(self.point, tuple) or len(self.point) != 2:
+            raise FrameError(f"point of the four-bar is {self.point!r}: give a pair (x, y) in the coupler's axes")
+        point = (as_real(finite(v, f"point {axis}")) for axis, v in zip("xy", self.point, strict=True))
+        object.__setattr__(self, "point", tuple(point))
         shapes: dict[str, tuple[int, ...]] = {}
-        for name, value in self._numbers().items():
-            joined(name, value.shape, shapes)
-            shapes[name] = value.shape
+        for name, shape in self._shapes().items():
+            joined(name, shape, shapes)
+            shapes[name] = shape
         a, b, c, d = self.lengths
         if self.branch is None:
             object.__setattr__(self, "branch", "parallel" if np.all(a == c) and np.all(b == d) else "open")
@@ -83,19 +93,15 @@ class FourBar:
         for what, given, known in (("beam", self.beam, LINKS), ("stiffness", self.stiffness, JOINTS)):
             if isinstance(given, Mapping) and set(given) != set(known):
                 raise FrameError(f"{what} of the four-bar is given for {sorted(given)}: give one for each of {known}")
-        for joint in JOINTS:
-            self.joint_stiffness(joint)
+        if isinstance(self.stiffness, Mapping):
+            each = {joint: _springs(self.stiffness[joint], f"stiffness of joint {joint!r}") for joint in JOINTS}
+            object.__setattr__(self, "stiffness", each)
+        else:
+            object.__setattr__(self, "stiffness", _springs(self.stiffness, "stiffness of the joints"))
 
-    def _numbers(self) -> dict[str, Array]:
-        numbers = {}
-        for name in (*LINKS, "ground"):
-            value = finite(getattr(self, name), f"{name} of the four-bar")
-            if np.any(value <= 0.0):
-                raise FrameError(f"{name} of the four-bar is {value[value <= 0.0].flat[0]}: give a positive length")
-            numbers[name] = value
-        if not isinstance(self.point, tuple) or len(self.point) != 2:
-            raise FrameError(f"point of the four-bar is {self.point!r}: give a pair (x, y) in the coupler's axes")
-        return numbers | {f"point {axis}": finite(v, f"point {axis}") for axis, v in zip("xy", self.point, strict=True)}
+    def _shapes(self) -> dict[str, tuple[int, ...]]:
+        shapes = {name: np.shape(getattr(self, name)) for name in (*LINKS, "ground")}
+        return shapes | {f"point {axis}": np.shape(value) for axis, value in zip("xy", self.point, strict=True)}
 
     @property
     def lengths(self) -> tuple[Array, Array, Array, Array]:
@@ -131,15 +137,11 @@ class FourBar:
         ndarray
             ``ktx kty ktz krx kry krz``, (..., 6).
         """
-        given = self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness
-        value = np.asarray(given, dtype=np.float64)
-        if value.ndim == 0 or value.shape[-1] != 6 or np.isnan(value).any() or np.any(value < 0.0):
-            raise FrameError(f"stiffness of joint {joint!r} is {given!r}: give six values between 0 and inf, (..., 6)")
-        return value
+        return np.asarray(self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness)
 
     def _closure(self, theta: ArrayLike) -> Closure:
         angle = finite(theta, "drive angle theta")
-        joined("drive angle theta", angle.shape, {name: v.shape for name, v in self._numbers().items()})
+        joined("drive angle theta", angle.shape, self._shapes())
         return Closure(*self.lengths, angle, str(self.branch))
 
     def gap(self, theta: ArrayLike) -> Array:
@@ -217,6 +219,14 @@ class FourBar:
             joined(name, value.shape, shapes)
             shapes[name] = value.shape
         return FourBarMotion(self, closure, *rates)
+
+
+def _springs(given: ArrayLike, what: str) -> Array:
+    """Stiffness of a joint, checked, (..., 6)."""
+    value = numbers(given, what)
+    if value.ndim == 0 or value.shape[-1] != 6 or np.isnan(value).any() or np.any(value < 0.0):
+        raise FrameError(f"{what} is {given!r}: give six values between 0 and inf, (..., 6)")
+    return value
 
 
 def _refuse_gap(closure: Closure) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...elements.parameters import as_real
 from ...framework.batch import finite
 from ...framework.errors import FrameError
 from .motion import LINKS, FourBarMotion
@@ -57,14 +58,18 @@ class Link:
             value = finite(getattr(self, name), f"{name} of the link")
             if name != "torque" and np.any(value < 0.0):
                 raise FrameError(f"{name} of the link is {value[value < 0.0].flat[0]}: give zero or more")
+            object.__setattr__(self, name, as_real(value))
         for name in ("centre", "force", "at"):
-            pair = getattr(self, name)
-            if pair is None and name == "at":
-                continue
-            if not isinstance(pair, tuple) or len(pair) != 2:
-                raise FrameError(f"{name} of the link is {pair!r}: give a pair (x, y)")
-            for component in pair:
-                finite(component, f"{name} of the link")
+            if getattr(self, name) is not None or name != "at":
+                object.__setattr__(self, name, _pair(getattr(self, name), f"{name} of the link"))
+
+
+def _pair(given: Pair, what: str) -> Pair:
+    """Two numbers, checked."""
+    if not isinstance(given, tuple) or len(given) != 2:
+        raise FrameError(f"{what} is {given!r}: give a pair (x, y)")
+    x, y = (as_real(finite(component, what)) for component in given)
+    return x, y
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +177,7 @@ def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Lin
     -8.660254
     """
     links = dict(zip(LINKS, (crank, coupler, rocker), strict=True))
-    weight = [finite(g, "gravity") for g in gravity]
+    weight = _pair(gravity, "gravity")
     rows: list[Array] = []
     sides: list[Array] = []
     for name, link in links.items():
@@ -203,14 +208,14 @@ def _left(motion: FourBarMotion, name: str, link: Link) -> list[Array]:
     return list(rows)
 
 
-def _right(motion: FourBarMotion, name: str, link: Link, gravity: list[Array]) -> list[Array]:
+def _right(motion: FourBarMotion, name: str, link: Link, gravity: Pair) -> list[Array]:
     """Right side x, y and moment of one link, each (...)."""
-    mass, inertia, torque = (np.asarray(v, dtype=np.float64) for v in (link.mass, link.inertia, link.torque))
-    fx, fy = (np.asarray(component, dtype=np.float64) for component in link.force)
+    numbers = (link.mass, link.inertia, link.torque, *link.force, *gravity)
+    mass, inertia, torque, fx, fy, gx, gy = (np.asarray(number) for number in numbers)
     accelerates = motion.acceleration_on(name, *link.centre)
     arm = motion.position_on(name, *(link.at or link.centre)) - motion.position_on(name, *link.centre)
     return [
-        mass * (accelerates[..., 0] - gravity[0]) - fx,
-        mass * (accelerates[..., 1] - gravity[1]) - fy,
+        mass * (accelerates[..., 0] - gx) - fx,
+        mass * (accelerates[..., 1] - gy) - fy,
         inertia * motion.angular_acceleration(name) - torque - (arm[..., 0] * fy - arm[..., 1] * fx),
     ]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...framework.batch import finite
 from ...framework.errors import FrameError
 from ..planar import Complex, vector
 from .closure import Closure
@@ -319,7 +320,7 @@ class FourBarMotion:
         return np.asarray(still, dtype=np.complex128)
 
     def _place(self, link: str, x: ArrayLike, y: ArrayLike, order: int) -> Complex:
-        arm = np.asarray(x) + 1j * np.asarray(y)
+        arm = finite(x, f"x on the {link}") + 1j * finite(y, f"y on the {link}")
         return self._origin(_known(link), order) + arm * self._direction(link, order)
 
     def _turning(self, link: str) -> tuple[Array, Array]:

@@ -186,7 +186,7 @@ def monte_carlo(
         * ``"crank"``, ``"coupler"``, ``"rocker"``, ``"ground"``: lengths;
         * ``"drive"``: deviation of the drive angle from `theta`, radians;
         * ``"fx"``, ``"fy"``, ``"mz"``: load on P;
-        * ``"E"``: modulus of all links, ``"E.crank"`` ... of one;
+        * ``"E"``: Young's modulus of all links, the shear modulus with it; ``"E.crank"`` ... of one;
         * ``"stiffness"``: every spring of the joints that is neither free nor ideal; ``"ktx"`` ... ``"krz"``: one
           component; ``"clearance"``, ``"contact"``: ε and γ, radians (11). Each is shared by the joints; with
           ``".B"``, ``".D"``, ``".E"`` behind it, that joint's own. The more particular name rules.

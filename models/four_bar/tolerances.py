@@ -61,7 +61,8 @@ def _beam(beam: Beam, link: str, samples: Samples) -> Beam:
     modulus = _own("E", link, samples, beam.material.E)
     if modulus is beam.material.E:
         return beam
-    return replace(beam, material=Material(E=modulus, nu=beam.material.nu, density=beam.material.density))
+    shear = beam.material.G * (np.asarray(modulus) / beam.material.E)
+    return replace(beam, material=Material(E=modulus, G=shear, density=beam.material.density))
 
 
 def _stiffness(nominal: Array, joint: str, samples: Samples) -> Array:

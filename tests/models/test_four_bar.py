@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from linkframe.framework.errors import FrameError
-from linkframe.models import FourBar
+from linkframe.models import FourBar, Link
 from numpy.testing import assert_allclose, assert_array_equal
 
 DEGREES = np.arange(0, 361, 10)
@@ -272,7 +272,7 @@ def test_limit_of_reach_is_singular_and_without_velocity():
         ({"point": 0.1}, r"give a pair \(x, y\)"),
         ({"branch": "left"}, "choose one of open, crossed, parallel, antiparallel"),
         ({"crank": [0.1, 0.1], "rocker": [0.1, 0.1, 0.1]}, r"rocker.*\(3,\).*\(2,\).*crank"),
-        ({"stiffness": (1.0, 2.0)}, "stiffness of joint 'B'"),
+        ({"stiffness": (1.0, 2.0)}, "stiffness of the joints"),
         ({"stiffness": {"B": np.ones(6), "X": np.ones(6)}}, r"stiffness.*\['B', 'X'\]"),
     ],
 )
@@ -289,3 +289,17 @@ def test_unknown_points_and_links_are_refused():
         motion.angle("bar")
     with pytest.raises(FrameError, match="drive angle theta contains nan"):
         FourBar().move(np.nan)
+
+
+def test_arrays_of_the_user_stay_his_own():
+    lengths, springs, mass = np.array([0.1, 0.11]), np.full(6, 1e8), np.array([1.0, 2.0])
+    four_bar = FourBar(crank=lengths, stiffness=springs, branch="open")
+    link = Link(mass=mass, centre=(lengths, 0.0))
+    motion = four_bar.move(np.radians(30.0))
+    before = motion.position("P").copy(), motion.reactions(coupler=link, gravity=(0.0, -9.81)).unknowns.copy()
+    for array in (lengths, springs, mass):
+        array *= 2.0
+    again = four_bar.move(np.radians(30.0))
+    assert_array_equal(again.position("P"), before[0])
+    assert_array_equal(again.reactions(coupler=link, gravity=(0.0, -9.81)).unknowns, before[1])
+    assert_array_equal(four_bar.joint_stiffness("D"), np.full(6, 1e8))

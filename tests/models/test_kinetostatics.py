@@ -131,6 +131,11 @@ def test_bad_links_are_refused(wrong, message):
         Link(**wrong)
 
 
+def test_gravity_in_the_plane_has_two_components():
+    with pytest.raises(FrameError, match=r"gravity is \(0.0, -9.81, 0.0\): give a pair"):
+        moving(0.3).reactions(gravity=(0.0, -9.81, 0.0))
+
+
 def test_unknown_joint_is_refused():
     with pytest.raises(FrameError, match="no joint 'C': choose one of A, B, D, E"):
         moving(0.3).reactions().reaction("C")

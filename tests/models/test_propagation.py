@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from linkframe.framework.errors import FrameError
 from linkframe.models import propagate, sobol_indices
 from linkframe.models.moments import Moments
 from linkframe.models.sampling import BLOCK, draw
+from linkframe.models.spread import Spread
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
@@ -156,6 +159,36 @@ def test_propagation_offers_indices_over_the_shape_of_the_result():
     assert_allclose(result.sobol.first, [[0.2, 0.8], [1.0, 0.0]], atol=0.03)
 
 
+def test_a_single_input_has_all_shares():
+    result = propagate(lambda x: x**2, {"x": stats.uniform(0.0, 1.0)}, n=2048, rng=0)
+    assert_allclose([*result.sobol.first, *result.sobol.total], 1.0, atol=0.02)
+
+
+# -- what a result is -------------------------------------------------------------------------------------------------
+
+
+def test_a_result_can_be_sent_to_another_process():
+    """With the function, if that can be: then Sobol indices come out the same there."""
+    result = propagate(contact, GAP, n=64, rng=0)
+    again = pickle.loads(pickle.dumps(result))
+    assert_array_equal(again.samples, result.samples)
+    assert_array_equal(again.sobol.total, result.sobol.total)
+
+
+def test_results_are_the_callers_to_read_and_the_functions_to_use_again():
+    """A function may return the same array each time, filled anew; what was kept cannot be written to."""
+    held = np.empty(BLOCK)
+
+    def filled(x):
+        held[: len(x)] = x
+        return held[: len(x)]
+
+    result = propagate(filled, {"x": stats.norm()}, n=2 * BLOCK, rng=0, chunk=BLOCK)
+    assert_array_equal(result.samples, propagate(lambda x: x, {"x": stats.norm()}, n=2 * BLOCK, rng=0).samples)
+    with pytest.raises(ValueError, match="read-only"):
+        result.samples[0] = 1.0
+
+
 # -- what cannot be ---------------------------------------------------------------------------------------------------
 
 
@@ -178,6 +211,10 @@ def test_samples_that_were_not_kept_are_not_to_be_had():
         ({"axis": 1}, r"returned shape \(100, 2\) for 100 samples: it must have them along axis 1"),
         ({"distributions": {}}, "no input"),
         ({"chunk": 0}, "chunk is 0"),
+        ({"chunk": 2.5}, "chunk is 2.5: give a whole number"),
+        ({"distributions": [("eps", stats.norm())]}, "give a mapping of names"),
+        ({"fn": lambda eps, gamma: 1j * eps}, r"function returned for 100 samples is array.* \.\.\.: give a number"),
+        ({"fn": lambda eps, gamma: "wide"}, "function returned .* is 'wide'"),
     ],
 )
 def test_bad_input_is_refused(change, message):
@@ -187,8 +224,25 @@ def test_bad_input_is_refused(change, message):
 
 
 def test_indices_need_a_power_of_two():
-    with pytest.raises(FrameError, match="power of two"):
-        sobol_indices(contact, GAP, n=100)
+    for n, told in ((100, "power of two"), (8.0, "whole number"), (0, "whole number")):
+        with pytest.raises(FrameError, match=told):
+            sobol_indices(contact, GAP, n=n)
+    for inputs, chunk, told in (
+        ({}, 1, "no input"),
+        ({"eps": 1.0}, 1, "distribution of 'eps' is 1.0"),
+        (GAP, 0, "chunk"),
+    ):
+        with pytest.raises(FrameError, match=told):
+            sobol_indices(contact, inputs, chunk=chunk)
+
+
+@pytest.mark.parametrize("p", [-0.1, 1.5, [0.5, np.nan], "half"])
+def test_a_quantile_has_a_probability(p):
+    result = propagate(contact, GAP, n=8, rng=0)
+    with pytest.raises(FrameError, match="probability p of a quantile"):
+        result.quantile(p)
+    with pytest.raises(FrameError, match="probability p of a quantile"):
+        Spread(result.samples).quantile(p)
 
 
 def test_memory_is_flat_when_samples_are_not_kept():

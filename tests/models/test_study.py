@@ -153,8 +153,16 @@ def test_an_uncertain_modulus_keeps_poisson_ratio_and_density():
     study = monte_carlo(FourBar(), THETA, {"E": stats.norm(1e11, 1e10)}, load=(0.0, 1.0, 0.0), n=4, rng=0)
     material = study.sampled.motion.four_bar.link_beam("rocker").material
     assert_array_equal(material.E, study.inputs["E"])
-    assert_array_equal(material.G, material.E / 2.6)
+    assert_allclose(material.G, material.E / 2.6, rtol=1e-15)
     assert material.density == 7850.0
+
+
+def test_an_uncertain_modulus_of_timber_takes_the_shear_modulus_with_it():
+    """Whose Poisson's ratio by E / 2 G - 1 is 7."""
+    timber = Beam(Rectangle(y=0.02, z=0.02), Material(E=11e9, G=690e6))
+    study = monte_carlo(FourBar(beam=timber), THETA, {"E": stats.norm(11e9, 1e9)}, load=(0.0, 1.0, 0.0), n=4, rng=0)
+    material = study.sampled.motion.four_bar.link_beam("rocker").material
+    assert_allclose(material.G / material.E, 690e6 / 11e9, rtol=1e-15)
 
 
 # -- parts, bits, statistics ------------------------------------------------------------------------------------------
