@@ -114,7 +114,11 @@ class Motion:
           that move, one is named that has no hold on either side.
         * ``"singular: input, joint ... stands still"``: its point has lost a direction in which the drives move it at
           other poses, as the pin of a rocker at the end of its swing. Positions and velocities are good as ever.
-        * ``"branch changed"``: assembled, but not on the branch of the drawing.
+        * ``"branch changed"``: assembled, but not on the branch of the drawing as far as can be told. Behind a gap
+          in a drive's range, ``"branch changed: behind a gap, ..."``, it is put together anew in the configuration
+          that was drawn, such as open or crossed. Where two branches only come close to each other, as those of a
+          parallelogram with bars of slightly unequal lengths, the smoother way is taken, and the status says so from
+          there on: ``"branch changed: two came close, ..."``.
         * ``"not assembled: gap ... at joint ..."``: results are NaN.
         """
         from .poses.singular import pose_status
@@ -168,10 +172,13 @@ class Motion:
 
     @cached_property
     def closure_status(self) -> NDArray[np.str_]:
-        """``"regular"``, ``"branch changed"`` or ``"not assembled: gap ... at joint ..."``, (...)."""
+        """``"regular"``, ``"branch changed..."`` or ``"not assembled: gap ... at joint ..."``, (...)."""
         found = self.assembly
         status = np.full(found.shape, "regular", dtype="<U200")
-        status[found.closed & ~found.verified] = "branch changed"
+        changed = found.closed & ~found.verified
+        status[changed] = "branch changed"
+        status[changed & found.apart] = "branch changed: behind a gap, to which no way was found from the drawing"
+        status[changed & found.left] = "branch changed: two came close, and the smoother one was followed"
         for index in map(tuple, np.argwhere(~found.closed)):
             joint = self.mechanism.rows[int(found.row[index])][0]
             gap = float(found.gap[index])

@@ -121,7 +121,9 @@ def test_few_digits_are_told():
 def test_few_digits_are_told_of_ranges_and_dead_points(digits: int):
     linkage = rounded(bennett(np.pi / 6, np.pi / 3, 1.2), digits, 1.0)
     for ask in (linkage.drive_range, linkage.dead_points):
-        with pytest.raises(FrameError, match=r"'H0' cannot move.*too few digits: draw it with more, or give tolerance="):
+        with pytest.raises(
+            FrameError, match=r"'H0' cannot move.*too few digits: draw it with more, or give tolerance="
+        ):
             ask("H0")
 
 

@@ -75,7 +75,9 @@ class Curve:
         mechanism = self.space.mechanism
         pair = mechanism.linkage.joint(joint)
         offset = pair.kind.coordinates.index(component)
-        return float(self.space.of_entry(pair.at[..., offset]) + self.unit * state[mechanism.states[joint].start + offset])
+        return float(
+            self.space.of_entry(pair.at[..., offset]) + self.unit * state[mechanism.states[joint].start + offset]
+        )
 
     @cached_property
     def start(self) -> Place:

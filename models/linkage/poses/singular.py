@@ -72,7 +72,7 @@ def pose_status(motion: Motion) -> NDArray[np.str_]:
         ]
     closure = motion.closure_status
     # So near a dead point its two branches are one.
-    told = (closure == "regular") | ((closure == "branch changed") & (margin < ONE_BRANCH))
+    told = (closure == "regular") | (np.char.startswith(closure, "branch changed") & (margin < ONE_BRANCH))
     return np.where(told, status, closure)
 
 

@@ -44,6 +44,8 @@ class Assembly:
         Where the loops close, (...).
     verified
         Where they do so on the branch that continues the drawing, (...).
+    apart, left
+        Where the way begins anew behind a gap; where it has left the drawing's branch for a smoother one, (...).
     gap
         Closure error, a length, (...).
     row
@@ -57,6 +59,8 @@ class Assembly:
     state: list[Value]
     closed: Mask
     verified: Mask
+    apart: Mask
+    left: Mask
     gap: Array
     row: NDArray[np.intp]
     patches: list[Patch]
@@ -92,6 +96,8 @@ def close_batch(
         state,
         np.zeros(shape, dtype=bool),
         np.zeros(shape, dtype=bool),
+        np.broadcast_to(guess.apart, shape),
+        np.broadcast_to(guess.reached & ~guess.sure & ~guess.apart, shape),
         np.zeros(shape),
         np.zeros(shape, dtype=np.intp),
         [],

@@ -29,6 +29,8 @@ class Guess:
         Where a way leads, (...).
     sure
         Where it has not left the branch of the drawing, (...).
+    apart
+        Where it begins anew behind a gap, (...).
     s
         Value of the only moving drive, (...); None where several move.
     guide
@@ -45,6 +47,7 @@ class Guess:
     signs: list[Value]
     reached: NDArray[np.bool_]
     sure: NDArray[np.bool_]
+    apart: NDArray[np.bool_]
     s: Array | None = None
     guide: Guide | None = None
     drive: int = 0
@@ -52,7 +55,14 @@ class Guess:
     switched: bool = False
 
 
-def guess_of(states: Array, signs: Array, reached: NDArray[np.bool_], sure: NDArray[np.bool_] | None = None) -> Guess:
-    """Guess from states (..., n), signs (..., blocks), where a way leads, and whether on the same branch, (...)."""
+def guess_of(
+    states: Array,
+    signs: Array,
+    reached: NDArray[np.bool_],
+    sure: NDArray[np.bool_] | None = None,
+    apart: NDArray[np.bool_] | None = None,
+) -> Guess:
+    """Guess from states (..., n), signs (..., blocks), where a way leads, on the same branch, or anew, (...)."""
     certain = np.ones(reached.shape, dtype=bool) if sure is None else sure
-    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached, certain)
+    anew = np.zeros(reached.shape, dtype=bool) if apart is None else apart
+    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached, certain, anew)

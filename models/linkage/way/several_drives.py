@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ..kinematics.loops import Loops, Pose
+from .behind import put_together
 from .drives import Drives
 from .fan import fanned, scattered
 from .follow import Guide
 from .guess import NEAR, Guess, guess_of
-from .march import March
+from .march import March, Track
 from .path import Path
+
+Mask = NDArray[np.bool_]
+Parts = tuple[Array, Array, Mask, Mask, Mask]
 
 
 def through_poses(
@@ -30,8 +34,7 @@ def through_poses(
     found = [line.followed(_same_sign(loops, flat[:, k])) for k in range(flat.shape[1])]
     parts = (np.stack(part, axis=1) for part in zip(*found, strict=True))
     shaped = [part.reshape(*lines.shape[:-1], *part.shape[2:]) for part in parts]
-    states, signs, reached, sure = (part[0] if axis is None else np.moveaxis(part, 0, axis) for part in shaped)
-    return guess_of(states, signs, reached, sure)
+    return guess_of(*(part[0] if axis is None else np.moveaxis(part, 0, axis) for part in shaped))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +42,7 @@ class Line:
     """Follows one line of poses.
 
     Where the way ends, out of reach or in a dead point, it is taken up again at the first later pose to which a
-    straight way leads from its end or from the drawing.
+    straight way leads from its end or from the drawing; if there is none, where the linkage can be put together anew.
     """
 
     loops: Loops
@@ -48,30 +51,49 @@ class Line:
     switch: bool
     longest: float
 
-    def followed(self, values: Array) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """States (poses, n), signs (poses, blocks), and where driven states (poses, f) are reached, and for certain."""
-        states = np.empty((len(values), len(self.loops.mechanism.state_names)))
-        signs = np.zeros((len(values), self.loops.linear.signs))
-        reached, sure = np.zeros(len(values), dtype=bool), np.ones(len(values), dtype=bool)
+    def followed(self, values: Array) -> Parts:
+        """States (poses, n), signs (poses, blocks), where driven states (poses, f) are reached, surely, or anew."""
+        count = len(values)
+        states = np.empty((count, len(self.loops.mechanism.state_names)))
+        reached, sure, apart = np.zeros(count, dtype=bool), np.ones(count, dtype=bool), np.zeros(count, dtype=bool)
+        out = states, np.zeros((count, self.loops.linear.signs)), reached, sure, apart
         begin, done = self.start, 0
         whole = Path(self.loops, np.concatenate([self._driven(begin)[None], values]))
         if self.loops.linear.signs and not self.loops.driven_balls and scattered(whole):
             found = fanned(self.loops, self.nominal, self.start, values, self._straight)
             if found is not None:
-                return (*found, sure, sure)
-        while done < len(values):
-            way = Path(self.loops, np.concatenate([self._driven(begin)[None], values[done:]]))
-            track = March(self.loops, self.nominal, way, self.longest).run(begin, self.switch)
-            guide, s, rest = Guide.of(track), np.array(way.corners[1:]), slice(done, len(values))
-            states[rest], signs[rest], reached[rest] = guide.at(s), guide.signs_at(s, NEAR), guide.reached(s)
-            sure[rest] = guide.sure(s) & (done == 0 or sure[done])
-            done += int(np.count_nonzero(reached[rest]))
-            if done < len(values):
-                again = self._regained(track.nodes[-1].pose, values, done)
-                if again is None:
-                    break
-                done, begin = again
-        return states, signs, reached, sure
+                return (*found, sure, sure, apart)
+        while True:
+            certain = done == 0 or bool(sure[done])
+            track = self._go(out, begin, values, done, count)
+            sure[done:] &= certain
+            done += int(np.count_nonzero(reached[done:]))
+            if done == count:
+                return out
+            again = self._regained(track.nodes[-1].pose, values, done)
+            self._begin_anew(out, values, done, count if again is None else again[0])
+            if again is None:
+                return out
+            done, begin = again
+
+    def _go(self, out: Parts, begin: Pose, values: Array, first: int, behind: int) -> Track:
+        """Follow the poses from the `first` to that before `behind`, as far as the way leads."""
+        states, signs, reached, sure, _ = out
+        way = Path(self.loops, np.concatenate([self._driven(begin)[None], values[first:behind]]))
+        track = March(self.loops, self.nominal, way, self.longest).run(begin, self.switch)
+        guide, s, those = Guide.of(track), np.array(way.corners[1:]), slice(first, behind)
+        states[those], signs[those] = guide.at(s), guide.signs_at(s, NEAR)
+        reached[those], sure[those] = guide.reached(s), guide.sure(s)
+        return track
+
+    def _begin_anew(self, out: Parts, values: Array, first: int, behind: int) -> None:
+        """Follow the poses of a gap from where the linkage can be put together."""
+        _, _, reached, sure, apart = out
+        while found := put_together(self.loops, self.nominal, self.start, values[first:behind]):
+            first += found[0]
+            self._go(out, found[1], values, first, behind)
+            there = slice(first, first + int(np.count_nonzero(reached[first:behind])))
+            sure[there], apart[there], first = False, True, there.stop
 
     def _driven(self, pose: Pose) -> Array:
         return np.array([pose.state[place] for place in self.loops.driven_states])

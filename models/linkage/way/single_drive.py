@@ -6,14 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ..kinematics.loops import Loops, Pose
+from .behind import put_together
 from .follow import Guide
 from .guess import NEAR, Guess, guess_of
 from .march import BEYOND, March, Track, flips
 from .path import Path
 
+Mask = NDArray[np.bool_]
 TURN = 2.0 * np.pi
 # How far the drive is followed turn by turn, and how near to its place everything is after a turn.
 MANY = 6.0 * TURN
@@ -93,20 +96,45 @@ class SingleDrive:
         guide = Guide.of(ahead, back)
         around = {where: Guide.of(side, back) for where, side in _sides(ahead)}
         around |= {-where: Guide.of(ahead, side) for where, side in _sides(back)}
-        out = guess_of(guide.at(within), guide.signs_at(within, NEAR), guide.reached(within), guide.sure(within))
+        parts = guide.at(within), guide.signs_at(within, NEAR), guide.reached(within), guide.sure(within)
+        out = guess_of(*(parts if parts[2].all() else self._behind(within, *parts)))
         out.s, out.guide, out.drive, out.around, out.switched = within, guide, self.drive, around, self.switch
         return out
+
+    def _behind(
+        self, s: Array, states: Array, signs: Array, reached: Mask, sure: Mask
+    ) -> tuple[Array, Array, Mask, Mask, Mask]:
+        """The parts of a guess at values s, put right where a way begins anew behind a gap, and where that is."""
+        apart, left = np.zeros(s.shape, dtype=bool), np.unique(s[~reached])
+        states, signs = states.copy(), signs.copy()
+        while left.size:
+            drawn = np.tile([self.loops.drawn[place] for place in self.loops.driven_states], (len(left), 1))
+            drawn[:, self.drive] += left
+            found = put_together(self.loops, self.nominal, self.start, drawn)
+            if found is None:
+                break
+            begin, pose = left[found[0]], found[1]
+            ends = ((1.0, left[-1] - begin + BEYOND), (-1.0, begin - left[0] + BEYOND))
+            guide = Guide.of(*(self._from(pose, sign * far) for sign, far in ends))
+            new = ~reached & guide.reached(s - begin)
+            states[new], signs[new] = guide.at((s - begin)[new]), guide.signs_at((s - begin)[new], NEAR)
+            reached, sure, apart = reached | new, sure & ~new, apart | new
+            left = left[~guide.reached(left - begin)]
+        return states, signs, reached, sure, apart
+
+    def _from(self, pose: Pose, far: float) -> Track:
+        """The way of the drive by `far` from a pose."""
+        begin = np.array([pose.state[place] for place in self.loops.driven_states])
+        end = begin.copy()
+        end[self.drive] += far
+        way = Path(self.loops, np.stack([begin, end]))
+        return March(self.loops, self.nominal, way, self.longest).run(pose, self.switch)
 
     def _track(self, far: float) -> Track:
         """The way to a value of the drive, `far` from the drawing; the last one each way is kept."""
         key = self.drive, self.switch, self.longest, far
         if self.loops.kept.get(far > 0.0, (None, None))[0] != key:
-            drawn = np.array([self.loops.drawn[place] for place in self.loops.driven_states])
-            end = drawn.copy()
-            end[self.drive] += far
-            way = Path(self.loops, np.stack([drawn, end]))
-            track = March(self.loops, self.nominal, way, self.longest).run(self.start, self.switch)
-            self.loops.kept[far > 0.0] = key, track
+            self.loops.kept[far > 0.0] = key, self._from(self.start, far)
         return self.loops.kept[far > 0.0][1]
 
     def _other_way_round(self, s: Array, ended: Track, other: Track, sign: float) -> Track:
