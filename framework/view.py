@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .batch import finite
 from .errors import FrameError
 from .paraview.entries import Entry, one, series
 from .paraview.files import whole_or_nothing
@@ -73,7 +74,7 @@ def picture(
     FrameError
         If the name ends otherwise, the batch does not fit, or the folder cannot be written.
     """
-    path = _checked(path, (".png", ".jpg"), colour)
+    path = _checked(path, (".png", ".jpg"), scale, colour, size)
     shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour)
     with whole_or_nothing(path.parent) as stage, quiet():
         plotter, _ = _plotted(shown, size, colour)
@@ -116,7 +117,8 @@ def movie(
     FrameError
         If the name ends otherwise, the batch does not fit, or the folder cannot be written.
     """
-    path = _checked(path, (".gif", ".mp4"), colour)
+    path = _checked(path, (".gif", ".mp4"), scale, colour, size)
+    _whole(rate, f"{path.name} was given rate={rate!r}", "poses a second")
     if find_spec("imageio") is None or (path.suffix == ".mp4" and find_spec("imageio_ffmpeg") is None):
         raise RenderingError(f"{path.name} needs the extra `movie`: pip install 'linkframe[movie]'")
     shown = drawing(solution, series(solution.shape, axis, entry, path.name), scale, colour)
@@ -133,15 +135,28 @@ def movie(
                 plotter.write_frame()
 
 
-def _checked(path: str | Path, endings: tuple[str, ...], colour: str) -> Path:
+def _checked(
+    path: str | Path, endings: tuple[str, ...], scale: float | None, colour: str, size: tuple[int, int]
+) -> Path:
     path = Path(path)
     if path.suffix not in endings:
         raise FrameError(f"{path.name} does not end in {' or '.join(endings)}: choose one of them")
     if colour not in TITLES:
         raise FrameError(f"{path.name} was given colour={colour!r}: choose one of {', '.join(TITLES)}")
+    if scale is not None and finite(scale, f"scale of {path.name}").ndim:
+        raise FrameError(f"{path.name} was given scale={scale!r}: give one number")
+    if np.shape(size) != (2,):
+        raise FrameError(f"{path.name} was given size={size!r}: give width and height in pixels")
+    for length in size:
+        _whole(length, f"{path.name} was given size={size!r}", "pixels each way")
     if not can_render():
         raise RenderingError(f"{path.name} was not made: {REMEDY}")
     return path
+
+
+def _whole(number: int, what: str, unit: str) -> None:
+    if not isinstance(number, int | np.integer) or number < 1:
+        raise FrameError(f"{what}: give a whole number of {unit}, 1 or more")
 
 
 def _plotted(

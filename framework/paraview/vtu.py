@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from ..errors import FrameError
 from .scene import Array, Part
 
 
@@ -95,9 +96,16 @@ def read_names(path: str | Path) -> dict[str, list[str]]:
     dict
         Under ``member``, ``link`` and ``joint``, as the cell arrays are called, the names in the order of
         their numbers.
+
+    Raises
+    ------
+    FrameError
+        If the file holds no names.
     """
     with Path(path).open(encoding="utf-8") as file:
         file.readline()
         comment = file.readline()
+    if not comment.startswith("<!-- {"):
+        raise FrameError(f"{path} holds no names of members, links and joints: give a file that save(...) wrote")
     names: dict[str, list[str]] = json.loads(comment.removeprefix("<!-- ").removesuffix(" -->\n"))
     return names

@@ -328,3 +328,10 @@ def test_section_by_its_properties(tmp_path: Path) -> None:
     stress = np.concatenate(cells["von_mises"])
     assert np.isnan(stress[:STATIONS]).all()
     np.testing.assert_allclose(stress[STATIONS:], 5.0 / 2e-4)
+
+
+def test_names_of_a_file_from_elsewhere_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "other.vtu"
+    path.write_text("<?xml version='1.0'?>\n<VTKFile/>\n", encoding="utf-8")
+    with pytest.raises(FrameError, match=r"other\.vtu holds no names"):
+        read_names(path)

@@ -100,6 +100,10 @@ def test_without_the_extra_a_movie_says_what_to_install(tmp_path: Path, monkeypa
         ("arm.bmp", {"entry": 0}, r"arm\.bmp does not end in \.png or \.jpg"),
         ("arm.png", {"entry": 0, "colour": "red"}, r"colour='red': choose one of von_mises, displacement"),
         ("arm.png", {}, r"batch shape is \(3,\)"),
+        ("arm.png", {"entry": 0, "scale": np.nan}, r"scale of arm\.png contains nan"),
+        ("arm.png", {"entry": 0, "scale": [1.0, 2.0]}, r"scale=\[1\.0, 2\.0\]: give one number"),
+        ("arm.png", {"entry": 0, "size": (0, 100)}, r"size=\(0, 100\): give a whole number of pixels"),
+        ("arm.png", {"entry": 0, "size": 200}, r"size=200: give width and height in pixels"),
         ("arm.txt/arm.png", {"entry": 1}, r"cannot write in .*arm\.txt"),
     ],
 )
@@ -111,6 +115,12 @@ def test_bad_requests_are_refused(
     with pytest.raises(FrameError, match=message):
         view.picture(arm(), tmp_path / file, **options)  # type: ignore[arg-type]
     assert [path.name for path in tmp_path.iterdir()] == ["arm.txt"]
+
+
+def test_a_movie_has_a_rate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(view, "can_render", lambda: True)
+    with pytest.raises(FrameError, match="rate=0: give a whole number of poses a second"):
+        view.movie(arm(), tmp_path / "arm.gif", rate=0)
 
 
 # -- on this machine ------------------------------------------------------------------------------------------------
