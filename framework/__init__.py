@@ -9,17 +9,55 @@ from .errors import FrameError, MechanismWarning
 from .frame import Frame
 
 if TYPE_CHECKING:
+    from .clearances.contact import Contact
+    from .error_bounds.sensitivity import Sensitivity
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
+    from .paraview.vtu import read_names
+    from .results.buckling import Buckling
+    from .results.modes import Modes
+    from .results.singular import FreeMotion
     from .solution import Solution
+    from .view import movie, picture
 
-__all__ = ["EquilibriumPath", "Frame", "FrameError", "LargeSolution", "MechanismWarning", "Solution"]
+__all__ = [
+    "Buckling",
+    "Contact",
+    "EquilibriumPath",
+    "Frame",
+    "FrameError",
+    "FreeMotion",
+    "LargeSolution",
+    "MechanismWarning",
+    "Modes",
+    "Sensitivity",
+    "Solution",
+    "movie",
+    "picture",
+    "read_names",
+]
 
 # What a description does not need is imported where it is first asked for: the solvers, and scikit-fem with them.
-_LATER = {"EquilibriumPath": ".large.path", "LargeSolution": ".large.solution", "Solution": ".solution"}
+_LATER = {
+    "Buckling": ".results.buckling",
+    "Contact": ".clearances.contact",
+    "EquilibriumPath": ".large.path",
+    "FreeMotion": ".results.singular",
+    "LargeSolution": ".large.solution",
+    "Modes": ".results.modes",
+    "Sensitivity": ".error_bounds.sensitivity",
+    "Solution": ".solution",
+    "movie": ".view",
+    "picture": ".view",
+    "read_names": ".paraview.vtu",
+}
 
 
 def __getattr__(name: str) -> object:
     if name not in _LATER:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_LATER[name], __name__), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_LATER]

@@ -59,7 +59,7 @@ def save(
     beams ``N V T M stress_min stress_max von_mises`` on points and cells, ``member link solved`` on cells;
     for joints ``gap gap_rotation force moment`` (global) on points, ``joint solved`` on cells. Where the
     structure is a mechanism ``solved`` is 0 and so are the results. Numbers of members, links and joints
-    follow the order of the description; `vtu.read_names` gives their names.
+    follow the order of the description; `read_names` gives their names.
 
     In ParaView: Warp By Vector (displacement), Extract Surface, Tube.
 
