@@ -44,12 +44,36 @@ def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str 
         A drawing in the plane of motion, or in space.
     """
     flat = plane(motion)
-    shown = (0, 1, 2) if flat is None else flat
     axes: Any
     if flat is None:
         drawn_on, axes = space_figure(6.4, 5.2)
     else:
         drawn_on, (axes,) = figure(6.4, 4.8)
+    shown = draw_links(axes, motion, pose, points)
+    _finish(axes, shown, flat, title)
+    if len(motion.linkage.links) <= len(COLOURS):
+        axes.legend(loc="upper left" if flat is None else "best", fontsize=7.0)
+    if flat is not None:
+        _labels(axes, motion, pose, shown)
+    return drawn_on
+
+
+def draw_links(axes: Any, motion: Motion, pose: int, points: Sequence[str]) -> tuple[int, ...]:
+    """Draw links, joints and springs, and nothing around them.
+
+    Parameters
+    ----------
+    axes
+        Where to draw: of matplotlib, in space for a linkage in space.
+    motion, pose, points
+        As for `draw_mechanism`.
+
+    Returns
+    -------
+    tuple of int
+        The directions drawn, 0 for x to 2 for z.
+    """
+    shown = plane(motion) or (0, 1, 2)
     there = np.flatnonzero(np.broadcast_to(motion.is_assembled, motion.shape))
     for ghost in there[:: max(1, len(there) // GHOSTS)]:
         for line in _lines(motion, int(ghost)):
@@ -64,12 +88,7 @@ def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str 
             axes.plot(*line[:, shown].T, color=colour, lw=3.0, solid_capstyle="round", zorder=4, label=label)
     _springs(axes, motion, pose, shown)
     _joints(axes, motion, pose, shown)
-    _finish(axes, shown, flat, title)
-    if len(motion.linkage.links) <= len(COLOURS):
-        axes.legend(loc="upper left" if flat is None else "best", fontsize=7.0)
-    if flat is not None:
-        _labels(axes, motion, pose, shown)
-    return drawn_on
+    return shown
 
 
 def _colours(count: int) -> list[str]:

@@ -55,15 +55,18 @@ class Idle:
     count
         How many there are.
     inertia
-        What resists their acceleration: mass matrices in the units of the equations, (n, m, m).
+        What resists their acceleration: mass matrices in the units of the equations, (n, m, m); None without any.
     """
 
-    count: int
-    inertia: Array
+    count: int = 0
+    inertia: Array | None = None
 
-    def cut(self, entries: slice | Bools) -> Idle:
-        """At some of the poses."""
-        return Idle(self.count, self.inertia[entries])
+    def cut(self, entries: slice | Bools, rows: NDArray[np.int64] | None = None) -> Idle:
+        """At some of the poses, for some of the equations."""
+        if self.inertia is None:
+            return self
+        own = self.inertia[entries]
+        return Idle(self.count, own if rows is None else own[:, rows[:, None], rows])
 
 
 def solved(matrix: Array, side: Array, idle: Idle) -> Found:
@@ -99,9 +102,8 @@ def _solved(matrix: Array, side: Array, idle: Idle) -> Found:
         own = side[:, rows]
         loaded = np.max(np.abs(own), axis=-1, initial=0.0) > ZERO * loads
         if loaded.any():
-            inertia = idle.inertia[loaded][:, rows[:, None], rows]
             block = matrix[loaded][:, rows[:, None], columns]
-            part = _least(block, own[loaded], loads[loaded], Idle(idle.count, inertia))
+            part = _least(block, own[loaded], loads[loaded], idle.cut(loaded, rows))
             values[np.ix_(loaded, columns)] = part.values
             unique[loaded] &= part.unique
             moving[loaded] |= part.moving
@@ -137,8 +139,9 @@ def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> Found:
         if not regular.all():
             values[~regular], unique[~regular] = _by_singular_values(matrix[~regular], side[~regular])
     lost, moving = _misses(matrix, values, side, loads), np.zeros(len(matrix), dtype=bool)
-    if lost.any() and idle.count:
-        values[lost], moving[lost] = _moving(matrix[lost], side[lost], loads[lost], idle.cut(lost))
+    if lost.any() and idle.inertia is not None:
+        own = idle.inertia[lost], idle.count
+        values[lost], moving[lost] = _moving(matrix[lost], side[lost], loads[lost], *own)
     return Found(values, unique, lost & ~moving, moving)
 
 
@@ -149,7 +152,7 @@ def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:
     return np.asarray(~(missed <= MISSED * loads + rounding))
 
 
-def _moving(matrix: Array, side: Array, loads: Array, idle: Idle) -> tuple[Array, Bools]:
+def _moving(matrix: Array, side: Array, loads: Array, inertia: Array, count: int) -> tuple[Array, Bools]:
     """Solution with the accelerations of the idle freedoms as further unknowns, and whether there is one.
 
     Idle motions are those on which no unknown works, the left null space.
@@ -158,8 +161,8 @@ def _moving(matrix: Array, side: Array, loads: Array, idle: Idle) -> tuple[Array
     left, size, _ = np.linalg.svd(matrix)
     null = np.ones((len(matrix), rows))
     null[:, : size.shape[-1]] = size * DEPENDENT <= size[:, :1]
-    motions = (left * null[:, None, :])[..., rows - min(rows, idle.count) :]
-    whole = np.concatenate([matrix, -idle.inertia @ motions], axis=-1)
+    motions = (left * null[:, None, :])[..., rows - min(rows, count) :]
+    whole = np.concatenate([matrix, -inertia @ motions], axis=-1)
     values, _ = _by_singular_values(whole, side)
     return values[:, :columns], ~_misses(whole, values, side, loads)
 

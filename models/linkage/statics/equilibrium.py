@@ -11,6 +11,7 @@ import numpy as np
 from ....framework.batch import Array
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
+from ..way.driven import free_motions
 from .actions import applied, centre_of, inertia_force, moved, turned_tensor, weight
 from .inertia import inertia
 
@@ -130,11 +131,10 @@ class Equilibrium:
             matrix[..., turn, turn] = turned_tensor(self.motion.axes(link), own.tensor) / self.size**2
         return matrix
 
-    @cached_property
+    @property
     def idle(self) -> int:
         """Number of freedoms that nothing drives."""
-        driven = sum(len(names) for names in self.motion.linkage.drives.values())
-        return max(0, self.motion.linkage.mobility().true - driven)
+        return free_motions(self.motion.assembly.loops)
 
     def scaled(self, wrench: Array) -> Array:
         """Forces and moments (..., 6), the moments divided by the size."""

@@ -156,7 +156,7 @@ def reactions(motion: Motion) -> Reactions:
     there = np.isfinite(flat).all(axis=(-2, -1)) & np.isfinite(loads).all(axis=-1)
     rows_of_values, is_unique = np.full((len(flat), columns), np.nan), np.ones(len(flat), dtype=bool)
     if there.any():
-        idle = Idle(equations.idle, _flat(equations.inertia, shape)[there])
+        idle = Idle(equations.idle, _flat(equations.inertia, shape)[there]) if equations.idle else Idle()
         found = solved(flat[there], loads[there], idle)
         rows_of_values[there], is_unique[there] = found.values, found.unique
     values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
