@@ -107,6 +107,4 @@ def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
         print(f"\nWhere linear mechanics does not hold, beside the samples at large displacement:\n{table}")
     for note in notes:
         print(f"\n{note}")
-    split = ", ".join(f"{name} {seconds:.2f}" for name, seconds in stages.seconds.items())
-    print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}")
-    print(f"{sum(stages.seconds.values()):.2f} s: {split}")
+    print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}\n{stages.spent}")

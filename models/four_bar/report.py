@@ -35,7 +35,7 @@ them (see below). Full precision: `table1.csv`."""
 PARAVIEW = """\
 Open `trajectory.pvd`: beams and joints, one step a pose, time is the drive angle in degrees. Apply *Warp By Vector*
 with `displacement`, then *Extract Surface* and *Tube*; *Clean to Grid* first merges the twin nodes of the joints. It
-shows the mean inputs without clearance; singular poses have `regular` = 0 and no displacement."""
+shows the mean inputs without clearance; singular poses have `solved` = 0 and no displacement."""
 
 
 def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:

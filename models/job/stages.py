@@ -30,3 +30,9 @@ class Stages:
         yield
         self.seconds[name] = perf_counter() - start
         self.bar.update()
+
+    @property
+    def spent(self) -> str:
+        """Time of the whole and of each stage, for a terminal."""
+        split = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.seconds.items())
+        return f"{sum(self.seconds.values()):.2f} s: {split}"

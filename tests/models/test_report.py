@@ -8,6 +8,7 @@ from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 from linkframe.framework import view
@@ -52,6 +53,13 @@ def test_everything_is_written_and_nothing_else(job: tuple[Path, str]) -> None:
     out, _ = job
     names = {"table1.csv", "samples.npz", "report.md", "trajectory.pvd", "trajectory"}
     assert {path.name for path in out.iterdir()} == names | {"figure5.png", "figure6.png", "figure7.png"}
+
+
+def test_the_report_names_the_arrays_that_are_in_the_files(job: tuple[Path, str], report: str) -> None:
+    section = next(part for part in report.split("\n## ") if "Warp By Vector" in part)
+    named = set(re.findall(r"`(\w+)`", section))
+    mesh = meshio.read(job[0] / "trajectory" / "beams_000.vtu")
+    assert {"displacement", "solved"} <= named <= {*mesh.point_data, *mesh.cell_data}
 
 
 def test_a_second_run_replaces_the_first_and_leaves_the_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
