@@ -11,7 +11,7 @@ from ..batch import Array
 from ..structure.tree import GROUND
 from . import corotation, rotation
 from .corotation import Motion, Pieces
-from .joints import Joint
+from .law import press
 from .links import Link
 from .loops import displacement
 from .model import Model
@@ -85,7 +85,7 @@ class Configuration:
             own[:, number] += nodal[:, joint.child]
         if model.loops:
             own[:, len(model.joints) :] += np.concatenate([step, np.zeros_like(step[:1])])[model.multipliers]
-        new = State(moved, turned, own)
+        new = State(moved, turned, own, state.grip)
         self.follow(new)
         return new
 
@@ -125,11 +125,14 @@ class Configuration:
         total = np.zeros(self.count)
         for pieces, motion in zip(self.pieces, motions or self.motions(state), strict=True):
             total += corotation.strain_energy(pieces, motion).sum(axis=0)
-        for number, joint in enumerate(self.model.joints):
-            total += self.resistance(joint, state.own[:, number])[0]
-        for number, loop in enumerate(self.model.loops):
-            total += self.resistance(loop, self.loop_displacement(state, number))[0]
+        for number in range(len(self.model.edges)):
+            total += self.resistance(state, number, self.own(state, number))[0]
         return total
+
+    def own(self, state: State, number: int) -> Array:
+        """Displacement (6, m) in a link or, counted on, loop."""
+        links = len(self.model.joints)
+        return state.own[:, number] if number < links else self.loop_displacement(state, number - links)
 
     def loop_displacement(self, state: State, number: int) -> Array:
         """Displacement (6, m) in an edge that closes a loop."""
@@ -176,12 +179,20 @@ class Configuration:
         arms = [Numbers.of(hung.arm, ndim, 1).at(self.where) for hung in given]
         return [(hung.node, force, arm) for hung, force, arm in zip(given, forces, arms, strict=True)]
 
-    def resistance(self, joint: Joint, own: Array) -> tuple[Array, Array, Array]:
-        """Energy (m,), force (6, m) and tangent (6, 6, m) of a link's springs."""
+    def resistance(self, state: State, number: int, own: Array) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (6, m) and tangent (6, 6, m) of the springs of a link or, counted on, loop."""
+        joint = self.model.edges[number]
         beyond = own - self.factor * joint.offset.at(self.where)
         if joint.law is not None:
-            energy, force, tangent = joint.law.resistance(beyond.T, self._pick)
-            return energy, force.T, np.moveaxis(tangent, 0, -1)
+            energy, given, slope = joint.law.resistance(beyond.T, self._pick)
+            force, tangent = given.T, np.moveaxis(slope, 0, -1)
+            if joint.rigid:
+                play, grip, place = list(joint.play), state.grip, self.model.contacts[number]
+                radius = joint.clearance.at(self.where)
+                more = press(beyond[play], radius, grip.force[play, place], grip.stiffness[place])
+                energy, force[play] = energy + more[0], force[play] + more[1]
+                tangent[np.ix_(play, play)] += more[2]
+            return energy, force, tangent
         stiffness = joint.stiffness.at(self.where)
         tangent = np.zeros((6, 6, stiffness.shape[-1]))
         tangent[range(6), range(6)] = stiffness

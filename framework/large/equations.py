@@ -33,7 +33,7 @@ class Equations(Configuration):
         mean = 0.5 * (forces[0][driven] + forces[1][driven])
         total += np.einsum("im,im->m", mean, (1.0 - share) * self.targets)
         for number, joint in enumerate(self.model.joints):
-            pulls = [part.resistance(joint, s.own[:, number])[1] for part, s in ((before, old), (self, new))]
+            pulls = [part.resistance(s, number, s.own[:, number])[1] for part, s in ((before, old), (self, new))]
             offset = (1.0 - share) * self.factor * joint.offset.at(self.where)
             total -= 0.5 * dot(pulls[0] + pulls[1], offset + np.zeros_like(pulls[0]))
         return total
@@ -75,8 +75,8 @@ class Equations(Configuration):
             own = np.concatenate([own, -force[:, None]], axis=1)
             energy = energy + 2.0 * stored
         values = self.model.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
-        for number, joint in enumerate(model.joints):
-            energy = energy + 2.0 * self.resistance(joint, state.own[:, number])[0]
+        for number in range(len(model.joints)):
+            energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]
         return SpaceLinear(forces, values, changes, deformations, true, jacobians, energy, nodal, own)
 
     def step_stresses(self, at: SpaceLinear, step: Array) -> list[Array]:
@@ -151,7 +151,7 @@ class Equations(Configuration):
             joint, change = joints[number], self._now[number]
             force = nodal[:, joint.child]
             matrix = change.geometric(force)
-            matrix[3:, 3:] += self.resistance(joint, state.own[:, number])[2]
+            matrix[3:, 3:] += self.resistance(state, number, state.own[:, number])[2]
             if joint.parent == GROUND:
                 out.insert(0, matrix[3:, 3:])
             else:
@@ -168,8 +168,9 @@ class Equations(Configuration):
         """Tangent (18, 18, m) of a loop's edge by both nodes and its multipliers, its force, gap and energy."""
         loop = self.model.loops[number]
         change = LoopChange(*self.loop(state, number))
-        stored, force, resistance = self.resistance(loop, change.own)
-        force = force + state.own[:, len(self.model.joints) + number]
+        place = len(self.model.joints) + number
+        stored, force, resistance = self.resistance(state, place, change.own)
+        force = force + state.own[:, place]
         rows = change.jacobian()
         ends = np.einsum("ji...,j...->i...", rows, force)
         for forces in nodal:
@@ -202,7 +203,7 @@ class Equations(Configuration):
             joint = model.joints[number]
             above, own = self._now[number].forces(nodal[:, joint.child])
             carried[:, number] = own
-            own = own + self.resistance(joint, state.own[:, number])[1]
+            own = own + self.resistance(state, number, state.own[:, number])[1]
             out[model.columns[:, joint.child]] = own
             if joint.parent != GROUND:
                 nodal[:, joint.parent] += above

@@ -30,8 +30,17 @@ def explain(solution: LargeSolution, steps: int) -> str:
             f"Members are cut into {len(model.topology.pieces)} corotational pieces; the frame {inside}.",
             f"Coordinates: {model.free} unknown, {len(model.driven)} given; {len(model.joints)} joints, links and "
             f"supports carry nodes along, {len(model.loops)} close loops.",
-            f"Clearances: {', '.join(loose)}, by the law of each joint." if loose else "No joint moves in a clearance.",
+            _clearances(solution, loose),
             f"Load steps: {steps}. In each, Newton's method ({factors}) for the entries that it has not yet solved; "
             "where it fails, smaller steps, the way out of a saddle along its mode, and the descent of the energy.",
         ]
     )
+
+
+def _clearances(solution: LargeSolution, loose: list[str]) -> str:
+    if not loose:
+        return "No joint moves in a clearance."
+    edges = solution.model.edges
+    rigid = [str(edges[number].edge.name) for number in solution.model.contacts]
+    exact = f"; rigid contact in {', '.join(rigid)}: its force is found, with no stiffness" if rigid else ""
+    return f"Clearances: {', '.join(loose)}, by the law of each joint{exact}."

@@ -23,7 +23,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Joint:
-    """An edge of the tree between a child and its parent, its own six coordinates in part unknown."""
+    """An edge of the tree between a child and its parent, its own six coordinates in part unknown.
+
+    Attributes
+    ----------
+    law
+        What replaces its springs, None for nothing.
+    play, clearance
+        Components with play, none where it has no law, and its radius.
+    rigid
+        Whether contact is rigid.
+    """
 
     edge: Edge
     parent: int
@@ -34,6 +44,9 @@ class Joint:
     offset: Numbers
     stiffness: Numbers
     law: Law | None
+    play: tuple[int, ...]
+    clearance: Numbers
+    rigid: bool
 
     @classmethod
     def of(cls, topology: Topology, branch: Branch, clearance: bool) -> Joint:
@@ -46,9 +59,10 @@ class Joint:
         arm = None
         if edge.kind == "rigid":
             arm = Numbers.of(topology.position(edge.second) - topology.position(edge.first), ndim, 1)
-        law = None
-        if edge.kind == "joint" and edge.name is not None and clearance:
-            law = law_of(frame.joints[edge.name].element)
+        element = frame.joints[edge.name].element if edge.kind == "joint" and edge.name is not None else None
+        law = law_of(element) if element is not None and clearance else None
+        play = () if element is None or law is None else element.play
+        radius = np.zeros(()) if element is None or law is None else element.clearance
         return cls(
             edge,
             branch.parent,
@@ -59,6 +73,9 @@ class Joint:
             Numbers.of(np.stack(whole, axis=-1), ndim, 1),
             Numbers.of(np.stack(springs, axis=-1), ndim, 1),
             law,
+            play,
+            Numbers.of(radius, ndim, 0),
+            any(k in edge.ideal for k in play),
         )
 
     def at(self, where: Where) -> Link:
@@ -66,6 +83,11 @@ class Joint:
         axes = None if self.axes is None else self.axes.at(where)
         arm = None if self.arm is None else self.arm.at(where)
         return Link(axes, arm, self.loose, self.forward, self.edge.kind != "tie")
+
+    @cached_property
+    def ideal(self) -> tuple[int, ...]:
+        """Components that are held, whatever the load."""
+        return tuple(k for k in self.edge.ideal if k not in self.play)
 
     @cached_property
     def loose(self) -> NDArray[np.bool_]:

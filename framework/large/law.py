@@ -1,14 +1,24 @@
-"""How the force in a joint depends on its displacement, beyond six springs: the place for contact."""
+"""How the force in a joint depends on its displacement, beyond six springs: the place for contact.
+
+Rigid contact (stiffness inf where the joint has play) has no law: its force p holds the displacement d in the ball of
+radius e. It is found by augmented Lagrangians (Rockafellar, J. Optim. Theory Appl. 12 (1973) 555-562): with a guess of
+p and a stiffness k, the energy ::
+
+    W(d) = k/2 dist(d + p/k, ball)^2 - p^2 / 2k,    f = k (z - the point of the ball nearest to z),  z = d + p/k
+
+is smooth, and p is right where f = p, for any k: so k bears on the way only, not on the result.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, runtime_checkable
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from ..batch import Array
-from ..errors import FrameError
+from ..clearances.contact import law
 from ..protocol import JointElement
 
 Pick = Callable[[Array, int], Array]
@@ -32,18 +42,32 @@ class Law(Protocol):
 
 
 def law_of(element: JointElement) -> Law | None:
-    """The law of a joint element with clearance; None where it has springs only.
+    """The law of a joint element with clearance; None where it has springs only."""
+    return element if isinstance(element, Law) and element.clearance.any() else None
 
-    Raises
-    ------
-    FrameError
-        Where the joint is ideal in the components in which it has play: a rigid contact has no energy.
-    """
-    if not (isinstance(element, Law) and element.clearance.any()):
-        return None
-    if np.isinf(element.stiffness[..., list(element.play)]).any():
-        raise FrameError(
-            "a joint with clearance is ideal (inf) where it has play: large displacement needs a finite contact "
-            "stiffness, such as 2e11; or leave clearances out with clearance=False"
-        )
-    return element
+
+@dataclass(frozen=True)
+class Grip:
+    """Rigid contacts at m entries: guesses of their forces (6, contacts, m), and stiffnesses k (contacts, m)."""
+
+    force: Array
+    stiffness: Array
+
+    def taken(self, kept: Any) -> Grip:
+        """Some of the entries."""
+        return Grip(self.force[..., kept], self.stiffness[..., kept])
+
+    def those(self, contacts: list[int]) -> Grip:
+        """Some of the contacts."""
+        return Grip(self.force[:, contacts], self.stiffness[contacts])
+
+    def put(self, where: Any, other: Grip) -> None:
+        """Replace some of the entries."""
+        self.force[..., where], self.stiffness[..., where] = other.force, other.stiffness
+
+
+def press(displacement: Array, radius: Array, force: Array, stiffness: Array) -> tuple[Array, Array, Array]:
+    """Energy (m,), force (n, m) and tangent (n, n, m) of a rigid contact at a displacement (n, m) in its play."""
+    lean = displacement + force / stiffness
+    pull, tangent, stored = law(lean.T, radius, stiffness)
+    return stored - 0.5 * (force**2).sum(axis=0) / stiffness, pull.T, np.moveaxis(tangent, 0, -1)

@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from .equations import Equations
-from .found import Found, Place
+from .found import Found
 from .model import Model
 from .newton import Newton
-from .numbers import Numbers, Where
+from .numbers import Where
+from .pressing import Pressing
 from .search import Search
+from .start import start
 from .state import State
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
@@ -44,6 +46,7 @@ class March:
         self.model, self.steps = model, steps
         self.newton = Newton(model)
         self.search = Search(self.newton)
+        self.pressing = Pressing(self.search)
         self.count = int(np.prod(model.frame.shape, dtype=np.int64))
         pieces = sum(len(stack.ends) for stack in model.stacks)
         self.chunk = max(1, _CACHE // max(1, 144 * pieces))
@@ -59,7 +62,7 @@ class March:
             wanted = np.flatnonzero(~np.broadcast_to(absent, self.model.frame.shape).reshape(-1))
         for begin in range(0, len(wanted), self.chunk):
             index = wanted[begin : begin + self.chunk]
-            found = Found.nothing(self._start(self.where(index), len(index), factors[0]))
+            found = Found.nothing(start(self.newton, self.where(index), len(index), factors[0]))
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
                 old = found.state
@@ -76,29 +79,9 @@ class March:
         """Indices of entries along each batch axis."""
         return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
 
-    def _start(self, where: Where, count: int, factor: float) -> Place:
-        """The state at rest; where joints have clearance, their journals where the load will press them."""
-        state = self.newton.start(count)
-        loose = [number for number, joint in enumerate(self.model.joints) if joint.law is not None]
-        if not loose:
-            return state
-        tight = March(Model(self.model.plan, clearance=False), 1)
-        found = tight.search.solve(where, tight.newton.start(count), 0.0, factor)
-        state = tight.newton.space(found.state)
-        own = Equations(tight.model, where, count, factor).linearised(state).own
-        for number in loose:
-            joint = self.model.joints[number]
-            element = self.model.frame.joints[str(joint.edge.name)].element
-            play = list(element.play)
-            push = -own[play, number]
-            size = np.sqrt((push**2).sum(axis=0))
-            radius = Numbers.of(element.clearance, self.model.ndim, 0).at(where)
-            state.own[play, number] += radius * push / np.where(size > 0.0, size, 1.0)
-        Equations(self.model, where, count, factor).follow(state)
-        return state
-
     def _step(self, where: Where, begin: Found, low: float, high: float) -> Found:
-        found = self.search.solve(where, begin.state, low, high)
+        search = self.pressing if self.model.contacts else self.search
+        found = search.solve(where, begin.state, low, high)
         found.iterations += begin.iterations
         found.left |= begin.left
         return found

@@ -51,6 +51,8 @@ class Model:
         Edges that close loops, from first to second node.
     multipliers
         Numbers of the forces in the ideal components of the loops (6, loops), among the unknowns.
+    contacts
+        Place among the rigid contacts of those joints and loops, counted on, that have one.
     """
 
     def __init__(self, plan: Plan, *, flat: bool = True, clearance: bool = True) -> None:
@@ -72,6 +74,8 @@ class Model:
         for branch in branches:
             self._hang(Joint.of(plan.topology, branch, clearance), columns)
         self._number(columns)
+        rigid = [number for number, joint in enumerate(self.edges) if joint.rigid]
+        self.contacts = {number: place for place, number in enumerate(rigid)}
 
     def _matters(self, edge: Edge) -> bool:
         """Whether an edge holds anything but motion out of the plane."""
@@ -81,10 +85,10 @@ class Model:
         edge, child = joint.edge, joint.child
         given = offsets(self.frame, edge)
         kept = joint.within(self.components)
-        rotations = {k for k in edge.ideal if k >= 3 and k in kept}
+        rotations = {k for k in joint.ideal if k >= 3 and k in kept}
         whole = rotations == {k for k in kept if k >= 3} and not rotations & set(given)
-        columns[:, child] = [0 if k in kept and k not in edge.ideal else HELD for k in range(6)]
-        for k in set(edge.ideal) & set(given):
+        columns[:, child] = [0 if k in kept and k not in joint.ideal else HELD for k in range(6)]
+        for k in set(joint.ideal) & set(given):
             self.targets[child, k] = Numbers.of(given[k], self.ndim, 0)
         if edge.kind != "support" or not (whole or not rotations):
             self.plain[child] = False
@@ -98,9 +102,7 @@ class Model:
         unknown = np.flatnonzero(order == 0)
         order[unknown] = np.arange(len(unknown))
         self.multipliers = np.full((6, len(self.loops)), HELD)
-        held = [
-            (k, n) for n, loop in enumerate(self.loops) for k in loop.edge.ideal if k in loop.within(self.components)
-        ]
+        held = [(k, n) for n, loop in enumerate(self.loops) for k in loop.ideal if k in loop.within(self.components)]
         for number, place in enumerate(held):
             self.multipliers[place] = len(unknown) + number
         self.free = len(unknown) + len(held)
@@ -109,6 +111,11 @@ class Model:
             order[6 * node + k] = self.free + number
         self.columns = order.reshape(self.count, 6).T.copy()
         self.size = self.free + len(self.driven)
+
+    @cached_property
+    def edges(self) -> list[Joint]:
+        """Joints, then loops."""
+        return self.joints + self.loops
 
     @cached_property
     def chains(self) -> list[list[int]]:

@@ -90,7 +90,13 @@ def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: flo
         raise FrameError(f"node {node!r} is unknown: known are {', '.join(frame.nodes)}")
     if to == 0.0 or not np.isfinite(to):
         raise FrameError(f"path to {name} = {to!r} of {node!r}: give a displacement that is not zero")
-    tracer = _Tracer(Model(Plan(frame.copy(), cut=True)), (node, component(name), to), first)
+    model = Model(Plan(frame.copy(), cut=True))
+    for number in model.contacts:
+        raise FrameError(
+            f"joint {model.edges[number].edge.name!r} is ideal (inf) where it has play: for a path give it a contact "
+            "stiffness, such as 2e11, or no clearance"
+        )
+    tracer = _Tracer(model, (node, component(name), to), first)
     for _ in range(steps):
         if not tracer.step():
             break

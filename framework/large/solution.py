@@ -247,12 +247,12 @@ class LargeSolution:
         """
         from .contact import contact
 
-        self._link(joint)
+        number = self._link(joint)
         loose = loose_joints(self.frame) if self.model.clearance else []
         if joint not in loose:
             told = ", ".join(loose) or "none, or they were left out"
             raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {told}")
-        return contact(self, joint)
+        return contact(self, joint, number)
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
@@ -291,7 +291,7 @@ class LargeSolution:
     @cached_property
     def residual(self) -> Array:
         """Largest unbalanced force over the largest force at a node, (...); moments are divided by the frame's size."""
-        at = self._linear
+        at = self.linear
         newton = self._march.newton
         rows = np.where(newton.scale == 1.0, 1.0 / newton.size, newton.scale > 0.0)[: self.model.free, None]
         largest = np.abs(at.nodal[:3]).max(axis=(0, 1))
@@ -383,12 +383,13 @@ class LargeSolution:
         return Equations(self.model, self._march.where(index), len(index))
 
     @cached_property
-    def _linear(self) -> SpaceLinear:
+    def linear(self) -> SpaceLinear:
+        """Forces and tangent of the whole batch."""
         return self.equations.linearised(self.state)
 
     @property
     def _nodal(self) -> tuple[Array, Array]:
-        return self._linear.nodal, self._linear.own
+        return self.linear.nodal, self.linear.own
 
     @cached_property
     def _trust(self) -> Trust:
@@ -423,6 +424,5 @@ class LargeSolution:
         return member
 
     def _link(self, joint: str) -> int:
-        edges = [link.edge for link in self.model.joints + self.model.loops]
-        links = {edge.name: k for k, edge in enumerate(edges) if edge.kind == "joint"}
+        links = {link.edge.name: k for k, link in enumerate(self.model.edges) if link.edge.kind == "joint"}
         return self._known(joint, {str(name): k for name, k in links.items()}, "joint")

@@ -22,7 +22,7 @@ def least_pivot(march: March, state: State, flat: Model) -> Array:
 
     inf, nothing found against it, where supports out of the plane close loops.
     """
-    model = Model(flat.plan, flat=False)
+    model = Model(flat.plan, flat=False, clearance=flat.clearance)
     if model.loops:
         return np.full(march.count, np.inf)
     _, rows, columns = model.pattern
@@ -48,4 +48,6 @@ def _state(model: Model, flat: Model, state: State) -> State:
         else np.concatenate([state.moved[:, joint.child], rotation.logarithm(state.turned[:, joint.child])])
         for joint in model.joints
     ]
-    return State(state.moved, state.turned, np.stack(own, axis=1) if own else state.own)
+    joints = [place[model.joints[number].child] for number in model.contacts]
+    grip = state.grip.those([flat.contacts[number] for number in joints])
+    return State(state.moved, state.turned, np.stack(own, axis=1) if own else state.own, grip)

@@ -8,17 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from .law import Grip
 from .model import Model
 
 
 @dataclass
 class State:
     """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
-    tree's links and then forces in the ideal components of loops (6, links + loops, m)."""
+    tree's links and then forces in the ideal components of loops (6, links + loops, m), rigid contacts."""
 
     moved: Array
     turned: Array
     own: Array
+    grip: Grip
 
     @classmethod
     def start(cls, model: Model, count: int) -> State:
@@ -26,15 +28,18 @@ class State:
         turned = np.zeros((4, model.count, count))
         turned[0] = 1.0
         own = np.zeros((6, len(model.joints) + len(model.loops), count))
-        return cls(np.zeros((3, model.count, count)), turned, own)
+        contacts = len(model.contacts)
+        grip = Grip(np.zeros((6, contacts, count)), np.ones((contacts, count)))
+        return cls(np.zeros((3, model.count, count)), turned, own, grip)
 
     def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> State:
         """Some of the entries."""
-        return State(self.moved[..., kept], self.turned[..., kept], self.own[..., kept])
+        return State(self.moved[..., kept], self.turned[..., kept], self.own[..., kept], self.grip.taken(kept))
 
     def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: State) -> None:
         """Replace some of the entries."""
         self.moved[..., where], self.turned[..., where], self.own[..., where] = other.moved, other.turned, other.own
+        self.grip.put(where, other.grip)
 
 
 @dataclass(frozen=True)

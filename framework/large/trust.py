@@ -55,6 +55,19 @@ class Trust:
         size = np.concatenate([self.state.moved[:, node], rotation.logarithm(self.state.turned[:, node])])
         return np.asarray(out + 2.0 * _EPS * np.abs(size))
 
+    def _gripped(self) -> Array:
+        """Forces (size + 1, m) that put journals in rigid contact as far off as their place is rounded."""
+        model, count = self.model, self.equations.count
+        out = np.zeros((model.size + 1, count))
+        for number, place in model.contacts.items():
+            joint = model.edges[number]
+            play = list(joint.play)
+            stiffness = self.state.grip.stiffness[place]
+            if number < len(model.joints):
+                reach = np.abs(self.state.own[play, number]).max(axis=0) + joint.clearance.at(self.equations.where)
+                np.add.at(out, model.columns[play, joint.child], _ROUNDINGS * _EPS * stiffness * reach)
+        return out
+
     def _rounding(self) -> Array:
         """Rounding in the unbalanced forces (size, m)."""
         model, count = self.model, self.equations.count
@@ -72,7 +85,7 @@ class Trust:
             ends = np.einsum("ji...,j...->i...", change, wrong)
             nodal += model.gather[k] @ ends.reshape(-1, count)
         forces = _ROUNDINGS * _EPS * (nodal.reshape(6, model.count, count) + np.abs(self.equations.loads))
-        out = np.zeros((model.size + 1, count))
+        out = self._gripped()
         for joint in reversed(model.joints):
             jacobian = np.abs(self.at.jacobians[joint.child])
             chain = model.chains[joint.child]

@@ -1,0 +1,81 @@
+"""Where a load begins: at rest, or with journals where the forces of the frame without clearances press them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..batch import Array
+from .equations import Equations
+from .found import Place
+from .joints import Joint
+from .law import Grip
+from .model import Model
+from .newton import Newton
+from .numbers import Where
+from .search import Search
+from .state import State
+
+# Stiffness by which a rigid contact is found, in units of what it meets.
+_STIFFER = 10.0
+# Clearance, in sizes of the frame or radians, below which it does not soften what a journal meets.
+_SMALL = 1e-9
+
+
+def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
+    """The state in which a search at a share `factor` of the loads had better begin."""
+    model = newton.model
+    loose = [number for number, joint in enumerate(model.edges) if joint.law is not None]
+    if not loose:
+        return newton.start(count)
+    tight = Newton(Model(model.plan, clearance=False))
+    found = Search(tight).solve(where, tight.start(count), 0.0, factor)
+    state = tight.space(found.state)
+    own = Equations(tight.model, where, count, factor).linearised(state).own
+    known = found.converged & np.isfinite(own).all(axis=(0, 1))
+    forces = np.where(known, -own, 0.0)
+    # what held these loops in the components that now have play
+    state.own[:, len(model.joints) :] *= (model.multipliers >= 0)[..., None]
+    state.grip = State.start(model, count).grip
+    for number in loose:
+        if number < len(model.joints):
+            _place(state, number, model.joints[number], forces, model.joints[number].clearance.at(where))
+    equations = Equations(model, where, count, factor)
+    equations.follow(state)
+    if model.contacts:
+        state.grip = _guess(newton, equations, state, forces)
+    return state
+
+
+def _place(state: State, number: int, joint: Joint, forces: Array, radius: Array) -> None:
+    play = list(joint.play)
+    push = forces[play, number]
+    size = np.sqrt((push**2).sum(axis=0))
+    state.own[play, number] += radius * push / np.where(size > 0.0, size, 1.0)
+
+
+def _guess(newton: Newton, equations: Equations, state: State, forces: Array) -> Grip:
+    """Guesses of the forces in rigid contacts, and the stiffnesses by which they are corrected."""
+    model = newton.model
+    force, stiffness = np.zeros_like(state.grip.force), np.empty_like(state.grip.stiffness)
+    met = _met(model, equations.linearised(state).values)
+    for number, place in model.contacts.items():
+        joint = model.edges[number]
+        play = list(joint.play)
+        force[play, place] = forces[play, number]
+        turns = play[0] >= 3
+        radius = np.maximum(joint.clearance.at(equations.where), _SMALL * (1.0 if turns else newton.size))
+        nodes = [joint.child] if number < len(model.joints) else slice(None)
+        columns = model.columns[3:] if turns else model.columns[:3]
+        pressed = np.sqrt((force[:, place] ** 2).sum(axis=0)) / radius
+        most = np.maximum(met[columns[:, nodes]].max(axis=(0, 1)), pressed)
+        stiffness[place] = _STIFFER * np.where(most > 0.0, most, 1.0)
+    return Grip(force, stiffness)
+
+
+def _met(model: Model, values: Array) -> Array:
+    """Stiffness against each coordinate alone, and zero for those that are held (size + 1, m)."""
+    _, rows, columns = model.pattern
+    out = np.zeros((model.size + 1, values.shape[-1]))
+    own = np.flatnonzero(rows == columns)
+    out[rows[own]] = np.abs(values[own])
+    return out
