@@ -105,11 +105,15 @@ class Spring:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Force and moment (..., 6), global, on a link at a point; at no point in particular for a torque."""
+    """Force and moment (..., 6), global, on a link at a point; at no point in particular for a torque.
+
+    Where it `follows`, it turns with the link; the components are those in the drawing.
+    """
 
     link: str
     point: str | None
     value: Array
+    follows: bool = False
 
 
 def beams_of(link: str, points: tuple[str, ...], beam: object, beams: object) -> dict[tuple[str, str], Beam]:

@@ -167,6 +167,7 @@ class Sketch:
         mx: ArrayLike = 0.0,
         my: ArrayLike = 0.0,
         mz: ArrayLike = 0.0,
+        follows: bool = False,
     ) -> None:
         """Load a point with a force and a moment, global.
 
@@ -177,12 +178,22 @@ class Sketch:
         link
             The link that carries the load; the first that has the point where None.
         fx, fy, fz, mx, my, mz
-            Components, (...).
+            Components, (...); with as many entries as the motion has poses, they differ from pose to pose.
+        follows
+            Whether they turn with the link, as the thrust of an engine does; they are then as drawn.
         """
         where = self.end(point if link is None else (link, point), "load")
-        self.loads.append(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz)))
+        self.loads.append(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follows))
 
-    def torque(self, link: str, *, mx: ArrayLike = 0.0, my: ArrayLike = 0.0, mz: ArrayLike = 0.0) -> None:
+    def torque(
+        self,
+        link: str,
+        *,
+        mx: ArrayLike = 0.0,
+        my: ArrayLike = 0.0,
+        mz: ArrayLike = 0.0,
+        follows: bool = False,
+    ) -> None:
         """Load a link with a moment, global.
 
         Parameters
@@ -191,9 +202,11 @@ class Sketch:
             The link.
         mx, my, mz
             Components, (...).
+        follows
+            As for `load`.
         """
         self._link(link, "torque")
-        self.loads.append(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz)))
+        self.loads.append(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follows))
 
     def gravity(self, acceleration: ArrayLike) -> None:
         """Let gravity act on all links.

@@ -57,7 +57,7 @@ def read_linkage(path: str | Path) -> Linkage:
         [[loads]]
         link = "crank"
         point = "B"                     # without a point a torque: mx, my, mz
-        fy = 100.0
+        fy = 100.0                      # follows = true where it turns with the link
 
         [beams.bar]
         section = "flat"
@@ -241,8 +241,12 @@ def _spring(source: Source, linkage: Linkage, index: int) -> None:
 
 def _load(source: Source, linkage: Linkage, index: int) -> None:
     path = ("loads", index)
-    table = source.table(path, (), ("link", "point", *FORCES))
-    force = {key: source.numbers((*path, key)) for key in table if key in FORCES}
+    table = source.table(path, (), ("link", "point", "follows", *FORCES))
+    force: dict[str, Any] = {key: source.numbers((*path, key)) for key in table if key in FORCES}
+    if "follows" in table:
+        if not isinstance(table["follows"], bool):
+            source.fail((*path, "follows"), f"is {table['follows']!r}: give true or false")
+        force["follows"] = table["follows"]
     if "point" not in table and "link" not in table:
         source.fail(path, "is nowhere: give a point, a link, or both")
     link = source.text_at((*path, "link"), (*linkage.links, GROUND)) if "link" in table else None
@@ -251,6 +255,6 @@ def _load(source: Source, linkage: Linkage, index: int) -> None:
             linkage.load(source.text_at((*path, "point"), linkage.points), link=link, **force)
             return
         assert link is not None
-        if any(key.startswith("f") for key in force):
+        if any(key in FORCES[:3] for key in force):
             source.fail(path, f"is a force on link {link!r} at no point: give the point, or moments only")
         linkage.torque(link, **force)

@@ -52,7 +52,8 @@ def applied(motion: Motion) -> Iterator[Action]:
     for load in motion.linkage.loads:
         if load.link != GROUND:
             point = load.point or motion.linkage.links[load.link].points[0]
-            yield Action(load.link, point, motion.position(point, load.link), load.value)
+            value = turned(motion.axes(load.link), load.value) if load.follows else load.value
+            yield Action(load.link, point, motion.position(point, load.link), value)
     for spring in motion.linkage.springs:
         line, force = tension(motion, spring)
         for (link, point), pull in ((spring.first, force), (spring.second, -force)):

@@ -35,9 +35,10 @@ def put_together(loops: Loops, nominal: Sequence[float], start: Pose, values: Ar
         begin[place] = np.broadcast_to(value, shape)
     found, gap = nearest(loops, [np.ravel(x) for x in begin], nominal)
     states = np.stack(np.broadcast_arrays(*found), axis=-1).reshape(*shape, -1)
+    tight = gap.reshape(shape) < max(CLOSED, loops.tolerance)
     closed = [
         (int(tried[k]), pose)
-        for k, t in np.argwhere(gap.reshape(shape).T < max(CLOSED, loops.tolerance))
+        for k, t in np.argwhere(tight.T)
         if (pose := loops.close(states[t, k].tolist(), nominal)) is not None
     ]
     return next((each for each in closed if not flips(start, each[1])), next(iter(closed), None))
