@@ -155,6 +155,6 @@ def _spring(spring: Spring) -> Table:
 
 
 def _load(load: Load) -> Table:
-    where = {"link": load.link} if load.point is None else {"link": load.link, "point": load.point}
+    where: Table = {"link": load.link} | ({} if load.point is None else {"point": load.point})
     where |= {"follows": True} if load.follows else {}
     return where | {name: load.value[..., k] for k, name in enumerate(FORCES) if np.any(load.value[..., k])}
