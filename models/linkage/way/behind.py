@@ -18,10 +18,10 @@ CLOSED = 1e-9
 
 
 def put_together(loops: Loops, nominal: Sequence[float], start: Pose, values: Array) -> tuple[int, Pose] | None:
-    """The first of the driven states (poses, f) at which the linkage can be put together, and its pose there.
+    """The first of the driven states (poses, f) at which the linkage can be put together as drawn, and its pose there.
 
-    If there is one, a pose with determinants of the drawing's signs, as the open configuration of a four-bar is told
-    from the crossed one. Some poses, evenly spread, are tried, from the drawing and from positions at random around it.
+    As drawn means determinants of the same signs, which tell the open configuration of a four-bar from the crossed one.
+    Some poses, evenly spread, are tried, from the drawing and from positions at random around it.
     """
     if not len(values) or not loops.linear.signs or loops.driven_balls:
         return None
@@ -35,10 +35,8 @@ def put_together(loops: Loops, nominal: Sequence[float], start: Pose, values: Ar
         begin[place] = np.broadcast_to(value, shape)
     found, gap = nearest(loops, [np.ravel(x) for x in begin], nominal)
     states = np.stack(np.broadcast_arrays(*found), axis=-1).reshape(*shape, -1)
-    tight = gap.reshape(shape) < max(CLOSED, loops.tolerance)
-    closed = [
-        (int(tried[k]), pose)
-        for k, t in np.argwhere(tight.T)
-        if (pose := loops.close(states[t, k].tolist(), nominal)) is not None
-    ]
-    return next((each for each in closed if not flips(start, each[1])), next(iter(closed), None))
+    for k, t in np.argwhere((gap.reshape(shape) < max(CLOSED, loops.tolerance)).T):
+        pose = loops.close(states[t, k].tolist(), nominal)
+        if pose is not None and not flips(start, pose):
+            return int(tried[k]), pose
+    return None
