@@ -6,6 +6,7 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
 from importlib.metadata import version
+from io import TextIOWrapper
 
 from ..framework.errors import FrameError
 from .four_bar import command as four_bar
@@ -38,6 +39,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit code: 0 when the job is done, 2 for bad input, 130 when interrupted.
     """
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal whose encoding has no Greek letters shows question marks for them.
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
     options = parser().parse_args(arguments)
     try:
         options.run(options)

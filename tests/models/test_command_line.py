@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -135,6 +136,22 @@ def test_interrupted_job_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(job, "report", interrupted)
     assert main(["four-bar", "--poses", "30", "60", "10", "--samples", "5", "--out", str(tmp_path / "a" / "b")]) == 130
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_terminals_without_greek_letters(tmp_path: Path, encoding: str) -> None:
+    options = ["four-bar", "--poses", "30", "30", "1", "--samples", "2", "--out", str(tmp_path / "out")]
+    for arguments, told in ((options, "table1.csv"), (["four-bar", "--help"], "clearance ?")):
+        outcome = subprocess.run(
+            [sys.executable, "-c", f"from linkframe.models.command_line import main; main({arguments!r})"],
+            capture_output=True,
+            env=os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"},
+            check=False,
+        )
+        assert outcome.returncode == 0
+        assert told in outcome.stdout.decode(encoding)
+        assert outcome.stderr == b""
+    assert (tmp_path / "out" / "report.md").is_file()
 
 
 def test_installed_command_prints_no_traceback(tmp_path: Path) -> None:
