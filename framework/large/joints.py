@@ -33,6 +33,8 @@ class Joint:
         Components with play, none where it has no law, and its radius.
     rigid
         Whether contact is rigid.
+    lead
+        Advance of a screw by its turn, None for none.
     """
 
     edge: Edge
@@ -47,6 +49,7 @@ class Joint:
     play: tuple[int, ...]
     clearance: Numbers
     rigid: bool
+    lead: Numbers | None
 
     @classmethod
     def of(cls, topology: Topology, branch: Branch, clearance: bool) -> Joint:
@@ -76,13 +79,15 @@ class Joint:
             play,
             Numbers.of(radius, ndim, 0),
             any(k in edge.ideal for k in play),
+            Numbers.of(element.pitch / (2.0 * np.pi), ndim, 0) if element is not None and element.pitch.any() else None,
         )
 
     def at(self, where: Where) -> Link:
         """Geometry at some entries."""
         axes = None if self.axes is None else self.axes.at(where)
         arm = None if self.arm is None else self.arm.at(where)
-        return Link(axes, arm, self.loose, self.forward, self.edge.kind != "tie")
+        lead = None if self.lead is None else self.lead.at(where)
+        return Link(axes, arm, self.loose, self.forward, self.edge.kind != "tie", lead)
 
     @cached_property
     def ideal(self) -> tuple[int, ...]:

@@ -7,6 +7,7 @@ A joint's displacement (t, p) is measured in axes that follow its first node, wi
 so that an ideal component is absent, and a stiff spring stands alone on its own coordinate, however far the joint has
 moved. The rotation E(p) = exp(held part of p) exp(loose part of p) is that of the rotation vector p where all three
 springs are alike; otherwise the loosest springs turn first, so that a pin keeps its axis through any number of turns.
+Of a screw the coordinate along z is what its advance leaves, ``t_z - lead p_z``.
 
 Vectors are (3, m), matrices (3, 3, m), m batch entries. Variations of rotation are spins in space.
 """
@@ -39,6 +40,8 @@ class Link:
         Whether the child is the second node.
     follows
         Whether the translation's axes turn with the first node (not for ties).
+    lead
+        Advance of a screw along z by the turn about z (m,), None for none.
     """
 
     axes: Array | None
@@ -46,6 +49,31 @@ class Link:
     loose: NDArray[np.bool_]
     forward: bool
     follows: bool
+    lead: Array | None = None
+
+    def whole(self, own: Array) -> Array:
+        """Displacement (6, m) from the coordinates: a screw's advance added."""
+        if self.lead is None:
+            return own
+        out = own.copy()
+        out[2] += self.lead * own[5]
+        return out
+
+    def rest(self, displacement: Array) -> Array:
+        """Coordinates (6, m) from the displacement: what a screw's advance leaves of it."""
+        if self.lead is None:
+            return displacement
+        out = displacement.copy()
+        out[2] -= self.lead * displacement[5]
+        return out
+
+    def exerted(self, force: Array) -> Array:
+        """Force and moment (6, m) from forces on the coordinates: that along a screw turns, too."""
+        if self.lead is None:
+            return force
+        out = force.copy()
+        out[5] -= self.lead * force[2]
+        return out
 
     def relative(self, turned: Array) -> Array:
         """Quaternion of the relative rotation in the global axes of the start."""
@@ -55,6 +83,7 @@ class Link:
 
     def child(self, displacement: Array, turned: Array, own: Array) -> tuple[Array, Array]:
         """Displacement and quaternion of the child from those of the parent and the link's own (6, m)."""
+        own = self.whole(own)
         relative = self.relative(own[3:])
         q = rotation.product(turned, relative if self.forward else rotation.conjugate(relative))
         first = turned if self.forward else q
@@ -76,11 +105,12 @@ class LinkChange:
     first
         Quaternion of its first node (4, m).
     own
-        Its displacement (6, m).
+        Its coordinates (6, m).
     """
 
     def __init__(self, link: Link, first: Array, own: Array) -> None:
         self.link = link
+        own = link.whole(own)
         turn = rotation.matrix(first)
         self.axes = turn if link.axes is None else times(turn, link.axes)
         self.slides = self.axes if link.follows else np.broadcast_to(np.eye(3)[..., None], turn.shape)
@@ -107,6 +137,8 @@ class LinkChange:
             out[:3, 3:] = times(spin(self.arm), first)
             out[:3, 6:9] -= self.slides
             out[3:, 3:] = first
+        if self.link.lead is not None:
+            out[:, 11] += self.link.lead * out[:, 8]
         return out
 
     def forces(self, force: Array) -> tuple[Array, Array]:
@@ -141,6 +173,9 @@ class LinkChange:
         out[6:] = sign * times(transposed(self.turns), inner)
         seen = times(transposed(self.axes), felt)
         out[6:, 6:] += sign * self.own_slope(seen)
+        if self.link.lead is not None:
+            out[:, 8] += self.link.lead * out[:, 5]
+            out[8] += self.link.lead * out[5]
         return out
 
     def _first_spin(self) -> Array:

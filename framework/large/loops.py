@@ -15,7 +15,7 @@ from .rotation import inverse, spin, times, transposed
 
 
 def displacement(link: Link, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> Array:
-    """Displacement (6, m) of the second node relative to the first, in the edge's axes."""
+    """Displacement (6, m) of the second node relative to the first, in the edge's axes; less a screw's advance."""
     back = rotation.conjugate(turned[0])
     shift = moved[1] - moved[0]
     if link.follows:
@@ -26,7 +26,7 @@ def displacement(link: Link, moved: tuple[Array, Array], turned: tuple[Array, Ar
         axes = transposed(link.axes)
         shift = times(axes, shift)
         relative = np.concatenate([relative[:1], times(axes, relative[1:])])
-    return np.concatenate([shift, _angles(relative, link.loose)])
+    return link.rest(np.concatenate([shift, _angles(relative, link.loose)]))
 
 
 def _angles(q: Array, loose: np.ndarray) -> Array:
@@ -72,10 +72,13 @@ class LoopChange:
         if self.link.follows:
             out[:3, 3:6] = times(slides, spin(self.arm))
         out[3:, 3:6], out[3:, 9:] = -self.back, self.back
+        if self.link.lead is not None:
+            out[2] -= self.link.lead * out[5]
         return out
 
     def geometric(self, force: Array) -> Array:
         """Derivative of ``jacobian^T force`` at a constant force (6, m), by displacements and spins (12, 12, m)."""
+        force = self.link.exerted(force)
         push = times(self.change.slides, force[:3])
         felt = times(transposed(inverse(self.change.tangent)), force[3:])
         moment = times(self.change.axes, felt)

@@ -11,6 +11,7 @@ from scipy.sparse import csr_matrix
 from ..batched.plan import Plan
 from ..errors import FrameError
 from ..structure.assembly import component_loads
+from ..structure.parts import is_zero
 from ..structure.topology import Index
 from ..structure.tree import GROUND, Branch, Edge
 from .joints import Joint, forest, offsets
@@ -64,7 +65,9 @@ class Model:
         self.loads = Loads.of(plan.topology)
         self.stacks = [Stack.of(plan.topology, group) for group in plan.topology.groups]
         self.components = plane(plan.topology, plan.tree.edges, self.loads) if flat else WHOLE
-        branches, closing = forest([edge for edge in plan.tree.edges if self._matters(edge)])
+        edges = [edge for edge in plan.tree.edges if self._matters(edge)]
+        # of equals the first is in the tree, where a turn has no end
+        branches, closing = forest(sorted(edges, key=lambda edge: is_zero(edge.pitch)))
         self.loops = [Joint.of(plan.topology, Branch(e, e.first, e.second, 1.0), clearance) for e in closing]
         self.plain = np.ones(self.count, dtype=bool)
         self.joints: list[Joint] = []
@@ -202,9 +205,4 @@ def _check(plan: Plan) -> None:
             raise FrameError(
                 f"member {name!r} carries a force at rest, which would turn with it: for large displacement give it no "
                 "force at rest, and load the frame instead"
-            )
-    for name, joint in plan.frame.joints.items():
-        if np.any(joint.element.pitch):
-            raise FrameError(
-                f"joint {name!r} is a screw: for large displacement give it no pitch, or prescribe its motion"
             )

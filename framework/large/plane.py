@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
+from ..structure.parts import is_zero
 from ..structure.topology import Topology
 from ..structure.tree import Edge
 from .joints import offsets
@@ -16,7 +17,12 @@ WHOLE = (0, 1, 2, 3, 4, 5)
 
 
 def plane(topology: Topology, edges: list[Edge], loads: Loads) -> tuple[int, ...]:
-    """Components in which nodes move: three where frame, loads and given motions keep to a plane, else all six."""
+    """Components in which nodes move: three where frame, loads and given motions keep to a plane, else all six.
+
+    A screw pushes across the plane in which it turns, or turns across that in which it is pushed.
+    """
+    if not all(is_zero(edge.pitch) for edge in edges):
+        return WHOLE
     axes, vectors = _axes(topology, edges), _vectors(topology, edges, loads)
     chords = [group.level[..., 0, :] for group in topology.groups]
     for kept in _PLANES:

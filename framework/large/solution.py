@@ -17,6 +17,7 @@ from ..errors import FrameError
 from . import rotation
 from .equations import Equations
 from .found import Found
+from .links import Link
 from .march import History, March
 from .model import Model
 from .numbers import batch_first
@@ -74,7 +75,6 @@ class LargeSolution:
             raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
         if not isinstance(steps, int) or steps < 1:
             raise FrameError(f"steps is {steps!r}: give a whole number above zero")
-        frame.refuse_screws("large displacements")
         return cls(frame.copy(), steps, clearance)
 
     @property
@@ -132,9 +132,7 @@ class LargeSolution:
             ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
         """
         number = self._link(joint)
-        if number >= len(self.model.joints):
-            return self._shaped(self.equations.loop_displacement(self.state, number - len(self.model.joints)))
-        return self._shaped(self.state.own[:, number])
+        return self._shaped(self._edge(number).whole(self.equations.own(self.state, number)))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -225,7 +223,8 @@ class LargeSolution:
         ndarray
             ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components.
         """
-        return self._shaped(-self._nodal[1][:, self._link(joint)])
+        number = self._link(joint)
+        return self._shaped(-self._edge(number).exerted(self._nodal[1][:, number]))
 
     def contact(self, joint: str) -> Contact:
         """Where a joint with clearance is in contact, and how hard it is pressed.
@@ -422,6 +421,9 @@ class LargeSolution:
     def _member(self, member: str) -> str:
         self._known(member, {name: k for k, name in enumerate(self.frame.members)}, "member")
         return member
+
+    def _edge(self, number: int) -> Link:
+        return self.model.edges[number].at(self.equations.where)
 
     def _link(self, joint: str) -> int:
         links = {link.edge.name: k for k, link in enumerate(self.model.edges) if link.edge.kind == "joint"}

@@ -135,4 +135,3 @@ def test_what_does_not_know_screws_says_so() -> None:
     frame = spindle(np.array([1e7] * 5 + [25.0]), np.eye(3), closed=False)
     frame.load("D", fz=1.0)
     refused(lambda: frame.solve().error_bound("D"), "joint 'screw' is a screw, and error bounds")
-    refused(lambda: frame.solve(large=True), "joint 'screw' is a screw, and large displacements")

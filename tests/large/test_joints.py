@@ -19,7 +19,8 @@ def link(loose: tuple[int, ...], forward: bool, follows: bool) -> Link:
     rng = np.random.default_rng(3)
     axes = rotation.matrix(rotation.normalised(rng.standard_normal((4, COUNT)))) if follows else None
     arm = rng.standard_normal((3, COUNT)) if follows else None
-    return Link(axes, arm, np.array(loose, dtype=bool), forward, follows)
+    lead = rng.standard_normal(COUNT) if follows else None
+    return Link(axes, arm, np.array(loose, dtype=bool), forward, follows, lead)
 
 
 def places() -> tuple[Place, Place, np.ndarray, np.ndarray]:
