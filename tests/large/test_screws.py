@@ -115,7 +115,7 @@ def test_small_turns_are_linear(held: float) -> None:
 
 
 def test_a_screw_jack() -> None:
-    """A driven spindle, its nut held from turning: the nut lifts its load by the pitch a turn, at the torque F p / 2 pi."""
+    """A driven spindle, its nut held from turning: the nut rises by the pitch a turn, at the torque F p / 2 pi."""
     turns, load = np.array([0.25, 1.0, 6.0]), 500.0
     frame = Frame()
     for name in ("A", "S", "N", "G"):
