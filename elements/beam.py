@@ -464,6 +464,8 @@ class Beam(LineElement):
 
 
 def _check_parts(beam: Beam) -> None:
+    if not isinstance(beam.shear, bool | np.bool_):
+        raise FrameError(f"Beam: shear = {beam.shear!r} must be True (Timoshenko) or False (Euler-Bernoulli)")
     for name, value, kind in (("section", beam.section, CrossSection), ("material", beam.material, Material)):
         if not isinstance(value, kind):
             raise FrameError(f"Beam: {name} is a {type(value).__name__}; give a {kind.__name__}")

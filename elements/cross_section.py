@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from ..framework.protocol import Array
-from .parameters import Real, common_shape, positive
+from .parameters import Real, common_shape, derived_number, positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +47,13 @@ class CrossSection(ABC):
         for size, value in self.sizes().items():
             object.__setattr__(self, size, positive(name, size, value))
         common_shape(name, {size: np.shape(value) for size, value in self.sizes().items()})
-        for derived, value in self._derive().items():
-            object.__setattr__(self, derived, value)
+        try:
+            with np.errstate(all="ignore"):
+                derived = self._derive()
+        except ArithmeticError:
+            derived = {"A": np.inf}
+        for each, value in derived.items():
+            object.__setattr__(self, each, derived_number(name, each, value))
 
     def sizes(self) -> dict[str, Real]:
         """What the section was made from, by name."""

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..framework.batch import rotation
 from ..framework.clearances.contact import law
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, JointElement
 from .parameters import array_of, common_shape, require
 from .play import checked_play
-
-ORTHONORMAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -39,7 +38,7 @@ class Joint(JointElement):
         the global axes if not given.
     clearance : array_like
         Radial clearance ε, (...), length (angle where the play is in rotations); 0 for none.
-    play : sequence of str, optional
+    play : str or sequence of str, optional
         Components ``ux uy uz`` or ``rx ry rz`` in which the joint has play, of one and the same stiffness. If not
         given, the translations that the joint holds, but for the one along its axis if it turns about one axis
         only: ``ux uy`` of a revolute about z, all three of a spherical joint, ``uy uz`` of a slider along x.
@@ -74,14 +73,14 @@ class Joint(JointElement):
         axes: ArrayLike | None = None,
         *,
         clearance: ArrayLike = 0.0,
-        play: Sequence[str] | None = None,
+        play: str | Sequence[str] | None = None,
         pitch: ArrayLike = 0.0,
     ) -> None:
         springs = array_of("Joint", "stiffness", stiffness)
         if springs.shape[-1:] != (6,):
             raise FrameError(f"Joint: stiffness has shape {springs.shape}; give six springs, (..., 6)")
         require("Joint", "stiffness", springs, springs >= 0.0, "0 (free) to inf (ideal)")
-        turned = None if axes is None else _checked_axes(axes)
+        turned = None if axes is None else rotation(axes, "Joint: axes")
         gap = array_of("Joint", "clearance", clearance)
         require("Joint", "clearance", gap, np.isfinite(gap) & (gap >= 0.0), "a length, zero or above")
         advance = array_of("Joint", "pitch", pitch)
@@ -154,15 +153,3 @@ class Joint(JointElement):
             tangent[np.ix_(range(len(force)), free, free)] = turning
             energy = energy + stored
         return energy, force, tangent
-
-
-def _checked_axes(axes: ArrayLike) -> Array:
-    columns = array_of("Joint", "axes", axes)
-    if columns.shape[-2:] != (3, 3):
-        raise FrameError(f"Joint: axes has shape {columns.shape}; give the three axes as columns, (..., 3, 3)")
-    gap = np.max(np.abs(np.swapaxes(columns, -1, -2) @ columns - np.eye(3)), initial=0.0)
-    if not gap < ORTHONORMAL:
-        raise FrameError(f"Joint: axes are not orthonormal (by {gap:.1e}); give three unit vectors, as columns")
-    if np.any(np.linalg.det(columns) < 0.0):
-        raise FrameError("Joint: axes are left-handed; turn one of the columns round")
-    return columns

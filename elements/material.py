@@ -8,7 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..framework.errors import FrameError
-from .parameters import Real, common_shape, not_negative, number, positive, require
+from .parameters import (
+    Real,
+    array_of,
+    as_real,
+    common_shape,
+    derived_number,
+    not_negative,
+    number,
+    positive,
+    require,
+)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -68,8 +78,9 @@ class Material:
             ratio = young / (2.0 * shear) - 1.0
         else:
             raise FrameError(f"Material: nu = {nu!r}, G = {G!r}: give one of the two, nu or G")
-        for name, value in (("E", young), ("nu", ratio), ("G", shear)):
-            object.__setattr__(self, name, value)
+        object.__setattr__(self, "E", young)
+        object.__setattr__(self, "nu", as_real(array_of("Material", "nu", ratio)))
+        object.__setattr__(self, "G", derived_number("Material", "G", shear))
         object.__setattr__(self, "density", not_negative("Material", "density", density))
         common_shape("Material", {name: np.shape(getattr(self, name)) for name in ("E", "G", "density")})
 

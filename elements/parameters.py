@@ -49,6 +49,13 @@ def not_negative(owner: str, name: str, value: ArrayLike) -> Real:
     return checked
 
 
+def derived_number(owner: str, name: str, value: Array | float) -> Real:
+    """What follows from checked numbers: above zero and finite unless those leave the range of floats."""
+    array = array_of(owner, name, value)
+    require(owner, name, array, np.isfinite(array) & (array > 0.0), "within the range of floats; take another unit")
+    return as_real(array)
+
+
 def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
     """Broadcast of named shapes; the names are told when they do not fit."""
     try:

@@ -25,7 +25,7 @@ def radial(springs: Array) -> tuple[int, ...]:
     return tuple(k for k in TRANSLATIONS if held[k] and k not in along)
 
 
-def checked_play(springs: Array, names: Sequence[str] | None) -> tuple[int, ...]:
+def checked_play(springs: Array, names: str | Sequence[str] | None) -> tuple[int, ...]:
     """Indices of the components in `names`, or of `radial` play where None.
 
     Raises
@@ -34,6 +34,7 @@ def checked_play(springs: Array, names: Sequence[str] | None) -> tuple[int, ...]
         If there are none, if translations and rotations are mixed, or if the springs of these components are not
         equal and above zero: the contact stiffness would depend on the direction, or there would be no contact.
     """
+    names = (names,) if isinstance(names, str) else names
     found = radial(springs) if names is None else tuple(sorted({component(name) for name in names}))
     told = " ".join(DISPLACEMENTS[k] for k in found)
     if not found:

@@ -89,7 +89,7 @@ def _tensor(inertia: Array) -> Array:
     require("PointMass", "inertia", inertia, np.isfinite(inertia), "finite; give a moment of inertia")
     if inertia.shape[-2:] != (3, 3):
         require("PointMass", "inertia", inertia, inertia >= 0.0, "zero or above; give its magnitude")
-        return np.asarray(inertia[..., :, None] * np.eye(3))
+        return array_of("PointMass", "inertia", inertia[..., :, None] * np.eye(3))
     if not np.array_equal(inertia, np.swapaxes(inertia, -1, -2)):
         raise FrameError("PointMass: inertia is not symmetric; give the tensor with Ixy = Iyx, Ixz = Izx, Iyz = Izy")
     least: Array = np.asarray(np.linalg.eigvalsh(inertia)[..., 0], dtype=np.float64)

@@ -166,7 +166,8 @@ class Spring(LineElement):
             End displacements in local axes, (..., 12).
         """
         stiffness, _ = self.springs(length)
-        pull = stiffness * (displacement[..., 6:] - displacement[..., :6])
+        moved = np.asarray(displacement, dtype=np.float64)
+        pull = stiffness * (moved[..., 6:] - moved[..., :6])
         return np.concatenate([-pull, pull], axis=-1)
 
     def shape_functions(self, length: Array | float, x: Array | float) -> Array:

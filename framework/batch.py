@@ -56,9 +56,11 @@ def rotation(value: ArrayLike, what: str) -> Array:
     array = finite(value, what)
     if array.ndim < 2 or array.shape[-2:] != (3, 3):
         raise FrameError(f"{what} have shape {array.shape}: give (..., 3, 3), the axes as columns")
-    off = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max()
-    if off > 1e-9 or np.any(np.linalg.det(array) < 0):
-        raise FrameError(f"{what} are not right-handed orthonormal axes (off by {off:.2g}): normalise them")
+    off = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(initial=0.0)
+    if off > 1e-9:
+        raise FrameError(f"{what} are not orthonormal (off by {off:.2g}): give three unit vectors at right angles")
+    if np.any(np.linalg.det(array) < 0.0):
+        raise FrameError(f"{what} are left-handed: turn one of the columns round")
     return array
 
 

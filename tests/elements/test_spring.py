@@ -80,3 +80,8 @@ def test_what_cannot_be_is_refused() -> None:
         Spring([1.0, 2.0], [1.0, 2.0, 3.0])
     with pytest.raises(FrameError, match="stress needs a section"):
         Spring(1.0).stress(0.5, np.zeros(6))
+
+
+def test_displacements_may_be_a_list() -> None:
+    stretched = Spring(stiffness=2e3).end_forces(0.5, [0.0] * 6 + [0.1] + [0.0] * 5)  # type: ignore[arg-type]
+    assert_allclose(stretched[[0, 6]], [-200.0, 200.0])

@@ -55,6 +55,13 @@ ELEMENTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
     "negative area": (lambda: Section(A=-1.0, Iy=1.0, Iz=1.0, J=1.0), ("Section", "A", "-1", "positive")),
     "zero inertia": (lambda: Section(A=1.0, Iy=0.0, Iz=1.0, J=1.0), ("Section", "Iy", "0", "positive")),
     "NaN torsion constant": (lambda: Section(A=1.0, Iy=1.0, Iz=1.0, J=NAN), ("Section", "J", "nan")),
+    "section too small for floats": (lambda: Rectangle(y=1e-200, z=1e-200), ("Rectangle", "A", "0", "range of floats")),
+    "section too large for floats": (lambda: Rectangle(y=1e200, z=1e200), ("Rectangle", "A", "inf", "another unit")),
+    "I-section too large for floats": (
+        lambda: ISection(height=3e150, width=1e150, web=1e148, flange=1e148),
+        ("ISection", "A", "inf", "another unit"),
+    ),
+    "shear in words": (lambda: Beam(BAR, STEEL, shear="no"), ("Beam", "shear", "'no'", "False")),  # type: ignore[arg-type]
     "no segments": (lambda: Beam(BAR, STEEL, segments=0), ("Beam", "segments", "0")),
     "half a segment": (lambda: Beam(BAR, STEEL, segments=2.5), ("Beam", "segments", "2.5")),
     "unknown release": (lambda: Beam(BAR, STEEL, release=("middle rz",)), ("Beam", "release", "middle rz", "start rz")),
@@ -258,3 +265,21 @@ def test_arrays_of_the_user_stay_his_own() -> None:
         array *= 2.0
     assert_allclose(made.solve().displacement("B"), before, rtol=0.0)
     assert_allclose(solution.displacement("B"), before, rtol=0.0)
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        Rectangle(y=[1.0, 2.0], z=1.0).y,
+        Rectangle(y=[1.0, 2.0], z=1.0).J,
+        Tube(outer=[1.0, 2.0], thickness=0.1).A,
+        Material(E=[1.0, 2.0], nu=0.3).G,
+        Material(E=[1.0, 2.0], G=1.0).nu,
+        PointMass(1.0, inertia=(1.0, 1.0, 1.0)).inertia,
+        Joint(stiffness=(1.0,) * 6, axes=np.eye(3)).axes,
+    ],
+)
+def test_what_many_frames_may_share_cannot_be_written_to(array: object) -> None:
+    assert isinstance(array, np.ndarray)
+    with pytest.raises(ValueError, match="read-only"):
+        array[...] = 1.0
