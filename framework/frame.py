@@ -350,7 +350,7 @@ class Frame:
     def offset(self, joint: str, **displacement: ArrayLike) -> None:
         """Impose a relative displacement in a joint, in its own axes: clearance, misfit, actuation.
 
-        The joint's springs act on what its displacement differs from the offset.
+        The joint's springs act on what its displacement differs from the offset; an imposed turn drives a screw.
 
         Parameters
         ----------

@@ -73,7 +73,7 @@ class Edge:
         out = [dict(row) for row in moved]
         for row, offset in zip(out, self.offset, strict=True):
             add_row(row, offset, -1.0)
-        add_row(out[ALONG], out[ABOUT], combine([(-1.0, self.pitch)]))
+        add_row(out[ALONG], moved[ABOUT], combine([(-1.0, self.pitch)]))
         return out
 
 
@@ -145,9 +145,8 @@ class Tree:
         row = dict(branch.edge.offset[component])
         if component not in branch.edge.ideal:
             add_row(row, self.elimination.substituted({6 * branch.child + component: 1.0}))
-        if component == ALONG and ABOUT not in branch.edge.ideal:
-            turn = self.elimination.substituted({6 * branch.child + ABOUT: 1.0})
-            add_row(row, turn, branch.edge.pitch)
+        if component == ALONG and not is_zero(branch.edge.pitch):
+            add_row(row, self.joint_row(branch, ABOUT), branch.edge.pitch)
         return row
 
     def turn(self, node: int) -> Matrix3:
@@ -202,9 +201,10 @@ class Tree:
                 add_row(rows[i], offset, factor)
                 if free:
                     rows[i][6 * child + k] = factor
-        if ABOUT not in edge.ideal and not is_zero(edge.pitch):
+        if not is_zero(edge.pitch):
+            turn: Row = edge.offset[ABOUT] if ABOUT in edge.ideal else {**edge.offset[ABOUT], 6 * child + ABOUT: 1.0}
             for i, factor in _column(axes, ALONG, sign):
-                add_row(rows[i], {6 * child + ABOUT: 1.0}, combine([(edge.pitch, factor)]))
+                add_row(rows[i], turn, combine([(edge.pitch, factor)]))
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
     def _carried(self, edge: Edge, node: int, sign: float = 1.0) -> list[Row]:

@@ -93,6 +93,26 @@ def test_rigid_loop_through_a_screw(turning: float) -> None:
     np.testing.assert_allclose(moments, np.cross([1.0, 0.0, 0.0], load), atol=1e-12)
 
 
+@pytest.mark.parametrize("turning", [np.inf, 25.0], ids=["driven", "driven through a spring"])
+@pytest.mark.parametrize(
+    ("held", "second"), [(np.inf, False), (1e7, False), (1e7, True)], ids=["ideal", "stiff", "stiff, closing a loop"]
+)
+def test_an_imposed_turn_drives(held: float, turning: float, second: bool) -> None:
+    """A turn of the nut by θ lifts the rod by θ p / 2 pi, and a force F turns it back by F p / 2 pi k."""
+    angle, force = 0.02, 100.0
+    frame = spindle(np.array([held] * 5 + [turning]), TURNED, closed=False)
+    frame.offset("screw", rz=angle)
+    frame.load("D", **dict(zip(("fx", "fy", "fz"), force * TURNED[:, 2], strict=True)))
+    if second:  # the same screw once more, doing half of the work
+        frame.add("twin", Joint(np.array([held] * 5 + [turning]), axes=TURNED, pitch=PITCH), "B", "C")
+        frame.offset("twin", rz=angle)
+    moved = frame.solve().joint_displacement("screw")
+    share = 0.5 if second else 1.0
+    back = LEAD * force * share / turning
+    assert moved[5] == pytest.approx(angle + back, rel=1e-11)
+    assert moved[2] == pytest.approx(LEAD * moved[5] + (0.0 if np.isinf(held) else force * share / held), rel=1e-11)
+
+
 def test_stiffness_matrix_is_the_hessian_of_the_energy() -> None:
     springs = np.array([3.0, 5.0, 7.0, 11.0, 13.0, 17.0])
     joint = Joint(springs, axes=TURNED, pitch=PITCH)

@@ -105,6 +105,7 @@ def test_small_turns_are_linear(held: float) -> None:
         frame = spindle(Joint((held,) * 5 + (40.0,), axes=TURNED, pitch=PITCH), guided=True)
         push(frame, "D", 0.3 * size, 0.05 * size, TURNED[:, 0])
         push(frame, "D", 8.0 * size, 1.0 * size, TURNED[:, 2])
+        frame.offset("screw", rz=0.01 * size, uz=1e-5 * size)
         large, linear = frame.solve(large=True), frame.solve()
         results = (("displacement", "D"), ("joint_displacement", "screw"), ("joint_force", "screw"), ("reaction", "A"))
         for kind, name in results:
