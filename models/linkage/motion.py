@@ -688,7 +688,7 @@ class Motion:
         """Results of a program, entry by entry, NaN where the pose is not assembled."""
         state, *others = inputs
         found: Sequence[Value] = program[1](state, self.mechanism.parameters, *others)
-        if self.assembly.closed.all():
+        if self.assembly.all_closed:
             return list(found)
         return [np.where(self.assembly.closed, x, np.nan) for x in found]
 
@@ -704,10 +704,7 @@ class Motion:
 
     def _arm(self, link: str, axes: list[list[Value]], place: Array) -> list[Value]:
         """Vector from the link's reference point to a place, in the ground's axes."""
-        body = self.mechanism.bodies[link]
-        arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.mechanism.size
-        components = [0.0 if not np.any(arm[..., k]) else arm[..., k] for k in range(3)]
-        return _combined(axes, components)
+        return _combined(axes, self.mechanism.arm(link, place))
 
     def _velocity_at(self, link: str, place: Array) -> Array:
         omega, v, _, _ = self._rates(link)
@@ -730,10 +727,9 @@ class Motion:
         out = np.empty((*shape, 3))
         for k, x in enumerate(components):
             out[..., k] = x * scale
-        axes = self.mechanism.bodies[GROUND].drawn_axes
-        if np.array_equal(axes, np.eye(3)):
+        if self.mechanism.upright:
             return out
-        return np.asarray(np.einsum("...ij,...j->...i", axes, out))
+        return np.asarray(np.einsum("...ij,...j->...i", self.mechanism.bodies[GROUND].drawn_axes, out))
 
     # -- look-up ----------------------------------------------------------------------------------------------------
 

@@ -199,7 +199,8 @@ def test_peaucellier_draws_an_exact_line():
     q = motion.position("Q")
     assert_allclose(q[:, 0], 0.84, atol=1e-14)
     assert_allclose(q[:, 1], 0.84 * np.tan(theta / 2), atol=1e-13)
-    assert_allclose(motion.acceleration("Q")[:, 0], 0.0, atol=1e-11)
+    # at the ends all lie nearly in line, conditioning 2e-3, whose square takes digits from accelerations
+    assert_allclose(motion.acceleration("Q")[:, 0], 0.0, atol=3e-11)
     assert linkage.mobility().true == 1
     audit(linkage, lambda t: {"A": t})
 

@@ -233,7 +233,7 @@ def test_entries_of_a_batch() -> None:
         assert linkage.mobility(entry=entry).true == 1
     assert_allclose(linkage.drive_range("slide").upper, rods[0, 0] + 1.0, rtol=1e-12)
     for wrong in (0, (0, 2), (0, 0, 0)):
-        with pytest.raises(FrameError, match="give one index an axis"):
+        with pytest.raises(FrameError, match="give one index for each of the batch axes"):
             linkage.mobility(entry=wrong)
 
 

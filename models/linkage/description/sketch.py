@@ -35,13 +35,14 @@ class Sketch:
         self.loads: list[Load] = []
         self.weight: Array = np.zeros(3)
         self._shapes: dict[str, Shape] = {}
+        self._shape: Shape = ()
         for name, place in {**(points or {}), **named}.items():
             self.point(name, place)
 
     @property
     def shape(self) -> Shape:
         """Batch shape of the drawing."""
-        return np.broadcast_shapes(*self._shapes.values())
+        return self._shape
 
     # -- points and links -------------------------------------------------------------------------------------------
 
@@ -286,7 +287,7 @@ class Sketch:
         return self.links[name]
 
     def _join(self, what: str, shape: Shape) -> None:
-        joined(what, shape, self._shapes)
+        self._shape = joined(what, shape, self._shapes)
         self._shapes[what] = shape
 
     @staticmethod

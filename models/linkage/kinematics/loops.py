@@ -17,6 +17,7 @@ from .mechanism import Mechanism
 from .tape import Value
 
 if TYPE_CHECKING:
+    from ..way.follow import Guide
     from ..way.march import Track
 
 # A step below this ends the iteration: the next would be below rounding.
@@ -75,6 +76,8 @@ class Loops:
     ----------
     kept
         The last ways of a single drive, ahead (True) and back, and what they depended on.
+    guide
+        The last ways of which a guide was made, and that.
     """
 
     def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
@@ -82,6 +85,7 @@ class Loops:
         self.linear = Linear(mechanism.pattern, rank)
         self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
         self.kept: dict[bool, tuple[object, Track]] = {}
+        self.guide: tuple[Track, Track, Guide] | None = None
         self.singles: list[tuple[int, int]] = []
         self.balls: list[tuple[int, int]] = []
         self.driven_states: list[int] = []

@@ -97,6 +97,7 @@ class Mechanism:
         self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
         self.parameters: list[Value] = []
         self.begun: tuple[list[float], Loops, Pose] | None = None
+        self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
         self.bodies: dict[str, Body] = {}
@@ -130,6 +131,23 @@ class Mechanism:
     def place(self, link: str, point: str) -> Array:
         """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
         return place_of(self.linkage, self.tree.twins.get(link, link), point)
+
+    def arm(self, link: str, place: Array) -> list[Value]:
+        """Components of the vector from a link's reference point to a drawn place, in units of `size`."""
+        key = link, place.tobytes() if place.ndim == 1 else b""
+        if key in self._arms:
+            return self._arms[key]
+        body = self.bodies[link]
+        arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
+        components: list[Value] = [arm[..., k] if np.any(arm[..., k]) else 0.0 for k in range(3)]
+        if place.ndim == 1:
+            self._arms[key] = components
+        return components
+
+    @cached_property
+    def upright(self) -> bool:
+        """Whether the ground's axes are the global ones."""
+        return np.array_equal(self.bodies[GROUND].drawn_axes, np.eye(3))
 
     def constant(self, value: Array) -> list[Scalar]:
         """Numbers (..., 3) of the drawing on the tape: those that are always 0, 1 or -1 as such."""

@@ -24,10 +24,12 @@ def open_by(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -
     shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
     square, largest, which = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.intp)
     for index, row in enumerate(rows):
-        size = np.abs(row)
-        square = square + size * size
-        which = np.where(size > largest, index, which)
-        largest = np.maximum(largest, size)
+        if not (isinstance(row, float) and row == 0.0):
+            size = np.abs(row)
+            square += size * size
+            larger = size > largest
+            which[larger] = index
+            np.maximum(largest, size, out=largest)
     return np.sqrt(square), which
 
 

@@ -7,8 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ....framework.batch import Array
-from ....framework.errors import FrameError
+from ....framework.batch import Array, one_entry
 from ..kinematics.loops import Loops, ball_rate
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.tape import Value
@@ -51,7 +50,8 @@ class Configurations:
 
     def __init__(self, linkage: Linkage, tolerance: float = 0.0, entry: Entry = None) -> None:
         self.mechanism = compiled(linkage)
-        self.entry = _index(linkage, entry)
+        first = (0,) * len(linkage.shape)
+        self.entry = one_entry(linkage.shape, first if entry is None else entry, "the linkage")
         self.tolerance = tolerance / extent(linkage)
         self.dependent = max(DEPENDENT, 10.0 * self.tolerance)
         self.parameters = [float(self.of_entry(number)) for number in self.mechanism.parameters]
@@ -202,15 +202,6 @@ class Configurations:
     @property
     def _single_columns(self) -> NDArray[np.intp]:
         return np.array([column for _, column in self._singles], dtype=np.intp)
-
-
-def _index(linkage: Linkage, entry: Entry) -> tuple[int, ...]:
-    """Indices of an entry of the drawing's batch; of the first for None."""
-    shape = linkage.shape
-    index = (0,) * len(shape) if entry is None else entry if isinstance(entry, tuple) else (entry,)
-    if len(index) != len(shape) or any(not -n <= k < n for k, n in zip(index, shape, strict=True)):
-        raise FrameError(f"entry {entry} of a drawing of batch shape {shape}: give one index an axis, in its range")
-    return index
 
 
 def null_space(matrix: Array, size: float | None = None, share: float = DEPENDENT) -> Array:

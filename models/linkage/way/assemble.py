@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +66,11 @@ class Assembly:
     row: NDArray[np.intp]
     patches: list[Patch]
 
+    @cached_property
+    def all_closed(self) -> bool:
+        """Whether the loops close everywhere."""
+        return bool(self.closed.all())
+
 
 def assembled(mechanism: Mechanism, drives: Drives, switch: bool, tolerance: float = 0.0) -> Assembly:
     """Close the loops at all values of the drives, up to a tolerance in units of the mechanism's size."""
@@ -85,24 +91,28 @@ def assembled(mechanism: Mechanism, drives: Drives, switch: bool, tolerance: flo
 def close_batch(
     loops: Loops, guess: Guess, parameters: Sequence[Value], nominal: Sequence[float], shape: Shape
 ) -> Assembly:
-    """Close all members of a batch from their guesses, block by block."""
+    """Close all members of a batch from their guesses, block by block.
+
+    Where the drawing has no batch, and the guesses are closed, that is done.
+    """
     unknown = loops.unknown_states
     state: list[Value] = list(guess.state)
-    for place in unknown:
+    same = guess.closed and not loops.mechanism.linkage.shape
+    for place in () if same else unknown:
         state[place] = np.empty(shape)
     out = Assembly(
         loops,
         shape,
         state,
-        np.zeros(shape, dtype=bool),
-        np.zeros(shape, dtype=bool),
+        np.full(shape, same),
+        np.array(np.broadcast_to(guess.sure & same, shape)),
         np.broadcast_to(guess.apart, shape),
         np.broadcast_to(guess.reached & ~guess.sure & ~guess.apart, shape),
         np.zeros(shape),
         np.zeros(shape, dtype=np.intp),
         [],
     )
-    for block in blocks(shape):
+    for block in () if same else blocks(shape):
         begin, dimensions = cut_all(guess.state, block), cut_all(parameters, block)
         size = np.broadcast_shapes(*(np.shape(x) for x in begin), *(np.shape(x) for x in dimensions))
         found = loops.close_all(begin, dimensions)

@@ -65,11 +65,10 @@ def given_drives(
         scales = np.array([mechanism.size if component[0] == "u" else 1.0 for component in components])
         states += _states(pair, components, values.get(name), scales, shapes)
         for out, what, given in ((first, "rate", rates), (second, "acceleration", accelerations)):
-            array = _components(
-                f"{what} of joint {name!r}",
-                given.get(name, np.zeros(len(components) if len(components) > 1 else ())),
-                components,
-            )
+            if name not in given:
+                out += [np.zeros(()) for _ in components]
+                continue
+            array = _components(f"{what} of joint {name!r}", given[name], components)
             joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
             shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
             out += list(np.moveaxis(array / scales, -1, 0))

@@ -41,6 +41,8 @@ class Guess:
         What leads smoothly through each change point.
     switched
         Whether the way takes the other branch there.
+    closed
+        Whether all states are closed for the nominal dimensions, and borne out.
     """
 
     state: list[Value]
@@ -53,6 +55,7 @@ class Guess:
     drive: int = 0
     around: dict[float, Guide] = field(default_factory=dict)
     switched: bool = False
+    closed: bool = False
 
 
 def guess_of(

@@ -93,13 +93,20 @@ class SingleDrive:
             for sign, track in ((1.0, ahead), (-1.0, back)):
                 turns = np.ceil((sign * within - track.end) / TURN)
                 within = np.where(turns > 0.0, within - sign * TURN * turns, within)
-        guide = Guide.of(ahead, back)
+        guide = self._guide(ahead, back)
         around = {where: Guide.of(side, back) for where, side in _sides(ahead)}
         around |= {-where: Guide.of(ahead, side) for where, side in _sides(back)}
         parts = guide.at(within), guide.signs_at(within, NEAR), guide.reached(within), guide.sure(within)
         out = guess_of(*(parts if parts[2].all() else self._behind(within, *parts)))
         out.s, out.guide, out.drive, out.around, out.switched = within, guide, self.drive, around, self.switch
         return out
+
+    def _guide(self, ahead: Track, back: Track) -> Guide:
+        """The guide along both ways from the drawing; the last one is kept."""
+        kept = self.loops.guide
+        if kept is None or kept[0] is not ahead or kept[1] is not back:
+            kept = self.loops.guide = ahead, back, Guide.of(ahead, back)
+        return kept[2]
 
     def _behind(
         self, s: Array, states: Array, signs: Array, reached: Mask, sure: Mask
