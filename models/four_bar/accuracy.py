@@ -264,7 +264,7 @@ def accuracy(
         each = {joint: given.get(joint, 0.0) if isinstance(given, Mapping) else given for joint in JOINTS}
         return {joint: checked(value, f"{what} of joint {joint!r}") for joint, value in each.items()}
 
-    if len(load) != 3:
+    if not isinstance(load, tuple | list) or len(load) != 3:
         raise FrameError(f"load is {load!r}: give (fx, fy, mz)")
     fx, fy, mz = (checked(value, f"load {name}") for value, name in zip(load, LOAD, strict=True))
     gaps = per_joint(clearance, "clearance")

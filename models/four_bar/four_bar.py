@@ -77,7 +77,7 @@ class FourBar:
             if np.any(value <= 0.0):
                 raise FrameError(f"{name} of the four-bar is {value[value <= 0.0].flat[0]}: give a positive length")
             object.__setattr__(self, name, as_real(value))
-        if not isinstance(self.point, tuple) or len(self.point) != 2:
+        if not isinstance(self.point, tuple | list) or len(self.point) != 2:
             raise FrameError(f"point of the four-bar is {self.point!r}: give a pair (x, y) in the coupler's axes")
         point = (as_real(finite(v, f"point {axis}")) for axis, v in zip("xy", self.point, strict=True))
         object.__setattr__(self, "point", tuple(point))
@@ -93,6 +93,9 @@ class FourBar:
         for what, given, known in (("beam", self.beam, LINKS), ("stiffness", self.stiffness, JOINTS)):
             if isinstance(given, Mapping) and set(given) != set(known):
                 raise FrameError(f"{what} of the four-bar is given for {sorted(given)}: give one for each of {known}")
+        for link in LINKS:
+            if not isinstance(beam := self.link_beam(link), Beam):
+                raise FrameError(f"beam of the {link} is {beam!r}: give a Beam")
         if isinstance(self.stiffness, Mapping):
             each = {joint: _springs(self.stiffness[joint], f"stiffness of joint {joint!r}") for joint in JOINTS}
             object.__setattr__(self, "stiffness", each)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...elements.parameters import as_real
-from ...framework.batch import finite
+from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
 from .motion import LINKS, FourBarMotion
 
@@ -66,7 +67,7 @@ class Link:
 
 def _pair(given: Pair, what: str) -> Pair:
     """Two numbers, checked."""
-    if not isinstance(given, tuple) or len(given) != 2:
+    if not isinstance(given, tuple | list) or len(given) != 2:
         raise FrameError(f"{what} is {given!r}: give a pair (x, y)")
     x, y = (as_real(finite(component, what)) for component in given)
     return x, y
@@ -178,6 +179,7 @@ def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Lin
     """
     links = dict(zip(LINKS, (crank, coupler, rocker), strict=True))
     weight = _pair(gravity, "gravity")
+    _check_shapes(motion, links, weight)
     rows: list[Array] = []
     sides: list[Array] = []
     for name, link in links.items():
@@ -191,6 +193,20 @@ def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Lin
     right = np.where(singular[..., None], np.nan, right)
     unknowns = np.asarray(np.linalg.solve(left, right[..., None])[..., 0], dtype=np.float64)
     return Kinetostatics(motion, unknowns)
+
+
+def _check_shapes(motion: FourBarMotion, links: Mapping[str, Link], gravity: Pair) -> None:
+    """Refuse what is no link, and numbers that do not broadcast with the motion and each other."""
+    shapes = {"the motion": motion.shape} | {f"gravity {k}": np.shape(g) for k, g in zip("xy", gravity, strict=True)}
+    for name, link in links.items():
+        if not isinstance(link, Link):
+            raise FrameError(f"{name} is {link!r}: give a Link")
+        for each in fields(Link):
+            given = getattr(link, each.name)
+            for value in given if isinstance(given, tuple) else (given,):
+                what = f"{each.name} of the {name}"
+                joined(what, np.shape(value), shapes)
+                shapes[what] = np.shape(value)
 
 
 def _left(motion: FourBarMotion, name: str, link: Link) -> list[Array]:

@@ -222,15 +222,15 @@ def monte_carlo(
     True
     """
     angles = np.atleast_1d(finite(theta, "drive angle theta"))
-    if angles.ndim != 1:
+    if angles.ndim != 1 or not angles.size:
         raise FrameError(f"drive angle theta has shape {angles.shape}: give one axis of poses")
     check_names(distributions)
     if isinstance(contact, str) and any(name.startswith("contact") for name in distributions):
         raise FrameError(f"contact is {contact!r} and has a distribution, too: give one of the two")
     inputs = draw(distributions, n, rng, sampler)
     nominal = accuracy(four_bar, angles, load=load, clearance=clearance, contact=contact)
-    if nominal.shape != angles.shape:
-        raise FrameError(f"the nominal linkage has batch shape {nominal.shape}: give numbers, and arrays only as theta")
+    if shape := accuracy(four_bar, angles[0], load=load, clearance=clearance, contact=contact).shape:
+        raise FrameError(f"the nominal linkage has batch shape {shape}: give numbers, and arrays only as theta")
 
     varied = toleranced(four_bar, inputs)
     # A drive angle that is certain keeps one sample, so that what depends on the pose alone is computed once a pose.

@@ -269,6 +269,7 @@ def test_limit_of_reach_is_singular_and_without_velocity():
         ({"crank": 0.0}, "crank of the four-bar is 0.0: give a positive length"),
         ({"rocker": [0.1, -0.2]}, "rocker of the four-bar is -0.2"),
         ({"ground": np.nan}, "ground of the four-bar contains nan"),
+        ({"beam": 2e11}, "beam of the crank is 2.*: give a Beam"),
         ({"point": 0.1}, r"give a pair \(x, y\)"),
         ({"branch": "left"}, "choose one of open, crossed, parallel, antiparallel"),
         ({"crank": [0.1, 0.1], "rocker": [0.1, 0.1, 0.1]}, r"rocker.*\(3,\).*\(2,\).*crank"),

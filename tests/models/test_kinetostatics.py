@@ -139,3 +139,11 @@ def test_gravity_in_the_plane_has_two_components():
 def test_unknown_joint_is_refused():
     with pytest.raises(FrameError, match="no joint 'C': choose one of A, B, D, E"):
         moving(0.3).reactions().reaction("C")
+
+
+def test_loads_that_do_not_fit_the_motion_are_refused():
+    motion = moving(np.array([0.3, 0.4]))
+    with pytest.raises(FrameError, match=r"mass of the coupler has batch shape \(3,\).*\(2,\) of the motion"):
+        motion.reactions(coupler=Link(mass=np.ones(3)))
+    with pytest.raises(FrameError, match=r"rocker is 3: give a Link"):
+        motion.reactions(rocker=3)

@@ -290,7 +290,10 @@ def test_condition_numbers_are_those_of_the_nominal_linkage():
         ({"contact": "equilibrium", "load": (0.0, 1.0, 0.0)}, "give one of the two"),
         ({"theta": np.zeros((2, 2)) + 0.5}, r"shape \(2, 2\): give one axis of poses"),
         ({"theta": [0.0, np.pi]}, "no pose is left"),
-        ({"four_bar": FourBar(crank=[[0.1], [0.11]], rocker=0.15)}, r"batch shape \(2, 4\): give numbers"),
+        ({"four_bar": FourBar(crank=[[0.1], [0.11]], rocker=0.15)}, r"batch shape \(2, 1\): give numbers"),
+        ({"four_bar": FourBar(crank=[0.1, 0.11, 0.12, 0.13], rocker=0.15)}, r"batch shape \(4,\): give numbers"),
+        ({"theta": []}, r"shape \(0,\): give one axis of poses"),
+        ({"load": 100.0}, r"load is 100\.0: give \(fx, fy, mz\)"),
     ],
 )
 def test_bad_input_is_refused(change, message):
