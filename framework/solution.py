@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import warnings
 from collections.abc import Sequence
 from functools import cached_property
@@ -79,6 +80,13 @@ class Solution:
             return tight
         resting = Clearances(described, tight)
         return cls(described, Plan(resting.offsets(), method=plan.asked), resting)
+
+    def __getstate__(self) -> dict[str, object]:
+        """What a copy or another process needs: description, plan, what has been read. The rest it computes again."""
+        plan = copy.copy(self.plan)
+        plan.solver = None
+        kept = ("frame", "clearances", "_known", "_warned")
+        return {name: getattr(self, name) for name in kept} | {"plan": plan}
 
     @property
     def shape(self) -> Shape:
@@ -530,8 +538,9 @@ class Solution:
         if key not in self._known:
             array = compute()
             self._known[key] = self._present(array) if isinstance(key, str) else self._masked(array, mask)
-            self._known[key].flags.writeable = False
-        return self._known[key]
+        found = self._known[key]
+        found.flags.writeable = False
+        return found
 
     def _asked(self, name: str, of: str) -> tuple[str, Array]:
         """The name in the description of what is asked for, and the result."""

@@ -1,0 +1,56 @@
+"""Solutions travel: copied, and sent to another process, at any time, with what was read and what was not."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame, Solution
+
+BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3, density=7850.0))
+PIN = (1e8, 1e8, 1e8, 1e6, 1e6, 1e3)
+WAYS: dict[str, Callable[[Solution], Solution]] = {
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+    "pickle": lambda solution: pickle.loads(pickle.dumps(solution)),
+}
+
+
+def bent(clearance: float = 0.0) -> Frame:
+    frame = Frame()
+    for name, place in {"A": (0, 0, 0), "B": (1, 0, 0), "C": (1, 0, 0), "D": (1, 1, 0)}.items():
+        frame.node(name, place)
+    frame.add("AB", BEAM, "A", "B")
+    frame.add("pin", Joint(stiffness=PIN, clearance=clearance), "B", "C")
+    frame.add("CD", BEAM, "C", "D")
+    frame.fix("A")
+    frame.load("D", fx=[100.0, 200.0])
+    return frame
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("method", [None, "banded", "sparse", "iterative"])
+def test_a_copy_knows_what_its_original_knows_and_outlives_it(way: str, method: str | None) -> None:
+    solution = bent().solve(method)
+    read = solution.end_forces("AB"), solution.error_bound("D"), solution.status, solution.explain()
+    twin, wanted = WAYS[way](solution), bent().solve(method)
+    del solution
+    np.testing.assert_array_equal(twin.end_forces("AB"), read[0])
+    np.testing.assert_array_equal(twin.error_bound("D"), read[1])
+    np.testing.assert_array_equal(twin.stress("CD", 0.5), wanted.stress("CD", 0.5))
+    np.testing.assert_array_equal(twin.sensitivity("D", "ux").loads["D"], wanted.sensitivity("D", "ux").loads["D"])
+    with pytest.raises(ValueError, match="read-only"):
+        twin.end_forces("AB")[...] = 0.0
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_contacts_travel_along(way: str) -> None:
+    solution = bent(clearance=1e-4).solve()
+    solution.joint_force("pin")
+    twin = WAYS[way](solution)
+    np.testing.assert_array_equal(twin.contact("pin").normal, solution.contact("pin").normal)
+    np.testing.assert_array_equal(twin.reaction("A"), solution.reaction("A"))
