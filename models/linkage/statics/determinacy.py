@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +21,8 @@ DEPENDENT = 1e11
 MISSED = 1e-8
 # Share of the largest unknown that is rounding of a sum.
 ROUNDING = 1e-13
-# Numbers of one stack of matrices.
-CHUNK = 1 << 22
+# Numbers of one stack of matrices: they stay in the cache.
+CHUNK = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Idle:
         return Idle(self.count, own if rows is None else own[:, rows[:, None], rows])
 
 
-def solved(matrix: Array, side: Array, idle: Idle) -> Found:
+def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: Idle) -> Found:
     """Solve ``matrix x = side`` at every pose; of many solutions the one with the least sum of squares.
 
     Blocks of equations and unknowns that do not meet are solved apart, and not at all where nothing loads them: a
@@ -77,17 +78,19 @@ def solved(matrix: Array, side: Array, idle: Idle) -> Found:
 
     Parameters
     ----------
-    matrix
-        (n, m, k).
+    matrices
+        Gives the matrices (..., m, k) of some of the n poses, so that all of them are never there at once.
+    columns
+        Number of unknowns, k.
     side
         (n, m).
     idle
         The linkage's idle freedoms.
     """
-    count, rows, columns = matrix.shape
+    count, rows = side.shape
     step = max(1, CHUNK // max(rows * columns, 1))
     cuts = [slice(at, at + step) for at in range(0, max(count, 1), step)]
-    parts = [_solved(matrix[cut], side[cut], idle.cut(cut)) for cut in cuts]
+    parts = [_solved(matrices(cut), side[cut], idle.cut(cut)) for cut in cuts]
     return Found(
         *(np.concatenate([getattr(p, name) for p in parts]) for name in ("values", "unique", "lost", "moving"))
     )

@@ -7,8 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ....framework.batch import Array
+from ....framework.batch import Array, Shape
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
 from ..way.driven import free_motions
@@ -87,26 +88,40 @@ class Equilibrium:
         """Centre of mass of each link, (..., 3)."""
         return {link: centre_of(self.motion, link) for link in self.links}
 
+    @property
+    def unknowns(self) -> int:
+        """Number of forces and moments that the joints can transmit."""
+        return sum(len(joint.names) for joint in self.joints)
+
     @cached_property
-    def matrix(self) -> Array:
-        """Coefficients of the unknowns, (..., 6 links, unknowns)."""
-        parts: list[list[Array | float]] = []
-        shape: tuple[int, ...] = self.motion.shape
+    def parts(self) -> list[tuple[slice, slice, Array]]:
+        """Rows, columns and coefficients (..., 6, n) of what each joint does to each of its links."""
+        parts, start = [], 0
         for joint in self.joints:
-            column: list[Array | float] = [0.0] * len(self.links)
+            columns = slice(start, start := start + len(joint.names))
             for link, sign in ((joint.joint.second, 1.0), (joint.joint.first, -1.0)):
                 if link in self.centres:
                     arm = (joint.place - self.centres[link])[..., None, :]
-                    each = moved(np.swapaxes(joint.wrenches, -1, -2), arm)
-                    column[self.links.index(link)] = sign * np.swapaxes(self.scaled(each), -1, -2) * self.units(joint)
-            parts.append(column)
-        columns = [len(joint.names) for joint in self.joints]
-        matrix = np.zeros((*shape, 6 * len(self.links), sum(columns)))
-        at = 0
-        for column, width in zip(parts, columns, strict=True):
-            for row, block in enumerate(column):
-                matrix[..., 6 * row : 6 * row + 6, at : at + width] = block
-            at += width
+                    each = np.swapaxes(self.scaled(moved(np.swapaxes(joint.wrenches, -1, -2), arm)), -1, -2)
+                    row = 6 * self.links.index(link)
+                    parts.append((slice(row, row + 6), columns, sign * each * self.units(joint)))
+        return parts
+
+    @property
+    def matrix(self) -> Array:
+        """Coefficients of the unknowns, (..., 6 links, unknowns)."""
+        matrix = np.zeros((*self.motion.shape, 6 * len(self.links), self.unknowns))
+        for rows, columns, part in self.parts:
+            matrix[..., rows, columns] = part
+        return matrix
+
+    def matrices(self, shape: Shape, entries: NDArray[np.int64]) -> Array:
+        """Coefficients at some entries of the flattened batch of that shape, (k, 6 links, unknowns)."""
+        matrix = np.zeros((len(entries), 6 * len(self.links), self.unknowns))
+        whole = shape or (1,)
+        where = np.unravel_index(entries, whole)
+        for rows, columns, part in self.parts:
+            matrix[:, rows, columns] = np.broadcast_to(part, (*whole, *part.shape[-2:]))[where]
         return matrix
 
     @cached_property

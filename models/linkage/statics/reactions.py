@@ -151,13 +151,13 @@ def reactions(motion: Motion) -> Reactions:
     equations = Equilibrium(motion)
     side = equations.side
     shape = side.shape[:-1]
-    flat, loads = _flat(equations.matrix, shape), side.reshape(-1, side.shape[-1])
-    columns = flat.shape[-1]
-    there = np.isfinite(flat).all(axis=(-2, -1)) & np.isfinite(loads).all(axis=-1)
-    rows_of_values, is_unique = np.full((len(flat), columns), np.nan), np.ones(len(flat), dtype=bool)
+    loads, columns = side.reshape(-1, side.shape[-1]), equations.unknowns
+    there = np.broadcast_to(motion.is_assembled, shape).reshape(-1) & np.isfinite(loads).all(axis=-1)
+    rows_of_values, is_unique = np.full((len(loads), columns), np.nan), np.ones(len(loads), dtype=bool)
     if there.any():
         idle = Idle(equations.idle, _flat(equations.inertia, shape)[there]) if equations.idle else Idle()
-        found = solved(flat[there], loads[there], idle)
+        entries = np.flatnonzero(there)
+        found = solved(lambda cut: equations.matrices(shape, entries[cut]), columns, loads[there], idle)
         rows_of_values[there], is_unique[there] = found.values, found.unique
     values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
     values[_boundless(motion, values, side)] = np.nan
