@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....framework.batch import Array
-from ...job.style import BLUE, GREY, INK, ORANGE, SKY, figure, note, space_figure, styled
+from ...job.style import BLUE, GREY, INK, ORANGE, SKY, entry, figure, note, space_figure, styled
 from ..description.parts import GROUND
 from .plane import plane
 
@@ -84,7 +84,7 @@ def draw_links(axes: Any, motion: Motion, pose: int, points: Sequence[str]) -> t
         axes.plot(*path[pose : pose + 1].T, ".", color=ORANGE, ms=5, zorder=7)
     for colour, link in zip(_colours(len(motion.linkage.links)), motion.linkage.links, strict=False):
         for index, line in enumerate(_outline(motion, link, pose)):
-            label = None if index else link
+            label = None if index else entry(link)
             axes.plot(*line[:, shown].T, color=colour, lw=3.0, solid_capstyle="round", zorder=4, label=label)
     _springs(axes, motion, pose, shown)
     _joints(axes, motion, pose, shown)

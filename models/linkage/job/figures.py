@@ -9,7 +9,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ...job.figures import draw_histograms, draw_trajectory
-from ...job.style import GREY, ORANGE, figure, space_figure, styled
+from ...job.style import GREY, ORANGE, entry, figure, space_figure, styled
 from .drawing import COLOURS, draw_mechanism
 
 if TYPE_CHECKING:
@@ -65,8 +65,8 @@ def draw_paths(result: Result) -> Figure:
     for colour, (point, found) in zip(COLOURS, result.accuracy.items(), strict=False):
         rigid = 1e3 * np.broadcast_to(found.rigid, (result.poses, 3))[:, shown]
         moved = rigid + result.magnify * 1e3 * np.broadcast_to(found.total, (result.poses, 6))[:, shown]
-        axes.plot(*rigid.T, color=GREY if len(result.accuracy) == 1 else colour, lw=1.0, label=f"{point}, rigid")
-        axes.plot(*moved.T, color=colour, lw=1.3, ls="--", label=f"{point}, loaded")
+        axes.plot(*rigid.T, color=GREY if len(result.accuracy) == 1 else colour, lw=1.0, label=entry(f"{point}, rigid"))
+        axes.plot(*moved.T, color=colour, lw=1.3, ls="--", label=entry(f"{point}, loaded"))
         axes.plot(*rigid[result.pose : result.pose + 1].T, "o", mfc="none", mec=ORANGE, ms=8)
     axes.set_xlabel(f"{'xyz'[shown[0]]} [mm]")
     axes.set_ylabel(f"{'xyz'[shown[1]]} [mm]")
@@ -109,7 +109,7 @@ def _draw_named(axes: Any, result: Result, curves: Mapping[str, Array]) -> None:
         if name not in named:
             axes.plot(x, curves[name], color=GREY, lw=0.7, alpha=0.6, **style)
     for colour, name in zip(COLOURS, (name for name in curves if name in named), strict=False):
-        axes.plot(x, curves[name], color=colour, lw=1.2, label=name, **style)
+        axes.plot(x, curves[name], color=colour, lw=1.2, label=entry(name), **style)
 
 
 def _rows(result: Result, values: Array) -> Array:

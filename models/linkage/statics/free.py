@@ -26,8 +26,8 @@ def free_accelerations(motion: Motion, forces: Mapping[str, ArrayLike]) -> dict[
     # The motion counts lengths in units of the linkage's size.
     size = motion.mechanism.size
     unit = np.array([size if name.startswith("u") else 1.0 for names in driven.values() for name in names])
-    rest = _forces(motion, np.zeros(len(unit)))
-    mass = np.stack([_forces(motion, row) - rest for row in np.eye(len(unit))], axis=-1)
+    rest, *pushed = _forces(motion, np.vstack([np.zeros(len(unit)), np.eye(len(unit))]))
+    mass = np.stack([force - rest for force in pushed], axis=-1)
     each = [_given(joint, forces.get(joint, 0.0), len(names)) for joint, names in driven.items()]
     shape = np.broadcast_shapes(*(given.shape[:-1] for given in each))
     push = np.concatenate([np.broadcast_to(given, (*shape, given.shape[-1])) for given in each], axis=-1)
@@ -41,8 +41,10 @@ def free_accelerations(motion: Motion, forces: Mapping[str, ArrayLike]) -> dict[
 
 
 def _forces(motion: Motion, accelerations: Array) -> Array:
-    """Drive forces at other accelerations of the drives, (..., drives)."""
-    drives = replace(motion.drives, accelerations=list(accelerations))
+    """Drive forces at other accelerations of the drives (k, drives), (k, ..., drives)."""
+    count, axes = len(accelerations), (1,) * len(motion.shape)
+    columns = [column.reshape(count, *axes) for column in accelerations.T]
+    drives = replace(motion.drives, accelerations=columns, full_shape=(count, *motion.shape))
     found = reactions(replace(motion, drives=drives))
     return np.concatenate([found.drives[joint] for joint in motion.linkage.drives], axis=-1)
 
