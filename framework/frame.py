@@ -637,23 +637,6 @@ class Frame:
         if not 0.0 <= span[0] < span[1] <= length * (1.0 + 1e-12):
             raise FrameError(f"line load on {member!r} spans {span}: give 0 <= x1 < x2 <= its length {length:.6g}")
 
-    def refuse_screws(self, what: str) -> None:
-        """Refuse joints with a pitch.
-
-        Parameters
-        ----------
-        what
-            What knows nothing of a pitch, for the error.
-
-        Raises
-        ------
-        FrameError
-            If a joint has a pitch.
-        """
-        for name, joint in self.joints.items():
-            if np.any(joint.element.pitch):
-                raise FrameError(f"joint {name!r} is a screw, and {what} do not cover its pitch: give it none")
-
     def _tie(self, master: str, slaves: tuple[str, ...], held: tuple[int, ...], *, rigid: bool) -> None:
         master = self._node(master, "tie")
         for slave in (self._node(slave, "tie") for slave in slaves):

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import FrameError
-from .kinematics import Link, Real, extended
+from ..structure.tree import ABOUT, ALONG
+from .kinematics import Link, Real, extended, sheared
 
 if TYPE_CHECKING:
     from .equilibrium import Equilibrium
@@ -91,8 +92,9 @@ def _displacement(state: Equilibrium, name: str) -> Asked:
 
 
 def _opening(state: Equilibrium, index: int) -> Asked:
-    unit = np.eye(6).reshape(6, *(1,) * state.ndim, 6)
-    return Asked(state.openings[index], state.fine * state.opening_sizes[index], pulls={index: unit})
+    unit, link = np.eye(6).reshape(6, *(1,) * state.ndim, 6), state.kinematics.links[index]
+    doubt = state.fine * link.spread(state.opening_sizes[index])
+    return Asked(link.whole(state.openings[index]), doubt, pulls={index: link.worked(unit)})
 
 
 def _force(state: Equilibrium, index: int, reaction: bool) -> Asked:
@@ -104,7 +106,20 @@ def _force(state: Equilibrium, index: int, reaction: bool) -> Asked:
     opened = sign * np.where(held, np.eye(6), 0.0)
     imposed = opened.reshape(6, *(1,) * state.ndim, 6)
     doubt = state.fine * state.stiffness[index] * state.opening_sizes[index]
-    return Asked(sign * state.pulls[index], doubt, pulls={index: pulls}, imposed={index: imposed})
+    value = sign * state.pulls[index]
+    if link.lead is not None:
+        value, doubt = link.exerted(value), sheared(doubt, ABOUT, ALONG, np.abs(link.lead))
+        pulls, imposed = _exerted(link, pulls), _exerted(link, imposed)
+    return Asked(value, doubt, pulls={index: pulls}, imposed={index: imposed})
+
+
+def _exerted(link: Link, forces: Any) -> Any:
+    """Force and moment of a screw, by what they come of (6, ..., 6), from the forces on its coordinates."""
+    lead = np.asarray(link.lead)[..., None]
+    shape = np.broadcast_shapes(forces.shape, (1, *lead.shape))
+    out = extended(np.broadcast_to(forces, shape)).copy()
+    out[ABOUT] -= lead * out[ALONG]
+    return out
 
 
 def _end_forces(state: Equilibrium, name: str) -> Asked:

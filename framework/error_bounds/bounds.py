@@ -61,7 +61,6 @@ class Bounds:
 
     def __init__(self, solution: Solution) -> None:
         self.solution, self.plan = solution, solution.plan
-        solution.frame.refuse_screws("error bounds, refinement and sensitivities")
         shape = self.plan.frame.shape
         self.axis = int(np.argmax(shape)) if shape else 0
         self.step = max(1, CHUNK * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ..batch import aligned, turned
 from ..batched.plan import Plan
-from ..structure.parts import Extended, Row
+from ..structure.parts import Extended, Row, is_zero
 from ..structure.topology import Index
-from ..structure.tree import GROUND, Edge
+from ..structure.tree import ABOUT, ALONG, GROUND, Edge
 
 Real = NDArray[Any]
 Change = Callable[[Real, int], Real]
@@ -44,6 +44,8 @@ class Link:
         (..., 3, 3) as columns, None for the global ones.
     arm
         From first to second node of a rigid link, (..., 3); None for every other edge.
+    lead
+        Advance of a screw by its turn, (...); None for every other edge.
     """
 
     edge: Edge
@@ -52,6 +54,7 @@ class Link:
     sign: float
     axes: Real | None
     arm: Real | None
+    lead: Real | None = None
 
     @property
     def child(self) -> int:
@@ -63,6 +66,11 @@ class Link:
         """The node on which the other hangs."""
         return self.first if self.sign > 0 else self.second
 
+    @property
+    def alone(self) -> bool:
+        """Whether its coordinates are the displacements of its child."""
+        return self.parent == GROUND and self.sign > 0 and self.axes is None and self.lead is None
+
     def out(self, vector: Real) -> Real:
         """(..., 6) in the edge's axes as global components."""
         return vector if self.axes is None else turned(self.axes, vector)
@@ -70,6 +78,28 @@ class Link:
     def into(self, vector: Real) -> Real:
         """(..., 6) in global components along the edge's axes."""
         return vector if self.axes is None else turned(np.swapaxes(self.axes, -1, -2), vector)
+
+    # A screw's coordinate along its axis is what its advance leaves of the displacement.
+
+    def whole(self, own: Real) -> Real:
+        """Displacement (..., 6) in the edge's axes from its coordinates."""
+        return own if self.lead is None else sheared(own, ALONG, ABOUT, self.lead)
+
+    def rest(self, displacement: Real) -> Real:
+        """Coordinates (..., 6) from the displacement in the edge's axes."""
+        return displacement if self.lead is None else sheared(displacement, ALONG, ABOUT, -self.lead)
+
+    def worked(self, force: Real) -> Real:
+        """Force on the coordinates (..., 6) from force and moment in the edge's axes."""
+        return force if self.lead is None else sheared(force, ABOUT, ALONG, self.lead)
+
+    def exerted(self, force: Real) -> Real:
+        """Force and moment (..., 6) in the edge's axes from the force on the coordinates."""
+        return force if self.lead is None else sheared(force, ABOUT, ALONG, -self.lead)
+
+    def spread(self, sizes: Real) -> Real:
+        """Greatest size of the displacement (or coordinates), (..., 6), from that of the coordinates (displacement)."""
+        return sizes if self.lead is None else sheared(sizes, ALONG, ABOUT, _sizes(self.lead))
 
 
 @dataclass(frozen=True)
@@ -127,10 +157,7 @@ class Kinematics:
             )
             for key, row in tree.elimination.rows.items()
         }
-        shapes = [axes.shape[:-3] for _, axes in bodies]
-        shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]
-        shapes += [link.arm.shape[:-1] for link in links if link.arm is not None]
-        return cls(len(topology.number), np.broadcast_shapes(*shapes), bodies, links, dependents)
+        return cls(len(topology.number), _shape(bodies, links), bodies, links, dependents)
 
     def mapped(self, change: Change) -> Kinematics:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
@@ -139,15 +166,15 @@ class Kinematics:
             return None if array is None else change(array, trailing)
 
         bodies = [(nodes, change(axes, 3)) for nodes, axes in self.bodies]
-        links = [replace(link, axes=each(link.axes, 2), arm=each(link.arm, 1)) for link in self.links]
+        links = [
+            replace(link, axes=each(link.axes, 2), arm=each(link.arm, 1), lead=each(link.lead, 0))
+            for link in self.links
+        ]
         dependents = {
             key: ({k: change(v, 0) for k, v in row.items()}, {k: change(v, 0) for k, v in by.items()})
             for key, (row, by) in self.dependents.items()
         }
-        shapes = [axes.shape[:-3] for _, axes in bodies]
-        shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]
-        shapes += [link.arm.shape[:-1] for link in links if link.arm is not None]
-        return Kinematics(self.count, np.broadcast_shapes(*shapes), bodies, links, dependents)
+        return Kinematics(self.count, _shape(bodies, links), bodies, links, dependents)
 
     # -- coordinates ------------------------------------------------------------------------------------------------
 
@@ -202,7 +229,7 @@ class Kinematics:
             held = list(link.edge.ideal)
             if held:
                 # the given axes are orthonormal to rounding only
-                found = link.into(link.out(coordinates[..., link.child, :]))
+                found = link.rest(link.into(link.out(link.whole(coordinates[..., link.child, :]))))
                 wanted = imposed[k]
                 gap = found[..., held] if wanted is None else found[..., held] - wanted[..., held]
                 coordinates[..., link.child, held] -= gap
@@ -228,53 +255,70 @@ class Kinematics:
         for nodes, axes in self.bodies:
             out[..., nodes, :] = turned(axes, out[..., nodes, :])
         for link in self.links:
-            if link.sign and not (link.parent == GROUND and link.axes is None and link.sign > 0):
-                own = link.sign * link.out(out[..., link.child, :])
+            if link.sign and not link.alone:
+                own = link.sign * link.out(link.whole(out[..., link.child, :]))
                 if link.parent != GROUND:
                     own = own + _carried(out[..., link.parent, :], link.arm, link.sign)
                 out[..., link.child, :] = own
         return out
 
     def openings(self, coordinates: Real, displacements: Real) -> list[Real]:
-        """By link: displacement (..., 6) of its second node relative to the first, in its axes."""
+        """By link: displacement (..., 6) of its second node by the first, in its axes, less a screw's advance."""
         out = []
         for link in self.links:
             if link.sign:
                 own = coordinates[..., link.child, :]
-                out.append(own if link.axes is None else link.into(link.out(own)))
+                out.append(own if link.axes is None else link.rest(link.into(link.out(link.whole(own)))))
             else:
                 second = displacements[..., link.second, :]
                 if link.first != GROUND:
                     second = second - _carried(displacements[..., link.first, :], link.arm, 1.0)
-                out.append(link.into(second))
+                out.append(link.rest(link.into(second)))
         return out
 
     def sizes(self, coordinates: Real) -> Real:
         """Sum of the sizes of what the displacements are made of, (..., nodes, 6), in double precision."""
+        return self._sizes(self._magnitudes(coordinates))
+
+    def opening_sizes(self, coordinates: Real, sizes: Real) -> list[Real]:
+        """By link: the same for the openings, (..., 6)."""
+        return self._opening_sizes(self._magnitudes(coordinates), sizes)
+
+    def _magnitudes(self, coordinates: Real) -> Real:
+        """Sizes of the coordinates, of those that constraints determine with what they are determined by."""
         shape = np.broadcast_shapes(coordinates.shape[:-2], self.shape)
         out = np.array(np.broadcast_to(np.abs(coordinates).astype(np.float64), (*shape, self.count, 6)))
+        if self.dependents:
+            openings = self._opening_sizes(out, self._sizes(out))
+            flat = out.reshape(*shape, -1)
+            for key, (_, by) in self.dependents.items():
+                for (k, component), factor in by.items():
+                    flat[..., key] += _sizes(factor) * openings[k][..., component]
+        return out
+
+    def _sizes(self, magnitudes: Real) -> Real:
+        out: Real = magnitudes.copy()
         for nodes, axes in self.bodies:
             out[..., nodes, :] = turned(_sizes(axes), out[..., nodes, :])
         for link in self.links:
             if link.sign:
-                own = out[..., link.child, :]
+                own = link.spread(out[..., link.child, :])
                 own = own if link.axes is None else turned(_sizes(link.axes), own)
                 if link.parent != GROUND:
                     own = own + _spread(out[..., link.parent, :], link.arm)
                 out[..., link.child, :] = own
         return out
 
-    def opening_sizes(self, coordinates: Real, sizes: Real) -> list[Real]:
-        """By link: the same for the openings, (..., 6)."""
+    def _opening_sizes(self, magnitudes: Real, sizes: Real) -> list[Real]:
         out = []
         for link in self.links:
             if link.sign:
-                own = np.abs(coordinates[..., link.child, :]).astype(np.float64)
+                own = link.spread(magnitudes[..., link.child, :])
             else:
                 own = sizes[..., link.second, :]
                 if link.first != GROUND:
                     own = own + _spread(sizes[..., link.first, :], link.arm)
-            out.append(own if link.axes is None else turned(np.swapaxes(_sizes(link.axes), -1, -2), own))
+            out.append(link.spread(own if link.axes is None else turned(np.swapaxes(_sizes(link.axes), -1, -2), own)))
         return out
 
     # -- forces -----------------------------------------------------------------------------------------------------
@@ -294,7 +338,7 @@ class Kinematics:
         out = np.array(np.broadcast_to(forces, (*shape, self.count, 6)))
         for link, pull in zip(self.links, pulls, strict=True):
             if not link.sign and pull is not None:
-                force = link.out(pull)
+                force = link.out(link.exerted(pull))
                 out[..., link.second, :] += force
                 if link.first != GROUND:
                     out[..., link.first, :] -= _moved(force, link.arm, 1.0)
@@ -304,7 +348,9 @@ class Kinematics:
                 if link.parent != GROUND:
                     out[..., link.parent, :] += _moved(force, link.arm, link.sign)
                 own = link.sign * link.into(force)
-                out[..., link.child, :] = own if pull is None else own + link.into(link.out(pull))
+                if pull is not None:
+                    own = own + link.into(link.out(link.exerted(pull)))
+                out[..., link.child, :] = link.worked(own)
         for nodes, axes in self.bodies:
             out[..., nodes, :] = turned(np.swapaxes(axes, -1, -2), out[..., nodes, :])
         return out
@@ -321,7 +367,14 @@ def _link(plan: Plan, edge: Edge, sign: float) -> Link:
     if edge.kind == "rigid":
         names = plan.topology.names
         arm = position(plan, names[edge.second]) - position(plan, names[edge.first])
-    return Link(edge, edge.first, edge.second, sign, axes, arm)
+    lead = None if is_zero(edge.pitch) or edge.name is None else _lead(plan, edge.name)
+    return Link(edge, edge.first, edge.second, sign, axes, arm, lead)
+
+
+def _lead(plan: Plan, joint: str) -> Real:
+    """Advance of a screw by its turn, in extended precision, with all batch axes."""
+    turn = 8.0 * np.arctan(extended(1.0))
+    return aligned(extended(plan.frame.joints[joint].element.pitch) / turn, len(plan.frame.shape))
 
 
 def _parents_first(links: list[Link]) -> list[Link]:
@@ -345,6 +398,23 @@ def position(plan: Plan, name: str) -> Real:
         body = plan.frame.bodies[at.body]
         place = extended(body.origin) + turned(extended(body.axes), place)
     return aligned(place, len(plan.frame.shape), 1)
+
+
+def _shape(bodies: list[tuple[Index, Real]], links: list[Link]) -> tuple[int, ...]:
+    """Batch shape of a geometry."""
+    shapes = [axes.shape[:-3] for _, axes in bodies]
+    shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]
+    shapes += [link.arm.shape[:-1] for link in links if link.arm is not None]
+    shapes += [link.lead.shape for link in links if link.lead is not None]
+    return np.broadcast_shapes(*shapes)
+
+
+def sheared(vector: Real, into: int, by: int, factor: Real) -> Real:
+    """Vectors (..., 6) to one component of which `factor` (...) times another is added."""
+    shape = (*np.broadcast_shapes(vector.shape[:-1], factor.shape), 6)
+    out = np.array(np.broadcast_to(vector, shape), dtype=np.result_type(vector, factor))
+    out[..., into] += factor * out[..., by]
+    return out
 
 
 def _free(row: Row) -> dict[int, Real]:

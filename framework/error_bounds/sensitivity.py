@@ -104,7 +104,9 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
         offset = state.imposed[k]
         stretch = state.openings[k] if offset is None else state.openings[k] - offset
         own = np.zeros(6)
-        own[index] = float(kind == "joint_force" and edge.name == name)
+        if kind == "joint_force" and edge.name == name:
+            unit = np.eye(6).reshape(6, *(1,) * state.ndim, 6)
+            own = np.moveaxis(link.exerted(unit)[..., index], 0, -1)
         sprung = ~np.isin(np.arange(6), edge.ideal)
         yield ("joints", edge.name), np.where(sprung, (own - opening) * stretch, 0.0)
         imposed = np.where(sprung, stiffness * (opening - own), held[k])

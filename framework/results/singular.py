@@ -88,7 +88,7 @@ def free_motion(plan: Plan, entry: tuple[int, ...]) -> FreeMotion:
         coordinates, moved = coordinates / largest, moved / largest
     openings = state.kinematics.openings(coordinates, moved)
     joints = {
-        link.edge.name: np.broadcast_to(opening, (len(shapes), 6)).astype(np.float64)
+        link.edge.name: np.broadcast_to(link.whole(opening), (len(shapes), 6)).astype(np.float64)
         for link, opening in zip(state.kinematics.links, openings, strict=True)
         if link.edge.kind == "joint" and link.edge.name is not None
     }

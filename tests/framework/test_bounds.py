@@ -13,7 +13,7 @@ from linkframe.elements import Beam, Circle, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
 from reference.as_frame import as_frame
 from reference.four_bar import coordinates, four_bar
-from reference.random_structures import CLAMPED, constrained, few, structures
+from reference.random_structures import CLAMPED, constrained, few, screws, structures
 from reference.stiffness_method import EXACT, cross, deformation, mp, solve
 from reference.structure import Member, Spring, Structure
 
@@ -70,6 +70,18 @@ def test_rigid_links_and_loops_of_ideal_joints(structure: Structure) -> None:
     assume(not any(first.startswith("s") and second.startswith("s") for first, second in structure.rigid))
     solution, truth = as_frame(structure).solve(), solve(structure)
     hold(solution, "displacement", truth.displacement, 1e-20 * largest(truth.displacement) + 1e-26)
+    hold(solution, "reaction", truth.reaction, 1e-20 * largest(truth.reaction))
+
+
+@few
+@given(screws)
+def test_random_frames_with_screws(structure: Structure) -> None:
+    """What is ideal is held by springs of 1e30 in the reference, so that it is sure of 1e-20 only."""
+    assume(structure.joints)
+    solution, truth = as_frame(structure).solve(), solve(structure)
+    hold(solution, "displacement", truth.displacement, 1e-20 * largest(truth.displacement) + 1e-26)
+    hold(solution, "joint_displacement", truth.extension, 1e-20 * largest(truth.extension) + 1e-26)
+    hold(solution, "joint_force", truth.force, 1e-17 * largest(truth.force))
     hold(solution, "reaction", truth.reaction, 1e-20 * largest(truth.reaction))
 
 

@@ -151,7 +151,25 @@ def test_a_pitch_that_is_no_number_is_refused() -> None:
     refused(lambda: Joint((1.0,) * 6, axes=np.stack([np.eye(3)] * 2), pitch=np.ones(3)), r"pitch \(3,\)")
 
 
-def test_what_does_not_know_screws_says_so() -> None:
-    frame = spindle(np.array([1e7] * 5 + [25.0]), np.eye(3), closed=False)
-    frame.load("D", fz=1.0)
-    refused(lambda: frame.solve().error_bound("D"), "joint 'screw' is a screw, and error bounds")
+def test_bounds_and_sensitivities_of_a_batch_of_screws() -> None:
+    """Turn and advance under a force, F p / 2 pi k and its lead, with their bounds and derivatives by stiffness."""
+    pitches, force = np.array([[0.0], [0.01], [PITCH]]), np.array([1.0, 300.0])
+    held = 1e7
+    frame = spindle(np.array([held] * 5 + [25.0]), TURNED, closed=False, pitch=pitches)
+    frame.load("D", **dict(zip(("fx", "fy", "fz"), force[:, None].T * TURNED[:, 2:], strict=True)))
+    frame.offset("screw", rz=0.01)
+    solution = frame.solve()
+    lead = pitches / (2.0 * np.pi)
+    turn = lead * force / 25.0 + 0.01
+    exact = {5: turn, 2: lead * turn + force / held}
+    moved, bound = solution.joint_displacement("screw"), solution.error_bound("screw", "joint_displacement")
+    for k, expected in exact.items():
+        assert np.all(np.abs(moved[..., k] - expected) <= bound[..., k] + 1e-15 * np.abs(expected))
+        assert np.all(bound[..., k] <= 1e-12 * np.abs(expected) + 1e-24)
+    found = solution.sensitivity("screw", "uz", "joint_displacement")
+    np.testing.assert_allclose(found.joints["screw"][..., 5], -(lead**2) * force / 25.0**2, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(found.joints["screw"][..., 2], -force / held**2 + 0.0 * lead, rtol=1e-9)
+    np.testing.assert_allclose(found.offsets["screw"][..., 5], lead + 0.0 * force, rtol=1e-9, atol=1e-15)
+    torque = solution.sensitivity("screw", "mz", "joint_force")
+    along = torque.loads["D"][..., :3] @ TURNED[:, 2]
+    np.testing.assert_allclose(along, 0.0, atol=1e-12)

@@ -12,8 +12,8 @@ from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
 from numpy.testing import assert_allclose
 from reference.as_frame import as_frame
 from reference.four_bar import coordinates, four_bar
-from reference.random_structures import random_frame, random_linkage
-from reference.structure import COMPONENTS, Structure
+from reference.random_structures import random_frame, random_linkage, random_screws
+from reference.structure import COMPONENTS, LOADS, Structure
 
 E, LENGTH, DIAMETER = 2e11, 1.5, 0.02
 INERTIA, AREA = np.pi * DIAMETER**4 / 64, np.pi * DIAMETER**2 / 4
@@ -65,20 +65,23 @@ def test_of_forces_in_closed_form() -> None:
     assert_allclose(hinge.joints["hinge"], 0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("make", [random_frame, random_linkage])
+@pytest.mark.parametrize(
+    ("make", "seed", "index"),
+    [(random_frame, 3, 1), (random_linkage, 3, 1), (random_screws, 7, 2), (random_screws, 7, 5)],
+)
 @pytest.mark.parametrize("kind", READ)
-def test_finite_differences(make: Callable[[int], Structure], kind: str) -> None:
+def test_finite_differences(make: Callable[[int], Structure], seed: int, index: int, kind: str) -> None:
     """By central differences of the inputs, to 1e-6 of the result."""
-    structure = make(3)
+    structure = make(seed)
     name = {"displacement": list(structure.loads)[-1], "reaction": next(iter(structure.supports))}.get(
         kind, next(iter(structure.joints))
     )
-    component = ("fy" if kind in ("reaction", "joint_force") else "uy", 1)
-    found = as_frame(structure).solve().sensitivity(name, component[0], kind)
-    value = abs(READ[kind](as_frame(structure).solve(), name)[1])
+    component = (LOADS if kind in ("reaction", "joint_force") else COMPONENTS)[index]
+    found = as_frame(structure).solve().sensitivity(name, component, kind)
+    value = abs(READ[kind](as_frame(structure).solve(), name)[index])
 
     def difference(change: Callable[[float], Structure], step: float) -> float:
-        up, down = (READ[kind](as_frame(change(s)).solve(), name)[component[1]] for s in (step, -step))
+        up, down = (READ[kind](as_frame(change(s)).solve(), name)[index] for s in (step, -step))
         return float((up - down) / (2 * step))
 
     node = next(iter(structure.loads))
@@ -92,7 +95,7 @@ def test_finite_differences(make: Callable[[int], Structure], kind: str) -> None
         assert_allclose(found.loads[node][k], difference(loaded, 1.0), atol=1e-8 * value, rtol=1e-6)
     joint = next(iter(structure.joints))
     for k, stiffness in enumerate(structure.joints[joint].stiffness):
-        if stiffness > 0.0:
+        if 0.0 < stiffness < np.inf:
 
             def softer(step: float, k: int = k) -> Structure:
                 springs = list(structure.joints[joint].stiffness)

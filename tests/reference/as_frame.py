@@ -20,7 +20,7 @@ def as_beam(member: Member, segments: int = 1) -> Beam:
 
 def as_joint(spring: Spring) -> Joint:
     """The joint of a spring, from the same floats."""
-    return Joint(stiffness=spring.stiffness, axes=spring.axes)
+    return Joint(stiffness=spring.stiffness, axes=spring.axes, pitch=spring.pitch)
 
 
 def as_frame(structure: Structure, *, segments: int = 1, loaded: bool = True) -> Frame:

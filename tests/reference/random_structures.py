@@ -138,10 +138,26 @@ def columns(matrix: Array) -> tuple[Vector, Vector, Vector]:
     return first, second, third
 
 
+def random_screws(seed: int) -> Structure:
+    """A random frame whose joints are screws, some ideal but for their turning, some side by side with another."""
+    rng = np.random.default_rng(seed)
+    frame = random_frame(seed)
+    joints = {}
+    for name, joint in frame.joints.items():
+        held = tuple(np.inf if k < 5 and rng.random() < 0.3 else value for k, value in enumerate(joint.stiffness))
+        joints[name] = replace(joint, stiffness=held, pitch=float(rng.normal()))
+        if rng.random() < 0.4:
+            axes = joint.axes if rng.random() < 0.5 else columns(rotation(rng))
+            second = tuple(np.inf if k == 2 and rng.random() < 0.3 else 1e6 for k in range(6))
+            joints[f"{name} too"] = Spring(joint.second, joint.first, second, axes, float(rng.normal()))
+    return replace(frame, joints=joints)
+
+
 frames = st.integers(0, 2**32 - 1).map(random_frame)
 linkages = st.integers(0, 2**32 - 1).map(random_linkage)
 structures = frames | linkages
 constrained = st.integers(0, 2**32 - 1).map(random_constrained)
+screws = st.integers(0, 2**32 - 1).map(random_screws)
 
 # Each example is a whole frame, solved two or three times.
 few = settings(max_examples=25)

@@ -114,7 +114,7 @@ def deformation(member: Member, structure: Structure, arithmetic: Arithmetic) ->
 
 
 def gap(spring: Spring, arithmetic: Arithmetic) -> tuple[Array, Array]:
-    """Spring constants (6, 6) and the map (6, 12) from global end displacements to the springs' extensions."""
+    """Stiffness (6, 6) and the map (6, 12) from global end displacements to the displacement in the joint."""
     axes = arithmetic.array(spring.axes)
     opening = arithmetic.array(np.zeros((6, 12)))
     for block in (0, 3):
@@ -123,7 +123,9 @@ def gap(spring: Spring, arithmetic: Arithmetic) -> tuple[Array, Array]:
     constants = arithmetic.array(np.zeros((6, 6)))
     for i, value in enumerate(spring.stiffness):
         constants[i, i] = arithmetic.number(min(value, IDEAL))
-    return constants, opening
+    advance = arithmetic.array(np.eye(6))  # the spring along z acts on what the screw's advance leaves
+    advance[2, 5] = -arithmetic.number(spring.pitch) / (2 * arithmetic.number(mp.pi))
+    return advance.T @ constants @ advance, opening
 
 
 def rigid_link(master: str, slave: str, structure: Structure, arithmetic: Arithmetic) -> tuple[Array, Array]:

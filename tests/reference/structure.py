@@ -39,12 +39,13 @@ class Member:
 
 @dataclass(frozen=True)
 class Spring:
-    """A joint: six springs between two coincident nodes, along the columns of `axes`."""
+    """A joint: six springs between two coincident nodes, along the columns of `axes`; a screw where it has a pitch."""
 
     first: str
     second: str
     stiffness: tuple[float, ...]
     axes: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    pitch: float = 0.0
 
 
 @dataclass(frozen=True)
