@@ -107,7 +107,7 @@ def _labels(axes: Axes, at: Mapping[str, Array], above: bool) -> None:
     }
     shifts |= {"B": _corner(at["B"], at["A"], at["P"]), "D": _corner(at["D"], at["P"], at["E"])}
     for name, point in at.items():
-        note(axes, f"${name}$", point, shifts[name], ha="center", va="center", fontsize=11)
+        note(axes, f"${name}$", point, shifts[name], ha="center", va="center", fontsize=11, parse_math=True)
     for name, start, end in (("crank", "A", "B"), ("coupler", "B", "P"), ("rocker", "E", "D")):
         along = unit(at[end] - at[start])
         slope = np.pi / 2 - (np.pi / 2 - np.arctan2(along[1], along[0])) % np.pi

@@ -82,8 +82,9 @@ def draw_trajectory(
     right.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
     _ellipses(right, cloud)
     right.plot(*cloud.mean(0), "+", color=ORANGE, ms=10, mew=1.8, label="mean")
-    labels = (f"$u_{each}$ of {name} [mm]" for each in (x, y))
-    right.set(**dict(zip(("xlabel", "ylabel"), labels, strict=True)), aspect="equal", adjustable="datalim")
+    right.set(aspect="equal", adjustable="datalim")
+    right.set_xlabel(_displacement(x, name), parse_math=True)
+    right.set_ylabel(_displacement(y, name), parse_math=True)
     right.set_title(f"true scale at {where}", loc="left")
     right.legend(loc="upper right", handlelength=1.6)
     return drawn_on
@@ -118,10 +119,17 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
         axes.plot(grid, stats.norm.pdf(grid, mean, std), color=BLUE, lw=1.6, label="normal fit")
         ticks = values[:MOST_PATHS]
         axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
-        axes.set(xlabel=f"$u_{name}$ of {of} [mm]", ylabel="density [1/mm]")
+        axes.set_xlabel(_displacement(name, of), parse_math=True)
+        axes.set_ylabel("density [1/mm]")
         title = f"{where},  μ = {mean:.3f} mm,  σ = {std:.3f} mm"
         axes.set_title(title.replace("-", "−"), loc="left")
     return drawn_on
+
+
+def _displacement(way: str, point: str) -> str:
+    """Label with mathematics, of which the point's name is none."""
+    plain = point.replace("$", r"\$")
+    return f"$u_{way}$ of {plain} [mm]"
 
 
 def path_normal(rigid: Array) -> Array:

@@ -19,6 +19,7 @@ Inputs = ParamSpec("Inputs")
 INK, GREY, BLUE, SKY, ORANGE = "#222222", "#8c8c8c", "#0b5394", "#9cc3e6", "#d55e00"
 STYLE: Any = {
     "font.size": 9.0,
+    "text.parse_math": False,  # a name may hold dollars
     "axes.edgecolor": INK,
     "axes.linewidth": 0.7,
     "axes.spines.top": False,
@@ -57,6 +58,11 @@ def space_figure(width: float, height: float) -> tuple[Figure, Any]:
 
     figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
     return figure, figure.add_subplot(projection="3d")
+
+
+def entry(name: str) -> str:
+    """A name as the entry of a legend, where matplotlib would leave `_name` out."""
+    return f" {name}" if name.startswith("_") else name
 
 
 def note(axes: Axes, text: str, at: Array, shift: ArrayLike, **style: Any) -> None:

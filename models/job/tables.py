@@ -27,7 +27,12 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
 def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]], left: int = 0) -> str:
     """A Markdown table, its first `left` columns aligned to the left and the others to the right."""
     ruler = [":--" if column < left else "--:" for column in range(len(heading))]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (heading, ruler, *rows))
+    return "\n".join(f"| {' | '.join(map(_cell, row))} |" for row in (heading, ruler, *rows))
+
+
+def _cell(text: str) -> str:
+    """A name may hold what ends a cell."""
+    return " ".join(text.replace("|", "\\|").splitlines())
 
 
 def readable(value: float | str | None, form: str) -> str:
