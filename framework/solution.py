@@ -46,6 +46,23 @@ class Solution:
         The compiled frame.
     clearances
         Where its joints with clearance rest; None where there are none, or they were left out.
+
+    Examples
+    --------
+    >>> from linkframe.elements import Beam, Circle, Material
+    >>> from linkframe.framework import Frame
+    >>> frame = Frame()
+    >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+    ...     frame.node(name, (x, 0.0, 0.0))
+    >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+    >>> frame.fix("A"); frame.load("B", fy=-10.0)
+    >>> solution = frame.solve()
+    >>> solution.reaction("A").round(9).tolist()
+    [0.0, 10.0, 0.0, 0.0, 0.0, 10.0]
+    >>> solution.forces("AB", [0.0, 0.5])[:, 5].round(9).tolist()
+    [-10.0, -5.0]
+    >>> bool((abs(solution.error_bound("B")) < 1e-15).all()), str(solution.status), bool(solution.linear)
+    (True, 'regular', True)
     """
 
     def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:

@@ -23,6 +23,12 @@ class Spread(Statistics):
     ----------
     samples
         Samples, (..., n, 3); NaN where there are none.
+
+    Examples
+    --------
+    >>> spread = Spread(np.array([[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]]))
+    >>> spread.mean.tolist(), spread.quantile(0.75).tolist()
+    ([2.0, 0.0, 0.0], [2.5, 0.0, 0.0])
     """
 
     samples: Array

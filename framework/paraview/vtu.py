@@ -101,6 +101,21 @@ def read_names(path: str | Path) -> dict[str, list[str]]:
     ------
     FrameError
         If the file holds no names.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from linkframe.elements import Beam, Circle, Material
+    >>> from linkframe.framework import Frame, read_names
+    >>> frame = Frame()
+    >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+    ...     frame.node(name, (x, 0.0, 0.0))
+    >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+    >>> frame.fix("A")
+    >>> with TemporaryDirectory() as folder:
+    ...     frame.solve().save(f"{folder}/rod.vtu")
+    ...     read_names(f"{folder}/rod.vtu")["member"]
+    ['AB']
     """
     with Path(path).open(encoding="utf-8") as file:
         file.readline()

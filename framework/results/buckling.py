@@ -31,6 +31,20 @@ class Buckling(Shapes):
     ----------
     factors
         By which all loads may grow before the frame buckles, (..., count); inf where there are no more.
+
+    Examples
+    --------
+    A column of 1 m, clamped at its foot, and the same one pulled: Euler's load ``pi^2 E I / 4 L^2``.
+
+    >>> from linkframe.elements import Beam, Circle, Material
+    >>> from linkframe.framework import Frame
+    >>> frame = Frame()
+    >>> for name, z in {"A": 0.0, "B": 1.0}.items():
+    ...     frame.node(name, (0.0, 0.0, z))
+    >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3), segments=8), "A", "B")
+    >>> frame.fix("A"); frame.load("B", fz=[-1000.0, 1000.0])
+    >>> frame.buckling(1).factors.round(3).tolist()
+    [[3.876], [inf]]
     """
 
     factors: Array

@@ -45,6 +45,16 @@ class Link:
     ------
     FrameError
         If a number is not finite, or mass or inertia is negative.
+
+    Examples
+    --------
+    The torque that holds a crank of 2 kg level, its centre of mass half way along its 0.1 m, is that of its weight.
+
+    >>> from linkframe.models import FourBar
+    >>> crank = Link(mass=2.0, centre=(0.05, 0.0))
+    >>> found = FourBar(ground=0.25).move(0.0).reactions(crank=crank, gravity=(0.0, -9.81))
+    >>> round(float(found.drive_torque), 9)
+    0.981
     """
 
     mass: ArrayLike = 0.0
