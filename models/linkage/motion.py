@@ -112,8 +112,9 @@ class Motion:
         * ``"near dead point"``: see `conditioning`
         * ``"singular: output, joint ... moves with the drives held"``: in a dead point or a change point. Of the joints
           that move, one is named that has no hold on either side.
-        * ``"singular: input, joint ... stands still"``: its point has lost a direction in which the drives move it at
-          other poses, as the pin of a rocker at the end of its swing. Positions and velocities are good as ever.
+        * ``"singular: input, joint ... stands still"``, with several drives ``"... has lost a direction"``: one in which
+          they move its point, or the link that slides in it, at other poses, as the pin of a rocker at the end of its
+          swing. Positions and velocities are good as ever.
         * ``"branch changed"``: assembled, but not on the branch of the drawing as far as can be told. Behind a gap
           in a drive's range, ``"branch changed: behind a gap, ..."``, it is put together anew in the configuration
           that was drawn, such as open or crossed. Where two branches only come close to each other, as those of a

@@ -62,7 +62,8 @@ def pose_status(motion: Motion) -> NDArray[np.str_]:
     margin, least = motion.held
     status = np.full(motion.assembly.shape, "regular", dtype="<U200")
     for joint, where in reversed(standing_still(motion).items()):
-        status[where] = f"singular: input, joint {joint} stands still"
+        lost = "stands still" if len(motion.drives.rates) == 1 else "has lost a direction"
+        status[where] = f"singular: input, joint {joint} {lost}"
     status[margin < NEAR] = "near dead point"
     loose = margin < SINGULAR
     if loose.any():
