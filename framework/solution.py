@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import sys
 import warnings
 from collections.abc import Sequence
 from functools import cached_property
@@ -577,7 +578,7 @@ class Solution:
         if singular.any():
             if not self._warned:
                 self._warned = True
-                warnings.warn(self._warning(singular), MechanismWarning, stacklevel=4)
+                warnings.warn(self._warning(singular), MechanismWarning, stacklevel=_reader())
             array[singular] = mask
         return array
 
@@ -605,3 +606,12 @@ class Solution:
         if joint not in self.frame.joints:
             raise FrameError(f"joint {joint!r} is unknown: known are {', '.join(self.frame.joints) or 'none'}")
         return joint
+
+
+def _reader() -> int:
+    """Stack level, for a warning of who called this, of the first caller that is not part of linkframe."""
+    frame, level = sys._getframe(1), 1
+    # cached properties lie between
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(("linkframe.", "functools")):
+        frame, level = frame.f_back, level + 1
+    return level

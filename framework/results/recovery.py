@@ -77,7 +77,8 @@ class Recovery:
         group, position = self._where[piece]
         rows = [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
         nodal = self.solution.stacked(rows)
-        local: Array = (group.transform[position] @ nodal[..., None])[..., 0]
+        with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
+            local: Array = (group.transform[position] @ nodal[..., None])[..., 0]
         return local
 
     def piece_forces(self, piece: int) -> Array:

@@ -29,8 +29,9 @@ LINEAR = 0.05
 def nonlinearity(solution: Solution) -> Array:
     """Estimated relative error of a linear solution by its being linear, (...); inf where it is a mechanism."""
     out = np.zeros(solution.shape)
-    for part in solution.bounds.parts():
-        out[part.where] = _of(part)
+    with np.errstate(all="ignore"):  # of mechanisms
+        for part in solution.bounds.parts():
+            out[part.where] = _of(part)
     out[solution.status == "mechanism"] = np.inf
     return out
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle
-from linkframe.framework import Frame, MechanismWarning
+from linkframe.framework import Frame, MechanismWarning, Solution
 from numpy.testing import assert_allclose
 from reference.as_frame import as_frame
 from reference.compare import allowed, apart, stacked
@@ -119,6 +119,29 @@ def test_a_mechanism_says_what_moves(case: str) -> None:
         assert name in text
     for node in {"n0", "ground", "a", "A", "E"} & set(solution.frame.supports) - set(nodes):
         assert f"{node}:" not in text
+
+
+READ: dict[str, Callable[[Solution], object]] = {
+    "displacement": lambda s: s.displacement("bob"),
+    "end_forces": lambda s: s.end_forces("bar"),
+    "forces": lambda s: s.forces("bar", 0.1),
+    "stress": lambda s: s.stress("bar", 0.1),
+    "displacement_along": lambda s: s.displacement_along("bar", 0.1),
+    "reaction": lambda s: s.reaction(next(iter(s.frame.supports))),
+    "error_bound": lambda s: s.error_bound("bob"),
+    "refined": lambda s: s.refined("bob"),
+    "sensitivity": lambda s: s.sensitivity("bob", "ux"),
+}
+
+
+@pytest.mark.parametrize("what", READ)
+def test_the_warning_points_to_who_reads(what: str) -> None:
+    """One warning, at the line in this file, whatever is read first; nothing is said of what went on inside."""
+    solution = pendulum().solve()
+    with pytest.warns() as caught:
+        READ[what](solution)
+    assert [(each.category, each.filename) for each in caught] == [(MechanismWarning, __file__)]
+    assert np.isinf(pendulum().solve().nonlinearity())
 
 
 def test_the_warning_comes_once() -> None:
