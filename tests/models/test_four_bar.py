@@ -304,3 +304,15 @@ def test_arrays_of_the_user_stay_his_own():
     assert_array_equal(again.position("P"), before[0])
     assert_array_equal(again.reactions(coupler=link, gravity=(0.0, -9.81)).unknowns, before[1])
     assert_array_equal(four_bar.joint_stiffness("D"), np.full(6, 1e8))
+
+
+@pytest.mark.parametrize("scale", [2.0**-20, 2.0**20])
+def test_a_change_point_is_one_in_any_unit(scale):
+    """The lengths fulfil a + b = c + d but for rounding, 0.1 + 0.5 against 0.2 + 0.4; powers of two scale exactly."""
+    lengths = np.array([0.1, 0.5, 0.2, 0.4])
+    theta = np.append(np.radians(DEGREES), 1e-6)
+    wanted, found = (FourBar(*(unit * lengths), branch="parallel").move(theta, rate=1.0) for unit in (1.0, scale))
+    assert wanted.singular.any()
+    assert_array_equal(found.singular, wanted.singular)
+    assert_array_equal(found.position("D"), scale * wanted.position("D"))
+    assert_array_equal(found.velocity("D"), scale * wanted.velocity("D"))
