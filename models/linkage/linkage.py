@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .motion import Motion
     from .poses.dead_points import DeadPoint, DriveRange
     from .poses.mobility import Mobility
+    from .statics.inertia import Inertia
 
 
 class Linkage(Joining):
@@ -43,8 +44,9 @@ class Linkage(Joining):
         Springs, forces and torques in the order given.
     weight
         Acceleration of gravity (..., 3).
-    kept
-        The mechanism that was compiled last, taken up again as long as the description stays the same.
+    kept, inertias
+        The mechanism that was compiled last, and the inertia of links with what it was found from, taken up again as
+        long as the description stays the same.
 
     Raises
     ------
@@ -70,6 +72,12 @@ class Linkage(Joining):
     def __init__(self, points: Mapping[str, ArrayLike] | None = None, /, **named: ArrayLike) -> None:
         super().__init__(points, **named)
         self.kept: tuple[tuple[object, ...], Mechanism] | None = None
+        self.inertias: dict[str, tuple[tuple[object, ...], Inertia]] = {}
+
+    def __repr__(self) -> str:
+        driven = ", ".join(self.drives) or "none"
+        parts = ((len(self.points), "points"), (len(self.links), "links"), (len(self.joints), "joints"))
+        return f"<Linkage: {', '.join(f'{count} {noun}' for count, noun in parts)}; driven: {driven}>"
 
     @property
     def version(self) -> tuple[object, ...]:

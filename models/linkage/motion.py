@@ -59,7 +59,7 @@ def compiled(linkage: Linkage) -> Mechanism:
     return linkage.kept[1]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion:
     """Motion of a linkage over a batch of poses; made by `Linkage.move`.
 
@@ -81,6 +81,9 @@ class Motion:
     mechanism: Mechanism
     drives: Drives
     assembly: Assembly
+
+    def __repr__(self) -> str:
+        return f"<Motion of shape {self.shape} of {self.linkage!r}>"
 
     @property
     def shape(self) -> Shape:
@@ -112,7 +115,7 @@ class Motion:
         * ``"near dead point"``: see `conditioning`
         * ``"singular: output, joint ... moves with the drives held"``: in a dead point or a change point. Of the joints
           that move, one is named that has no hold on either side.
-        * ``"singular: input, joint ... stands still"``, with several drives ``"... has lost a direction"``: one in which
+        * ``"singular: input, joint ... stands still"``, with several drives ``"... has lost a direction"``: in which
           they move its point, or the link that slides in it, at other poses, as the pin of a rocker at the end of its
           swing. Positions and velocities are good as ever.
         * ``"branch changed"``: assembled, but not on the branch of the drawing as far as can be told. Behind a gap
@@ -440,6 +443,11 @@ class Motion:
         -------
         Reactions
             Reactions and drive forces; NaN where no finite forces hold the linkage.
+
+        Raises
+        ------
+        FrameError
+            If masses, loads, springs or gravity do not broadcast with the motion.
 
         Examples
         --------

@@ -452,6 +452,25 @@ def test_batches_of_loads_are_solved_as_one_by_one() -> None:
     assert_allclose(found.force("E")[1, 2], single.move(A=1.0).reactions().force("E"), rtol=1e-11)
 
 
+def test_what_does_not_broadcast_with_the_motion_is_named() -> None:
+    two = np.array([1.0, 2.0])
+    for name, change in (
+        ("the load on 'D'", lambda k: k.load("D", fx=two)),
+        ("the load on 'crank'", lambda k: k.torque("crank", mz=two)),
+        ("the spring A-D", lambda k: k.spring("A", "D", stiffness=1.0, length=two)),
+        (
+            "mass, centre or inertia of link 'bob'",
+            lambda k: (k.link("bob", "D", mass=two), k.fixed("D", "rocker", "bob")),
+        ),
+        ("gravity", lambda k: k.gravity(np.zeros((2, 3)))),
+    ):
+        linkage = heavy_four_bar()
+        change(linkage)
+        motion = linkage.move(A=np.linspace(0.0, 1.0, 3))
+        with pytest.raises(FrameError, match=rf"^{name} has batch shape \(2,\).*with \(3,\) of the motion"):
+            motion.reactions()
+
+
 def test_what_is_not_there_is_refused() -> None:
     found = heavy_four_bar().move(A=0.3).reactions()
     with pytest.raises(FrameError, match="no joint 'Z'"):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....framework.batch import Array, turned
+from ....framework.batch import Array, joined, turned
 from ..description.parts import GROUND, Spring
 from .inertia import inertia
 
@@ -60,6 +60,30 @@ def applied(motion: Motion) -> Iterator[Action]:
             if link != GROUND:
                 wrench = np.concatenate([pull[..., None] * line, np.zeros_like(line)], axis=-1)
                 yield Action(link, point, motion.position(point, link), wrench)
+
+
+def check_shapes(motion: Motion) -> None:
+    """See that masses, loads, springs and gravity broadcast with the motion.
+
+    Raises
+    ------
+    FrameError
+        If they do not; it names them.
+    """
+    linkage = motion.linkage
+    given = [(f"the load on {load.point or load.link!r}", load.value[..., 0]) for load in linkage.loads]
+    for spring in linkage.springs:
+        name = f"the spring {spring.first[1]}-{spring.second[1]}"
+        given += [(name, number) for number in (spring.stiffness, spring.length, spring.damping)]
+    for name in linkage.links:
+        own = inertia(linkage, name)
+        parts = (own.mass, own.centre[..., 0], own.tensor[..., 0, 0])
+        given += [(f"mass, centre or inertia of link {name!r}", part) for part in parts]
+    known = {"the motion": motion.shape}
+    for what, number in (*given, ("gravity", linkage.weight[..., 0])):
+        if number.ndim:
+            joined(what, number.shape, known)
+            known[what] = number.shape
 
 
 def tension(motion: Motion, spring: Spring) -> tuple[Array, Array]:

@@ -62,9 +62,17 @@ def inertia(linkage: Linkage, name: str) -> Inertia:
     """Inertia of a link: what was given, and for the rest that of its beams.
 
     Where a mass was given alone, the beams tell where it is and how it is spread; where there are no beams it is a
-    point mass in the middle of the link's points.
+    point mass in the middle of the link's points. It is found once, as long as the link and its points stay.
     """
     link = linkage.links[name]
+    made_of = link, *(linkage.points[point] for point in link.points)
+    kept = linkage.inertias.get(name)
+    if kept is None or any(old is not new for old, new in zip(kept[0], made_of, strict=False)):
+        kept = linkage.inertias[name] = made_of, _inertia(linkage, link)
+    return kept[1]
+
+
+def _inertia(linkage: Linkage, link: Link) -> Inertia:
     own = _of_beams(linkage, link)
     mass = link.mass if link.mass is not None else own.mass if _massive(link) else np.zeros(())
     centre = own.centre if link.centre is None else link.centre

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, turned
 from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
-from .actions import inertia_force
+from .actions import check_shapes, inertia_force
 from .determinacy import Idle, solved
 from .equilibrium import Equilibrium
 
@@ -147,7 +147,13 @@ def reactions(motion: Motion) -> Reactions:
     -------
     Reactions
         Reactions, drive forces, and by which method they were found.
+
+    Raises
+    ------
+    FrameError
+        If masses, loads, springs or gravity do not broadcast with the motion.
     """
+    check_shapes(motion)
     equations = Equilibrium(motion)
     side = equations.side
     shape = side.shape[:-1]
