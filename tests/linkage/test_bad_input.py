@@ -52,6 +52,8 @@ WRONG = {
     "is fixed: drive another": lambda k: (k.fixed("B", "arm", "hand"), k.drive("B")),
     "load: there is no point 'Z'": lambda k: k.load("Z", fx=1.0),
     "load: link 'arm' has no point 'C': it has A, B": lambda k: k.load("C", link="arm", fx=1.0),
+    "load: no link has point 'free': add it": lambda k: (k.point("free", (3, 3)), k.load("free", fx=1.0)),
+    "spring: both ends are 'B' on 'arm': give two": lambda k: k.spring("B", ("arm", "B"), stiffness=1.0, length=1.0),
     "torque: there is no link 'leg'": lambda k: k.torque("leg", mz=1.0),
     "stiffness of the spring A-B is -1": lambda k: k.spring("A", "B", stiffness=-1.0, length=1.0),
     "link 'hand' hangs on nothing": lambda k: k.move(),

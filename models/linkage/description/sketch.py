@@ -150,9 +150,11 @@ class Sketch:
         Raises
         ------
         FrameError
-            If an end is unknown or a number is below zero.
+            If an end is unknown, both are the same, or a number is below zero.
         """
         ends = self.end(first, "spring"), self.end(second, "spring")
+        if ends[0] == ends[1]:
+            raise FrameError(f"spring: both ends are {ends[0][1]!r} on {ends[0][0]!r}: give two points")
         between = f"of the spring {ends[0][1]}-{ends[1][1]}"
         numbers = (("stiffness", stiffness), ("length", length), ("damping", damping))
         self.springs.append(Spring(*ends, *(self._not_negative(v, f"{what} {between}") for what, v in numbers)))
@@ -182,8 +184,15 @@ class Sketch:
             Components, (...); with as many entries as the motion has poses, they differ from pose to pose.
         follows
             Whether they turn with the link, as the thrust of an engine does; they are then as drawn.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point, or no link has it.
         """
         where = self.end(point if link is None else (link, point), "load")
+        if link is None and where[0] == GROUND:
+            raise FrameError(f"load: no link has point {point!r}: add it to the link that is loaded")
         self.loads.append(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follows))
 
     def torque(
