@@ -17,7 +17,8 @@ from .bending import Curve
 from .cross_section import CrossSection
 from .parameters import Real
 
-POINTS = 24
+# Points of a rule: tapers to a thousandth come out to rounding.
+POINTS = 32
 
 Six = tuple[Real, Real, Real, Real, Real, Real]
 
@@ -112,14 +113,28 @@ def tapered_part(
 
 
 def spread_points(start: CrossSection, end: CrossSection, ndim: int = 0) -> tuple[Array, Array]:
-    """Gauss's rule on (0, 1), (POINTS, ...), its points spread geometrically from `start` to `end`.
+    """Gauss's rule on (0, 1), (points, ...), its points spread geometrically towards where a size is small.
 
     With ``x = expm1(g t) / expm1(g)`` a size that is linear in x and grows by exp(g) is
     exponential in t: its powers are entire functions, which Gauss's rule in t integrates to
-    rounding even where the member comes close to a point. After the leading axis come those of
-    the sections, at least `ndim`.
+    rounding even where the member comes close to a point. Where one size grows and another
+    shrinks, each half has a rule of its own. After the leading axis come those of the sections,
+    at least `ndim`.
     """
-    growth = np.asarray(np.log(end.Iy / start.Iy * (end.Iz / start.Iz)) / 8.0)
+    here, there = start.sizes(), end.sizes()
+    shape = np.broadcast_shapes(start.shape, end.shape)
+    ratios = np.stack([np.broadcast_to(there[name] / here[name], shape) for name in here])
+    grows, shrinks = np.maximum(ratios.max(axis=0), 1.0), np.maximum(1.0 / ratios.min(axis=0), 1.0)
+    if not (np.any(grows > 1.0) and np.any(shrinks > 1.0)):
+        return _spread(np.log(grows / shrinks), ndim)
+    # over half the length a size grows by half of what it grows by
+    points, weights = _spread(np.log1p(0.5 * (grows - 1.0)), ndim)
+    others, theirs = _spread(np.log1p(0.5 * (shrinks - 1.0)), ndim)
+    return 0.5 * np.concatenate([points, 2.0 - others]), 0.5 * np.concatenate([weights, theirs])
+
+
+def _spread(growth: Array, ndim: int) -> tuple[Array, Array]:
+    """Gauss's rule on (0, 1), its points towards the start for a `growth` above zero, (POINTS, ...)."""
     # an even spread is the limit of no growth, reached well before this
     growth = np.where(growth == 0.0, 1e-200, growth)
     t, w = (part.reshape((POINTS,) + (1,) * max(growth.ndim, ndim)) for part in gauss(POINTS))

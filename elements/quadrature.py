@@ -11,7 +11,7 @@ from skfem.assembly.form.coo_data import COOData
 
 from ..framework.protocol import Array
 from .arc_length import ArcLengthMapping
-from .flexibility import POINTS, spread_points
+from .flexibility import spread_points
 from .forms import geometric, inertia_of, initial_of, mass
 from .line_frame import ElementLineFrame
 from .parameters import Real
@@ -46,7 +46,7 @@ def _detached(beam: Beam, length: Real, shape: tuple[int, ...], intorder: int) -
     # curves and sections of a taper are no polynomials: the points of its flexibility suit them too
     t, w = spread_points(beam.section, beam.end)
     if t.ndim > 1:
-        t, w = (np.broadcast_to(_led(part, len(shape)), (POINTS, *shape)).reshape(POINTS, -1) for part in (t, w))
+        t, w = (np.broadcast_to(_led(part, len(shape)), (len(part), *shape)).reshape(len(part), -1) for part in (t, w))
     return Basis(mesh, element, mapping, quadrature=(t.T[None], w.T), disable_doflocs=True)
 
 

@@ -166,3 +166,30 @@ def test_one_modulus_for_each_of_as_many_beams_as_there_are_points() -> None:
         assert_allclose(batch.stiffness_matrix(L), moduli[:, None, None] * one.stiffness_matrix(L), rtol=1e-12)
         assert_allclose(batch.mass_matrix(L), moduli[:, None, None] * one.mass_matrix(L), rtol=1e-12)
         assert_allclose(batch.geometric_matrix(L, 1.0), [one.geometric_matrix(L, 1.0)] * count, rtol=1e-10, atol=1e-14)
+
+
+@pytest.mark.parametrize("ratio", [3.0, 30.0, 1e3, 1e5])
+def test_sizes_that_grow_and_shrink_together(ratio: float) -> None:
+    """Elongation and twist per unit length are log(r) / (r - 1) of those of the weaker end; here these are opposite
+    ends, and bending about y does not vary."""
+    thick = Beam(
+        Section(A=1.0, Iy=1.0, Iz=1.0, J=ratio), ALLOY, end=Section(A=ratio, Iy=1.0, Iz=ratio, J=1.0)
+    ).stiffness_matrix(L)
+    mean = np.log(ratio) / (ratio - 1.0)
+    assert_allclose([E / (L * thick[6, 6]), G / (L * thick[9, 9])], mean, rtol=2e-13)
+    assert_allclose(thick[8, 8], 12.0 * E / L**3, rtol=2e-13)
+
+
+@pytest.mark.parametrize("ratio", [30.0, 1e3])
+def test_a_rectangle_of_one_growing_side(ratio: float) -> None:
+    """Tip of a cantilever under a force along the constant side, 1 / Iy ~ 1 / x, and along the growing one, ~ 1 / x^3."""
+    beam = Beam(Rectangle(y=1.0, z=1.0), ALLOY, end=Rectangle(y=ratio, z=1.0))
+    F = np.linalg.inv(beam.stiffness_matrix(L)[6:, 6:])
+    with mp.workdps(30):
+        at = [mp.mpf(2) ** -k for k in range(14, -1, -1)]
+
+        def tip(power: int) -> float:
+            section = lambda x: (1 + (mp.mpf(ratio) - 1) * x) ** power / 12  # noqa: E731
+            return float(mp.mpf(L) ** 3 * mp.quad(lambda x: (1 - x) ** 2 / (E * section(x)), [0, *at]))
+
+        assert_allclose([F[2, 2], F[1, 1]], [tip(1), tip(3)], rtol=1e-11)
