@@ -449,3 +449,25 @@ def test_the_same_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = batch_frame(*given).solve().displacement("P1")
     monkeypatch.setattr("linkframe.framework.clearances.resting._MOST", 5)
     assert_array_equal(batch_frame(*given).solve().displacement("P1"), whole)
+
+
+def test_a_joint_that_is_tight_at_some_entries_tells_its_force_there() -> None:
+    """A bar on two stops, of which the outer has clearance at one of two entries; both share the load with the bar."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": LENGTH / 2, "C": LENGTH}.items():
+        frame.node(name, (x, 0.0, 0.0))
+        frame.node(f"{name} ground", (x, 0.0, 0.0))
+    frame.add("AB", BAR, "A", "B")
+    frame.add("BC", BAR, "B", "C")
+    frame.fix("A")
+    for name, clearance in {"B": 1e-5, "C": np.array([0.0, 2e-5])}.items():
+        frame.add(f"stop {name}", Joint((0.0, 1e8, 0.0, 0.0, 0.0, 0.0), clearance=clearance), f"{name} ground", name)
+        frame.fix(f"{name} ground")
+    frame.load("B", fy=2e3)
+    frame.load("C", fy=-300.0)
+    solution = frame.solve()
+    for stop in ("stop B", "stop C"):
+        force = np.abs(solution.joint_force(stop)[:, 1])
+        assert_array_equal(solution.contact(stop).closed, force > 1e-6)
+        assert_allclose(solution.contact(stop).force, force, rtol=1e-9, atol=1e-9)
+    assert_allclose(solution.displacement("C")[0, 1] * 1e8, solution.joint_force("stop C")[0, 1], rtol=1e-12)
