@@ -109,6 +109,9 @@ def test_one_pose_read_by_meshio(tmp_path: Path) -> None:
     assert [(block.type, len(block.data)) for block in mesh.cells] == [("line", 2 * STATIONS), ("vertex", 1)]
     check_beams(solution, (), mesh.points, mesh.point_data, of_lines(mesh))
     check_pin(solution, (), mesh.point_data, row=-1)
+    lines = np.arange(2 * (STATIONS + 1)).reshape(2, -1)
+    np.testing.assert_array_equal(mesh.cells[0].data, np.stack([lines[:, :-1], lines[:, 1:]], axis=-1).reshape(-1, 2))
+    assert mesh.cells[1].data.tolist() == [[len(mesh.points) - 1]]
     np.testing.assert_array_equal(mesh.points[-1], (0.0, 1.0, 0.2))
     np.testing.assert_array_equal(of_lines(mesh)["link"], [-1] * STATIONS + [0] * STATIONS)
     assert mesh.cell_data["joint"][1] == [0]
