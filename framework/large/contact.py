@@ -37,7 +37,7 @@ def contact(solution: LargeSolution, name: str, number: int) -> Contact:
         state=STATES[state],
         normal=np.where(closed[..., None], _turned(solution, name, along), 0.0) + unknown[..., None],
         force=np.where(closed, press, 0.0) + unknown,
-        gap=np.where(closed, 0.0, radius - length) + unknown,
+        gap=np.where(closed, 0.0, np.maximum(radius - length, 0.0)) + unknown,
         offset=inside + unknown[..., None],
     )
 

@@ -37,7 +37,8 @@ class LargeSolution:
     Obtained from ``frame.solve(large=True)``. Loads keep their direction, moments their axis in space; line loads and
     weights go with the material that carries them. Where a load step ends in a saddle of the energy, such as a column
     beyond its buckling load, the free mode is followed to a stable equilibrium, and `status` says so. A frame in a
-    coordinate plane under loads in it is kept to the plane; `stable` looks out of it.
+    coordinate plane under loads in it is kept to the plane; `stable` looks out of it. Journals whose contact stiffness
+    is inf lie on their circles to rounding; screws advance through any number of turns.
 
     Rotations are rotation vectors (axis times angle, up to pi).
 

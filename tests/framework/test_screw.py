@@ -133,6 +133,16 @@ def test_pitch_may_vary_over_the_batch_and_zero_is_a_cylinder_that_holds() -> No
     np.testing.assert_allclose(found[:, 5], 1e3 * pitches / (2 * np.pi) / 25.0, rtol=1e-12, atol=1e-18)
 
 
+def test_a_free_motion_turns_and_advances() -> None:
+    frame = spindle(np.array([np.inf] * 5 + [0.0]), TURNED, closed=False)
+    frame.load("D", **dict(zip(("mx", "my", "mz"), TURNED[:, 2], strict=True)))
+    motion = frame.solve().free_motion()
+    moved = motion.joints["screw"][0]
+    assert moved[5] != 0.0
+    np.testing.assert_allclose(moved[:3], LEAD * moved[5] * np.eye(3)[2], rtol=1e-14, atol=1e-16)
+    np.testing.assert_allclose(motion.displacement("D")[0, :3], LEAD * moved[5] * TURNED[:, 2], rtol=1e-12, atol=1e-16)
+
+
 def test_condition_number_counts_the_pitch() -> None:
     def number(pitch: float) -> float:
         frame = spindle(np.array([1e7] * 5 + [25.0]), np.eye(3), closed=False, pitch=pitch)
