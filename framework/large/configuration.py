@@ -84,7 +84,7 @@ class Configuration:
         for number, joint in enumerate(model.joints):
             own[:, number] += nodal[:, joint.child]
         if model.loops:
-            own[:, len(model.joints) :] += np.concatenate([step, np.zeros_like(step[:1])])[model.multipliers]
+            own[:, len(model.joints) :] += np.concatenate([step, np.zeros((1, step.shape[-1]))])[model.multipliers]
         new = State(moved, turned, own, state.grip)
         self.follow(new)
         return new
@@ -106,7 +106,7 @@ class Configuration:
 
     def nodal(self, step: Array) -> Array:
         """Steps of the coordinates by node (6, nodes, m)."""
-        padded = np.concatenate([step, np.zeros_like(step[:1])])
+        padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
         return padded[self.model.columns]
 
     @cached_property

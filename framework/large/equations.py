@@ -82,7 +82,7 @@ class Equations(Configuration):
     def step_stresses(self, at: SpaceLinear, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
         nodal = self.nodal(step)
-        padded = np.concatenate([step, np.zeros_like(step[:1])])
+        padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
         for node, jacobian in at.jacobians.items():
             nodal[:, node] = np.einsum("ij...,j...->i...", jacobian, padded[self.model.chains[node]])
         out = []

@@ -93,7 +93,7 @@ class FlatEquations:
         return new
 
     def _nodal(self, step: Array) -> Array:
-        padded = np.concatenate([step, np.zeros_like(step[:1])])
+        padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
         return padded[self.flat.columns]
 
     # -- energy -----------------------------------------------------------------------------------------------------

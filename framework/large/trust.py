@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
+from ..structure.tree import GROUND
 from . import corotation, rotation
 from .corotation import Response
 from .elimination import ConstrainedFactor, Elimination, Factor
 from .equations import Equations
+from .loops import LoopChange
 from .model import Model
 from .newton import Newton
 from .state import State
@@ -55,19 +57,6 @@ class Trust:
         size = np.concatenate([self.state.moved[:, node], rotation.logarithm(self.state.turned[:, node])])
         return np.asarray(out + 2.0 * _EPS * np.abs(size))
 
-    def _gripped(self) -> Array:
-        """Forces (size + 1, m) that put journals in rigid contact as far off as their place is rounded."""
-        model, count = self.model, self.equations.count
-        out = np.zeros((model.size + 1, count))
-        for number, place in model.contacts.items():
-            joint = model.edges[number]
-            play = list(joint.play)
-            stiffness = self.state.grip.stiffness[place]
-            if number < len(model.joints):
-                reach = np.abs(self.state.own[play, number]).max(axis=0) + joint.clearance.at(self.equations.where)
-                np.add.at(out, model.columns[play, joint.child], _ROUNDINGS * _EPS * stiffness * reach)
-        return out
-
     def _rounding(self) -> Array:
         """Rounding in the unbalanced forces (size, m)."""
         model, count = self.model, self.equations.count
@@ -85,7 +74,9 @@ class Trust:
             ends = np.einsum("ji...,j...->i...", change, wrong)
             nodal += model.gather[k] @ ends.reshape(-1, count)
         forces = _ROUNDINGS * _EPS * (nodal.reshape(6, model.count, count) + np.abs(self.equations.loads))
-        out = self._gripped()
+        out = np.zeros((model.size + 1, count))
+        for number in range(len(model.edges)):
+            self._add_edge(number, forces, out)
         for joint in reversed(model.joints):
             jacobian = np.abs(self.at.jacobians[joint.child])
             chain = model.chains[joint.child]
@@ -94,3 +85,32 @@ class Trust:
         plain = np.flatnonzero(model.plain)
         np.add.at(out, model.columns[:, plain].T.reshape(-1), forces[:, plain].swapaxes(0, 1).reshape(-1, count))
         return out[:-1]
+
+    def _add_edge(self, number: int, nodal: Array, out: Array) -> None:
+        """Rounding in the force of a link, on its coordinates, or of a loop, on its nodes and multipliers."""
+        model, equations, state = self.model, self.equations, self.state
+        joint, loop = model.edges[number], number - len(model.joints)
+        own = equations.own(state, number)
+        reach = np.abs(own) + np.abs(joint.offset.at(equations.where))
+        reach[list(joint.play)] += joint.clearance.at(equations.where)
+        if loop >= 0:
+            reach = reach + self._apart(loop)
+        tangent = np.abs(equations.resistance(state, number, own)[2])
+        wrong = _ROUNDINGS * _EPS * rotation.times(tangent + 0.0 * reach[0], reach)
+        if loop < 0:
+            np.add.at(out, model.columns[:, joint.child], wrong)
+            return
+        ends = rotation.times(rotation.transposed(np.abs(LoopChange(*equations.loop(state, loop)).jacobian())), wrong)
+        nodal[:, joint.child] += ends[6:]
+        if joint.parent != GROUND:
+            nodal[:, joint.parent] += ends[:6]
+        np.add.at(out, model.multipliers[:, loop], _ROUNDINGS * _EPS * reach)
+
+    def _apart(self, loop: int) -> Array:
+        """Size of the displacements (6, m) of which that in a loop is the difference."""
+        link, moved, turned = self.equations.loop(self.state, loop)
+        shift = np.abs(moved[0]).max(axis=0) + np.abs(moved[1]).max(axis=0)
+        if link.arm is not None:
+            shift = shift + np.abs(link.arm).max(axis=0)
+        angle = sum(np.abs(rotation.logarithm(each)).max(axis=0) for each in turned)
+        return np.concatenate([np.repeat(shift[None], 3, axis=0), np.repeat(np.asarray(angle)[None], 3, axis=0)])

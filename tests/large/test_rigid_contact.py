@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -240,6 +241,33 @@ def test_a_stop_that_closes_a_loop(force: float) -> None:
     assert solution.joint_force("stop")[:3] == pytest.approx(pressed * np.array([0.6, 0.8, 0.0]), rel=1e-10)
     moved = 0.01 if pressed else force / 1e4
     assert solution.displacement("C")[:3] == pytest.approx(moved * np.array([0.6, 0.8, 0.0]), rel=1e-13)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(-6.0, -1.0), st.floats(2.0, 9.0), st.floats(0.01, 3.0), st.floats(0.0, 6.28), st.booleans())
+def test_bounds_hold(clearance: float, stiffness: float, load: float, angle: float, loop: bool) -> None:
+    """A stop alone, which nothing but its play moves, and one beside a spring: ε along the force, to 40 digits."""
+    radius, k = 10.0**clearance, 10.0**stiffness
+    force = k * radius * 10.0**load * np.array([np.cos(angle), np.sin(angle)])
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 0.0, "C": 0.1}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.fix("A")
+    if loop:
+        frame.add("spring", Joint((k, k, INF, INF, INF, INF)), "A", "B")
+    rest = 0.0 if loop else INF
+    frame.add("stop", Joint((INF, INF, rest, rest, rest, rest), clearance=radius, play=("ux", "uy")), "A", "B")
+    frame.rigid("B", "C")
+    frame.load("C", fx=force[0], fy=force[1])
+    solution = frame.solve(large=True)
+    assert solution.status == "stable"
+    with mpmath.workdps(40):
+        x, y = (mpmath.mpf(float(part)) for part in force)
+        exact = [mpmath.mpf(radius) * part / mpmath.hypot(x, y) for part in (x, y)]
+        found, bound = solution.displacement("C"), solution.error_bound("C")
+        error = [float(abs(mpmath.mpf(float(a)) - b)) for a, b in zip(found[:2], exact, strict=True)]
+    assert np.all(error <= bound[:2])
+    assert np.all(bound[:2] < 1e-12 * radius)
 
 
 def test_play_in_a_rotation() -> None:
