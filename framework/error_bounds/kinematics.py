@@ -314,6 +314,7 @@ class Kinematics:
         for link in self.links:
             if link.sign:
                 own = link.spread(magnitudes[..., link.child, :])
+                own = own if link.axes is None else turned(_sizes(link.axes), own)
             else:
                 own = sizes[..., link.second, :]
                 if link.first != GROUND:

@@ -47,6 +47,24 @@ def test_random_frames_and_linkages(structure: Structure) -> None:
     hold(solution, "joint_force", truth.force)
 
 
+def test_axes_a_quarter_turned_change_no_bound() -> None:
+    """The same joint, its axes x and y exchanged."""
+
+    def bound(axes: Any, turning: tuple[float, float]) -> Array:
+        frame = Frame()
+        for name, place in {"A": (0.0, 0.0, 0.0), "B": (0.0, 0.0, 0.0), "C": (0.3, 0.2, 0.4)}.items():
+            frame.node(name, place)
+        frame.add("pin", Joint(stiffness=(1e8, 1e8, 1e8, *turning, np.inf), axes=axes), "A", "B")
+        frame.add("arm", BAR, "B", "C")
+        frame.fix("A")
+        frame.fix("C")
+        frame.load("B", fx=100.0, fz=20.0, my=3.0)
+        return frame.solve().error_bound("A", "reaction")
+
+    quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(bound(quarter, (np.inf, 2e5)), bound(None, (2e5, np.inf)), rtol=0.1)
+
+
 @few
 @given(structures)
 def test_end_forces_of_random_frames(structure: Structure) -> None:

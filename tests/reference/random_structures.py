@@ -23,9 +23,11 @@ def vector(values: Array) -> Vector:
 
 
 def rotation(rng: Rng) -> Array:
-    """A random right-handed orthonormal matrix."""
+    """A random right-handed orthonormal matrix, one in four of quarter turns."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
+    if rng.random() < 0.25:
+        q = np.eye(3)[rng.permutation(3)] * np.sign(np.diag(q))
     turn: Array = q * np.sign(np.linalg.det(q))
     return turn
 

@@ -237,7 +237,10 @@ def _member(rng: Rng, count: int, chord: Array) -> dict[str, Any]:
 
 
 def _axes(rng: Rng, count: int) -> Array:
+    """Random axes; one in four are the global ones in another order."""
     q, _ = np.linalg.qr(rng.normal(size=(count, 3, 3)))
+    exact = rng.permuted(np.tile(np.arange(3), (count, 1)), axis=1)[:, :, None] == np.arange(3)
+    q = np.where(rng.random(count)[:, None, None] < 0.25, exact * np.sign(q.sum(axis=-1))[..., None], q)
     turn: Array = q * np.sign(np.linalg.det(q))[:, None, None]
     return turn
 
