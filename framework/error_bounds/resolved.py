@@ -76,7 +76,7 @@ class Resolved:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the known numbers at the solved entries, (m, rows)."""
-        return _combined(self.plan, self.unknowns, self._values, rows)[self.mask]
+        return combined(self.plan, self.unknowns, self._values, rows)[self.mask]
 
     def _solve(self, statics: Statics, index: tuple[NDArray[np.int64], ...] | None) -> None:
         start = hard_state(statics, index, self.unknowns)
@@ -123,7 +123,7 @@ class ResolvedLarge:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the known numbers, (m, rows)."""
-        found: Real = _combined(self.plan, self.unknowns, self._values, rows)[self.mask]
+        found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
         return found
 
 
@@ -145,7 +145,7 @@ def _regular(state: Equilibrium, compliance: SparseCompliance) -> bool:
     return bool(size < _BALANCED)
 
 
-def _combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row]) -> Real:
+def combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row]) -> Real:
     """Values of `rows` over the unknowns and the known numbers, (..., rows)."""
     knowns = plan.knowns.values
     at = {k: number for number, k in enumerate(unknowns)}
