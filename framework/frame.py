@@ -88,7 +88,7 @@ class Tie:
     rigid: bool
 
 
-@dataclass
+@dataclass(eq=False)
 class Frame:
     """Frame of beams and joints; what varies over a batch is given as arrays.
 
@@ -463,9 +463,9 @@ class Frame:
 
     def copy(self) -> Frame:
         """The description as it is now; what is said of the one later does not change the other."""
-        twin = copy.copy(self)
-        twin.kept = None
+        twin = Frame.__new__(type(self))
         for name, value in vars(self).items():
+            setattr(twin, name, value)
             if isinstance(value, dict):
                 held = dict(value)
                 if name in _GROWING:
@@ -473,7 +473,10 @@ class Frame:
                 setattr(twin, name, held)
             elif isinstance(value, list):
                 setattr(twin, name, list(value))
+        twin.kept = None
         return twin
+
+    __copy__ = copy
 
     # -- answers ----------------------------------------------------------------------------------------------------
 
@@ -519,6 +522,8 @@ class Frame:
         """
         from .solution import Solution
 
+        if not large and steps != 1:
+            raise FrameError(f"solve was given steps={steps!r}, which a linear solution has not: add large=True")
         if large:
             from .large.solution import LargeSolution
 

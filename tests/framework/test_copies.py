@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, Solution
+from linkframe.framework import Frame, FrameError, Solution
 
 BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3, density=7850.0))
 PIN = (1e8, 1e8, 1e8, 1e6, 1e6, 1e3)
@@ -54,3 +54,29 @@ def test_contacts_travel_along(way: str) -> None:
     twin = WAYS[way](solution)
     np.testing.assert_array_equal(twin.contact("pin").normal, solution.contact("pin").normal)
     np.testing.assert_array_equal(twin.reaction("A"), solution.reaction("A"))
+
+
+@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, Frame.copy])
+def test_a_copied_frame_is_loaded_alone(way: Callable[[Frame], Frame]) -> None:
+    """What is said of a copy does not reach the original, nor the other way round."""
+    frame = bent()
+    before = frame.solve().displacement("D").copy()
+    twin = way(frame)
+    twin.load("D", fy=7.0)
+    twin.fix("B", "uz")
+    twin.node("E", (2.0, 0.0, 0.0))
+    assert "E" not in frame.nodes
+    np.testing.assert_array_equal(frame.solve().displacement("D"), before)
+    assert np.abs(twin.solve().displacement("D") - before).max() > 1e-6
+
+
+def test_frames_are_equal_to_themselves_alone() -> None:
+    frame = bent()
+    assert frame == frame  # noqa: PLR0124
+    assert frame != frame.copy()
+    assert len({frame, frame.copy()}) == 2
+
+
+def test_steps_belong_to_large_displacement() -> None:
+    with pytest.raises(FrameError, match=r"steps=5.*large=True"):
+        bent().solve(steps=5)  # type: ignore[call-overload]

@@ -174,3 +174,22 @@ def test_a_mechanism_is_not_linear() -> None:
     assert np.isinf(solution.nonlinearity()[[0, 2]]).all()
     with pytest.warns(MechanismWarning):
         assert np.isnan(solution.displacement("P")[0]).all()
+
+
+@pytest.mark.parametrize("shape", [(1,), (1, 1), (1, 1, 1)])
+@pytest.mark.parametrize("segments", [1, 3])
+def test_batches_of_several_axes(shape: tuple[int, ...], segments: int) -> None:
+    """Members whose numbers have axes of size one, in a batch of three axes of which some entries are mechanisms."""
+    beam = Beam(Rectangle(y=0.02, z=0.01), Material(E=np.full(shape, 2e11), nu=0.3), segments=segments)
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 1.0, "C": 1.0, "D": 2.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    turning = np.array([0.0, 1e5, 0.0, 2e5]).reshape(2, 1, 2)
+    stiffness = np.stack([np.full_like(turning, np.inf)] * 5 + [turning], axis=-1)
+    frame.add("AB", beam, "A", "B")
+    frame.add("CD", beam, "C", "D")
+    frame.add("hinge", Joint(stiffness=stiffness), "B", "C")
+    frame.fix("A")
+    frame.load("D", fy=np.ones((2, 3, 2)))
+    expected = np.where(turning == 0.0, "mechanism", "regular")
+    np.testing.assert_array_equal(frame.solve().status, np.broadcast_to(expected, (2, 3, 2)))
