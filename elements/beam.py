@@ -75,7 +75,7 @@ class Beam(LineElement):
     material: Material
     _: KW_ONLY
     end: CrossSection | None = None
-    up: Array | None = None
+    up: Array | None = field(default=None, metadata={"trailing": 1})
     shear: bool = False
     segments: int = 1
     release: Iterable[str] = ()
@@ -206,19 +206,24 @@ class Beam(LineElement):
         Returns
         -------
         tuple of ndarray
-            Stiffnesses (..., 6) and deformations by the end displacements, (..., 6, 12).
+            Stiffnesses (..., 6) and deformations by the end displacements, (..., 6, 12), each at the batch shape
+            that it varies over.
         """
         arm, length = np.asarray(length), as_real(length)
         shape = np.broadcast_shapes(arm.shape, self.sections_shape)
-        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12), np.result_type(arm, np.float64))
+        planes = [self._plane(way, length) for way in DIRECTIONS]
+        # With the sections they vary only where these move the elastic centre.
+        varying = np.broadcast_shapes(arm.shape, *(np.shape(plane.fraction) for plane in planes))
+        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*varying, 6, 12), np.result_type(arm, np.float64))
         for i in BARS:
             stiffness[..., i], rows[..., i, i], rows[..., i, i + 6] = self._bar(i, length), -1.0, 1.0
-        for way in DIRECTIONS:
-            plane, (v1, r1, v2, r2) = self._plane(way, length), way.dofs
+        for way, plane in zip(DIRECTIONS, planes, strict=True):
+            v1, r1, v2, r2 = way.dofs
             stiffness[..., way.moved], stiffness[..., way.turned] = plane.shear, plane.bend
             rows[..., way.moved, v1], rows[..., way.moved, v2] = 1.0, -1.0
-            rows[..., way.moved, r1] = way.sign * (plane.fraction * arm)
-            rows[..., way.moved, r2] = way.sign * ((1.0 - plane.fraction) * arm)
+            # the parts add up to the length in its precision, so that a rigid turn costs no energy
+            before = plane.fraction * arm
+            rows[..., way.moved, r1], rows[..., way.moved, r2] = way.sign * before, way.sign * (arm - before)
             rows[..., way.turned, r1], rows[..., way.turned, r2] = -way.sign, way.sign
         return stiffness, rows
 

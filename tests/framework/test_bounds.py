@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from linkframe.elements import Beam, Circle, Joint, Material, Rectangle
+from linkframe.elements import Beam, Circle, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
 from reference.as_frame import as_frame
 from reference.four_bar import coordinates, four_bar
@@ -63,6 +63,23 @@ def test_axes_a_quarter_turned_change_no_bound() -> None:
 
     quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(bound(quarter, (np.inf, 2e5)), bound(None, (2e5, np.inf)), rtol=0.1)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_moment_at_the_foot_of_a_tapered_cantilever(seed: int) -> None:
+    """That of the force about the foot, in fractions."""
+    rng = np.random.default_rng(seed)
+    thick, thin = (Section(A=1e-3, Iy=rng.uniform(1e-7, 1e-6), Iz=rng.uniform(1e-7, 1e-6), J=1e-6) for _ in range(2))
+    place, force = rng.normal(size=(2, 3))
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", place)
+    frame.add("bar", Beam(thick, STEEL, end=thin), "A", "B")
+    frame.fix("A")
+    frame.load("B", fx=force[0], fy=force[1], fz=force[2])
+    d, f = ([mp.mpf(float(part)) for part in vector] for vector in (place, force))
+    moment = [d[2] * f[1] - d[1] * f[2], d[0] * f[2] - d[2] * f[0], d[1] * f[0] - d[0] * f[1]]
+    hold(frame.solve(), "reaction", {"A": np.array([-f[0], -f[1], -f[2], *moment])})
 
 
 @few
