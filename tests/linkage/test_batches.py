@@ -109,3 +109,25 @@ def test_rates_may_have_axes_of_their_own():
     assert motion.velocity("D").shape == (2, 3, 3)
     assert motion.position("D").shape == (2, 3, 3)
     assert_allclose(motion.velocity("D")[:, 2], 3.0 * motion.velocity("D")[:, 0])
+
+
+def test_members_reach_further_than_the_one_that_leads():
+    """The end of a rocker's swing for random bars: as far as the triangle of coupler and rocker closes, and no less."""
+    rng = np.random.default_rng(0)
+    crank, coupler, rocker = (length * (1.0 + 0.01 * rng.standard_normal(200)) for length in (2.0, 1.8, 3.9))
+    drawn = four_bar(2.0, 1.8, 3.9, 4.0, np.pi / 2)
+    linkage = Linkage(drawn.points)
+    for (name, link), length in zip(drawn.links.items(), (crank, coupler, rocker), strict=True):
+        linkage.link(name, *link.points, length=length)
+    for name, joint in drawn.joints.items():
+        linkage.revolute(name, joint.first, joint.second, drive=name in drawn.drives, at=joint.at[..., 0])
+    theta = np.radians(np.arange(120.0, 154.0, 3.0))[:, None]
+    motion = linkage.move(A=theta)
+    diagonal = np.abs(4.0 - crank * np.exp(1j * theta))
+    there = diagonal < coupler + rocker
+    assert_array_equal(motion.is_assembled, there)
+    assert 200 < np.count_nonzero(there) < there.size - 200
+    assert np.all(motion.closure_status[there] == "regular")
+    turned = [np.broadcast_to(x, there.shape)[there] for x in (crank, coupler, rocker, theta)]
+    closed = FourBar(*turned[:3], 4.0, branch="open").move(turned[3])
+    assert_allclose(motion.position("D")[there], closed.position("D"), atol=1e-11)

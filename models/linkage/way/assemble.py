@@ -18,6 +18,7 @@ from ..kinematics.tape import Value
 from .change_point import Patch, patched
 from .driven import check_driven
 from .drives import Drives
+from .further import further
 from .guess import Guess
 from .start import nominal_parameters, started
 from .ways import guesses
@@ -120,6 +121,10 @@ def close_batch(
         signs = cut_all(guess.signs, block)
         good = np.asarray(found.trusted & reached & _same_signs(found, signs))
         closed = good.copy()
+        if not good.all():
+            there, states = further(loops, guess, block, ~good & ~reached, dimensions, nominal)
+            _put(found.state, there, there[there], list(states.T), good.shape)
+            good[there] = closed[there] = True
         if not good.all():
             may_be = np.broadcast_to(reached, size) & (_same_signs(found, signs) | ~found.converged)
             _gradually(loops, found, good, closed, (begin, dimensions, signs), nominal, may_be)

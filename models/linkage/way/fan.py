@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ..kinematics.blocks import blocks
+from ..kinematics.blocks import blocks, cut_all
 from ..kinematics.loops import Loops, Pose
 from ..kinematics.tape import Value
 from .march import LONGEST
@@ -43,11 +43,11 @@ def fanned(
     `go` goes straight from a pose to driven states, step by step, where a step of the way is in doubt.
     """
     drawn = np.array(start.state)
-    states, signs, _ = _straight(loops, nominal, np.broadcast_to(drawn, (len(values), len(drawn))), values, 1)
+    states, signs, _ = straight(loops, nominal, np.broadcast_to(drawn, (len(values), len(drawn))), values, 1)
     before = np.concatenate([drawn[None], states[:-1]])
     doubtful = np.arange(len(values))
     for finer in FINER:
-        found, at, sure = _straight(loops, nominal, before[doubtful], values[doubtful], finer)
+        found, at, sure = straight(loops, nominal, before[doubtful], values[doubtful], finer)
         away = np.abs(found - states[doubtful]).max(axis=-1)
         same = np.all(at == signs[doubtful], axis=-1) & (away < AGREE)
         doubtful = doubtful[~(sure & same)]
@@ -76,15 +76,15 @@ def _bear_out(
     return True
 
 
-def _straight(
-    loops: Loops, nominal: Sequence[float], begin: Array, values: Array, finer: int
+def straight(
+    loops: Loops, parameters: Sequence[Value], begin: Array, values: Array, finer: int
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """States after the drives have gone straight to `values`, their signs, and where they can be trusted."""
     states, sure = np.empty_like(begin), np.empty(len(begin), dtype=bool)
     signs = np.empty((len(begin), loops.linear.signs))
     first = begin[:, loops.driven_states]
     for (block,) in blocks((len(begin),), 1024):
-        way = values[block] - first[block]
+        way, own = values[block] - first[block], cut_all(parameters, (block,))
         count = finer * (int(np.ceil(np.abs(way).max(initial=0.0) / LONGEST)) + 2)
         now: list[Value] = list(begin[block].T.copy())
         before, steps = now, []
@@ -93,7 +93,7 @@ def _straight(
             ahead = [2.0 * x - y for x, y in zip(now, before, strict=True)]
             for k, place in enumerate(loops.driven_states):
                 ahead[place] = first[block, k] + t * way[:, k]
-            closed = loops.close_all(loops.unit(ahead), nominal)
+            closed = loops.close_all(loops.unit(ahead), own)
             good &= closed.trusted
             steps.append(np.sign(np.stack(closed.determinants, axis=-1)))
             before, now = now, closed.state
