@@ -109,7 +109,7 @@ def propagate(
     axis
         Axis of the samples in what `fn` returns.
     chunk
-        Number of samples in one call of `fn`, rounded up to a multiple of 1024; it bounds the memory.
+        Number of samples in one call of `fn`, rounded up to a multiple of 1024, at least 2048; it bounds the memory.
     keep_samples
         False keeps moments only, so that memory does not grow with n; quantiles and samples are then not to be had.
     progress
@@ -136,7 +136,7 @@ def propagate(
     if not distributions:
         raise FrameError("propagate was given no input: name an argument of the function and its distribution")
     root = root_seed(rng)
-    size = BLOCK * -(-whole(chunk, "chunk", 1) // BLOCK)
+    size = BLOCK * max(2, -(-whole(chunk, "chunk", 1) // BLOCK))
     blocks = sample_blocks(distributions, n, root, sampler)
     moments: Moments | None = None
     kept: list[Array] = []
@@ -158,11 +158,22 @@ def _results(
     fn: Function, blocks: Iterator[dict[str, Array]], count: int, axis: int, bar: Callable[[int], object]
 ) -> Iterator[Array]:
     """Results of `count` blocks at a time, sample axis first."""
-    while chunk := [block for _, block in zip(range(count), blocks, strict=False)]:
+    for chunk in _chunks(blocks, count):
         inputs = {name: np.concatenate([block[name] for block in chunk]) for name in chunk[0]}
         size = len(next(iter(inputs.values())))
         yield samples_first(fn(**inputs), size, axis)
         bar(size)
+
+
+def _chunks(blocks: Iterator[dict[str, Array]], count: int) -> Iterator[list[dict[str, Array]]]:
+    """Blocks `count` at a time, one that is left over with those before: a small batch may be summed in another way."""
+    waiting: list[dict[str, Array]] = []
+    for block in blocks:
+        waiting.append(block)
+        if len(waiting) == count + 2:
+            yield waiting[:count]
+            del waiting[:count]
+    yield waiting
 
 
 def _bar(n: int, progress: bool) -> Callable[[int], object]:

@@ -6,6 +6,8 @@ import pickle
 
 import numpy as np
 import pytest
+from linkframe.elements import Beam, Circle, Joint, Material
+from linkframe.framework import Frame
 from linkframe.framework.errors import FrameError
 from linkframe.models import propagate, sobol_indices
 from linkframe.models.moments import Moments
@@ -102,6 +104,27 @@ def test_same_bits_for_any_chunk_and_whether_kept(sampler):
             assert_array_equal(found.samples, wanted.samples)
 
 
+@pytest.mark.parametrize("n", [900, 3 * BLOCK + 1, 5 * BLOCK])
+def test_same_bits_of_a_frame_for_any_chunk(n):
+    bar = Beam(Circle(diameter=0.02), Material(E=2e11, nu=0.3))
+
+    def sway(stiffness, force):
+        frame = Frame()
+        for name, place in {"A": (0, 0, 0), "B": (1, 0.2, 0.1), "C": (1, 0.2, 0.1), "D": (2, 0.5, 0.9)}.items():
+            frame.node(name, place)
+        frame.add("AB", bar, "A", "B")
+        frame.add("joint", Joint(np.stack([stiffness] * 6, axis=-1)), "B", "C")
+        frame.add("CD", bar, "C", "D")
+        frame.fix("A")
+        frame.load("D", fy=force)
+        return frame.solve().displacement("D")[:, 1]
+
+    inputs = {"stiffness": stats.uniform(1e5, 1e5), "force": stats.norm(10, 1)}
+    wanted, *others = (propagate(sway, inputs, n=n, rng=0, chunk=chunk).samples for chunk in (10**6, 1, 2500, 4096))
+    for found in others:
+        assert_array_equal(found, wanted)
+
+
 @pytest.mark.parametrize("sampler", ["random", "lhs"])
 def test_an_input_more_does_not_change_the_others(sampler):
     alone = draw({"x": stats.norm()}, 3000, 5, sampler)["x"]
@@ -177,14 +200,14 @@ def test_a_result_can_be_sent_to_another_process():
 
 def test_results_are_the_callers_to_read_and_the_functions_to_use_again():
     """A function may return the same array each time, filled anew; what was kept cannot be written to."""
-    held = np.empty(BLOCK)
+    held = np.empty(2 * BLOCK)
 
     def filled(x):
         held[: len(x)] = x
         return held[: len(x)]
 
-    result = propagate(filled, {"x": stats.norm()}, n=2 * BLOCK, rng=0, chunk=BLOCK)
-    assert_array_equal(result.samples, propagate(lambda x: x, {"x": stats.norm()}, n=2 * BLOCK, rng=0).samples)
+    result = propagate(filled, {"x": stats.norm()}, n=4 * BLOCK, rng=0, chunk=2 * BLOCK)
+    assert_array_equal(result.samples, propagate(lambda x: x, {"x": stats.norm()}, n=4 * BLOCK, rng=0).samples)
     with pytest.raises(ValueError, match="read-only"):
         result.samples[0] = 1.0
 
@@ -246,7 +269,7 @@ def test_a_quantile_has_a_probability(p):
 
 
 def test_memory_is_flat_when_samples_are_not_kept():
-    """The function is called with no more than a chunk at a time, and nothing is held but moments."""
+    """The function is called with a chunk at a time, what is left over with the last, and nothing is held but moments."""
     seen = []
 
     def wide(x):
@@ -254,6 +277,6 @@ def test_memory_is_flat_when_samples_are_not_kept():
         return x
 
     result = propagate(wide, {"x": stats.norm()}, n=10 * BLOCK + 1, rng=0, chunk=BLOCK, keep_samples=False)
-    assert max(seen) == BLOCK
+    assert seen == [2 * BLOCK] * 4 + [2 * BLOCK + 1]
     assert sum(seen) == result.n == 10 * BLOCK + 1
     assert result.kept is None
