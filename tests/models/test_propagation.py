@@ -269,7 +269,7 @@ def test_a_quantile_has_a_probability(p):
 
 
 def test_memory_is_flat_when_samples_are_not_kept():
-    """The function is called with a chunk at a time, what is left over with the last, and nothing is held but moments."""
+    """The function is called with a chunk at a time, what is left over with the last; only moments are held."""
     seen = []
 
     def wide(x):
