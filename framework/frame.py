@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, overload
@@ -177,7 +178,7 @@ class Frame:
         axes
             Its axes as columns in global components, (..., 3, 3); the global axes where None.
         """
-        self._new("body", name, self.bodies)
+        name = _new("body", name, self.bodies)
         place = vector(origin, f"origin of body {name!r}")
         turn = np.eye(3) if axes is None else rotation(axes, f"axes of body {name!r}")
         self._join(f"body {name!r}", np.broadcast_shapes(place.shape[:-1], turn.shape[:-2]))
@@ -195,15 +196,16 @@ class Frame:
         body
             Body that carries the node.
         """
-        self._new("node", name, self.nodes)
-        self._new("node", name, self.aliases)
-        if body is not None and body not in self.bodies:
-            raise FrameError(f"node {name!r} is on body {body!r}, which is unknown: {_known(self.bodies)}")
+        name = _new("node", name, self.nodes, self.aliases)
+        if body is not None:
+            body = _name("body", body)
+            if body not in self.bodies:
+                raise FrameError(f"node {name!r} is on body {body!r}, which is unknown: {_known(self.bodies)}")
         place = vector(coordinates, f"coordinates of node {name!r}")
         self._join(f"node {name!r}", place.shape[:-1])
         self.nodes[name] = Node(place, body)
         if body is None or self.bodies[body].far + float(np.linalg.norm(place, axis=-1).max(initial=0.0)) > self.size:
-            self.size = max(self.size, float(np.abs(self.position(name)).max()))
+            self.size = max(self.size, float(np.abs(self.position(name)).max(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
         """Give a node another name, by which it is loaded, held and asked for results as well.
@@ -215,8 +217,7 @@ class Frame:
         node
             The node.
         """
-        self._new("node", name, self.nodes)
-        self._new("node", name, self.aliases)
+        name = _new("node", name, self.nodes, self.aliases)
         self.aliases[name] = self._node(node)
 
     def position(self, node: str) -> Array:
@@ -269,8 +270,7 @@ class Frame:
         *nodes
             Names of its nodes, start (first) before end (second).
         """
-        for known in (self.members, self.joints, self.masses):
-            self._new("element", name, known)
+        name = _new("element", name, self.members, self.joints, self.masses)
         wanted = 1 if isinstance(element, PointElement) else 2
         if len(nodes) != wanted:
             kind = type(element).__name__
@@ -359,6 +359,7 @@ class Frame:
         **displacement
             Displacement of the second node relative to the first by component.
         """
+        joint = _name("joint", joint)
         if joint not in self.joints:
             raise FrameError(f"offset in joint {joint!r}, which is unknown: {_known(self.joints)}")
         given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
@@ -397,7 +398,7 @@ class Frame:
         **force
             ``fx fy fz`` per length; a tuple ``(start, end)`` varies linearly over the span.
         """
-        self._member(member, "line load")
+        member = self._member(member, "line load")
         ends: tuple[list[Array], list[Array]] = ([np.zeros(())] * 3, [np.zeros(())] * 3)
         if not force:
             raise FrameError(f"line load on {member!r} names no component: give at least one of fx, fy, fz")
@@ -424,13 +425,13 @@ class Frame:
         **force
             Values by component ``fx fy fz mx my mz``.
         """
-        self._member(member, "point load")
+        member = self._member(member, "point load")
         given = [np.zeros(())] * 6
         for index, value in values(f"point load on {member!r}", force, FORCES).items():
             given[index] = value
         stacked = np.stack(np.broadcast_arrays(*given), axis=-1)
         self._join(f"point load on {member!r}", stacked.shape[:-1])
-        if not 0.0 <= at <= float(self.length(member).min()) * (1.0 + 1e-12):
+        if not 0.0 <= at <= float(self.length(member).min(initial=np.inf)) * (1.0 + 1e-12):
             raise FrameError(f"point load on {member!r} at {at!r}: give a distance within its length")
         self.member_loads.setdefault(member, []).append(PointLoad(at, stacked, local))
 
@@ -522,6 +523,9 @@ class Frame:
         """
         from .solution import Solution
 
+        for name, given in (("clearance", clearance), ("large", large)):
+            if not isinstance(given, (bool, np.bool_)):
+                raise FrameError(f"solve was given {name}={given!r}: give True or False")
         if not large and steps != 1:
             raise FrameError(f"solve was given steps={steps!r}, which a linear solution has not: add large=True")
         if large:
@@ -592,19 +596,15 @@ class Frame:
 
     # -- checks -----------------------------------------------------------------------------------------------------
 
-    def _new(self, what: str, name: str, known: object) -> None:
-        if not isinstance(name, str) or not name:
-            raise FrameError(f"{what} is named {name!r}: give a non-empty string")
-        if isinstance(known, dict) and name in known:
-            raise FrameError(f"{what} {name!r} exists already: choose another name")
-
     def _node(self, name: str, of: str = "") -> str:
+        name = _name("node", name)
         name = self.aliases.get(name, name)
         if name not in self.nodes:
             raise FrameError(f"{of} node {name!r} is unknown: {_known(self.nodes)}".strip())
         return name
 
     def _member(self, name: str, of: str = "") -> str:
+        name = _name("member", name)
         if name not in self.members:
             raise FrameError(f"{of} member {name!r} is unknown: {_known(self.members)}".strip())
         return name
@@ -628,7 +628,7 @@ class Frame:
             raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
-        gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max())
+        gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max(initial=0.0))
         if gap > max(COINCIDENT * self.size, self.tolerance):
             raise FrameError(
                 f"joint {name!r} joins nodes {first!r} and {second!r}, which are {gap:.6g} apart: "
@@ -638,7 +638,7 @@ class Frame:
     def _check_span(self, member: str, span: tuple[float, float] | None) -> None:
         if span is None:
             return
-        length = float(self.length(member).min())
+        length = float(self.length(member).min(initial=np.inf))
         if not 0.0 <= span[0] < span[1] <= length * (1.0 + 1e-12):
             raise FrameError(f"line load on {member!r} spans {span}: give 0 <= x1 < x2 <= its length {length:.6g}")
 
@@ -650,8 +650,23 @@ class Frame:
             self.ties.append(Tie(master, slave, held, rigid))
 
 
-def _known(names: object) -> str:
-    listed = [repr(name) for name in names] if isinstance(names, dict) else []
+def _name(what: str, given: str) -> str:
+    """A name as plain text, whatever kind of string it was given as, such as one out of an array."""
+    if not isinstance(given, str) or not given:
+        raise FrameError(f"{what} is named {given!r}: give a non-empty string")
+    return str(given)
+
+
+def _new(what: str, given: str, *known: Mapping[str, object]) -> str:
+    """The name of something new."""
+    name = _name(what, given)
+    if any(name in names for names in known):
+        raise FrameError(f"{what} {name!r} exists already: choose another name")
+    return name
+
+
+def _known(names: Mapping[str, object]) -> str:
+    listed = [repr(name) for name in names]
     if not listed:
         return "none is defined yet"
     return f"known are {', '.join(listed[:12])}{' ...' if len(listed) > 12 else ''}"

@@ -50,6 +50,27 @@ class Part:
     compliance: Compliance
 
 
+@dataclass(frozen=True)
+class Cut:
+    """A part of a batch taken out of arrays, of those that vary along the `axis` over which it is cut.
+
+    Attributes
+    ----------
+    axis
+        That axis.
+    where
+        What is taken of each axis of the batch; nothing to cut where empty.
+    """
+
+    axis: int
+    where: tuple[slice, ...]
+
+    def __call__(self, array: Any, trailing: int) -> Any:
+        """The part of an array of so many `trailing` axes behind those of the batch."""
+        whole = self.where and array.ndim - trailing == len(self.where) and array.shape[self.axis] > 1
+        return array[self.where] if whole else array
+
+
 class Bounds:
     """Error bounds of a solution; what does not depend on the asked result is computed once.
 
@@ -138,12 +159,9 @@ class Bounds:
     def _state(self, index: int) -> tuple[tuple[slice, ...], Equilibrium]:
         """Where a part is, and the solution in it."""
         shape = self.plan.frame.shape
-        where = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),) if shape else ()
-
-        def cut(array: Any, trailing: int) -> Any:
-            whole = where and array.ndim - trailing == len(shape) and array.shape[self.axis] > 1
-            return array[where] if whole else array
-
+        chosen = slice(index * self.step, (index + 1) * self.step)
+        where = tuple(chosen if axis == self.axis else slice(None) for axis in range(len(shape)))
+        cut = Cut(self.axis, where)
         unknowns, values = self._values
         return where, Equilibrium(self._statics, cut, unknowns, cut(values, 1))
 

@@ -56,6 +56,28 @@ def test_contacts_travel_along(way: str) -> None:
     np.testing.assert_array_equal(twin.reaction("A"), solution.reaction("A"))
 
 
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("clearance", [0.0, 1e-4])
+def test_large_displacement_travels(way: str, clearance: float) -> None:
+    solution = bent(clearance).solve(large=True)
+    read = solution.error_bound("D"), solution.status
+    twin = WAYS[way](solution)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(twin.error_bound("D"), read[0])
+    np.testing.assert_array_equal(twin.status, read[1])
+    np.testing.assert_array_equal(twin.reaction("A"), solution.reaction("A"))
+
+
+@pytest.mark.parametrize("way", [copy.deepcopy, lambda bounds: pickle.loads(pickle.dumps(bounds))])
+def test_bounds_travel_by_themselves(way: Callable[[object], object]) -> None:
+    """With the parts of the batch that they have kept."""
+    solution = bent().solve()
+    solution.error_bound("D")
+    bound = solution.bounds.bound("C", "displacement", solution.displacement("C"))
+    twin = way(solution.bounds)
+    found = twin.bound("C", "displacement", solution.displacement("C"))  # type: ignore[attr-defined]
+    np.testing.assert_array_equal(found, bound)
+
+
 @pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, Frame.copy])
 def test_a_copied_frame_is_loaded_alone(way: Callable[[Frame], Frame]) -> None:
     """What is said of a copy does not reach the original, nor the other way round."""
@@ -72,7 +94,7 @@ def test_a_copied_frame_is_loaded_alone(way: Callable[[Frame], Frame]) -> None:
 
 def test_frames_are_equal_to_themselves_alone() -> None:
     frame = bent()
-    assert frame == frame  # noqa: PLR0124
+    assert frame == frame
     assert frame != frame.copy()
     assert len({frame, frame.copy()}) == 2
 

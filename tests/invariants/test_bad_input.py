@@ -156,6 +156,15 @@ FRAMES: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
     "rigid link to an unknown node": (lambda f: f.rigid("B", "X"), ("'X'", "unknown")),
     "rigid link to itself": (lambda f: f.rigid("B", "B"), ("'B'", "two different nodes")),
     "tie of an unknown component": (lambda f: f.tie("B", "D", "up"), ("'up'", "ux")),
+    "support of a number": (lambda f: f.fix(1), ("node", "1", "string")),  # type: ignore[arg-type]
+    "member between numbers": (lambda f: f.add("X", BEAM, 0, 1), ("node", "0", "string")),  # type: ignore[arg-type]
+    "load on a list": (lambda f: f.load(["A"], fx=1.0), ("node", "['A']", "string")),  # type: ignore[arg-type]
+    "line load on a number": (lambda f: f.line_load(1, fx=1.0), ("member", "1", "string")),  # type: ignore[arg-type]
+    "offset of a number": (lambda f: f.offset(1, ux=1.0), ("joint", "1", "string")),  # type: ignore[arg-type]
+    "node on the body of a number": (
+        lambda f: f.node("Z", (0.0, 0.0, 0.0), 1),  # type: ignore[arg-type]
+        ("body", "1", "string"),
+    ),
     "tie of an unknown node": (lambda f: f.tie("X", "D", "ux"), ("'X'", "unknown")),
 }
 
@@ -173,6 +182,14 @@ READINGS: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
     "half a mode": (lambda f: massive(f).modes(1.5), ("modes", "1.5", "whole number")),  # type: ignore[arg-type]
     "modes in digits": (lambda f: massive(f).modes("2"), ("modes", "'2'", "whole number")),  # type: ignore[arg-type]
     "no buckling at all": (lambda f: f.buckling(0), ("buckling", "0", "whole number")),
+    "clearance in words": (
+        lambda f: f.solve(clearance="no"),  # type: ignore[call-overload]
+        ("clearance", "'no'", "True or False"),
+    ),
+    "large in words": (
+        lambda f: f.solve(large="no"),  # type: ignore[call-overload]
+        ("large", "'no'", "True or False"),
+    ),
     "motion of an entry that is none": (lambda f: f.solve().free_motion(0), ("free_motion", "(0,)", "()")),
     "mechanism of an entry that is none": (lambda f: f.solve().mechanism(3), ("mechanism", "(3,)", "()")),
     "forces at NaN": (lambda f: f.solve().forces("AB", NAN), ("'AB'", "nan", "finite")),
@@ -283,3 +300,27 @@ def test_what_many_frames_may_share_cannot_be_written_to(array: object) -> None:
     assert isinstance(array, np.ndarray)
     with pytest.raises(ValueError, match="read-only"):
         array[...] = 1.0
+
+
+def test_names_out_of_arrays_are_told_as_what_they_say() -> None:
+    """NumPy's strings print as ``np.str_('A')``, which belongs in no message and no file."""
+    a, b, c = np.array(["A", "B", "C"])
+    made = Frame()
+    for name, place in {a: (0.0, 0.0, 0.0), b: (1.0, 0.0, 0.0), c: (1.0, 0.0, 0.0)}.items():
+        made.node(name, place)
+    made.add(np.str_("AB"), BEAM, a, b)
+    made.add(np.str_("pin"), Joint(stiffness=(1.0,) * 6), b, c)
+    made.fix(a)
+    made.load(c, fx=1.0)
+    made.alias(np.str_("tip"), b)
+    made.line_load(np.str_("AB"), fx=1.0)
+    made.offset(np.str_("pin"), ux=1e-3)
+    held = (made.nodes, made.members, made.joints, made.supports, made.loads, made.aliases, made.member_loads)
+    assert {type(name) for names in (*held, made.offsets) for name in names} == {str}
+    assert {type(name) for member in made.members.values() for name in (member.start, member.end)} == {str}
+    for call in (lambda: made.load(np.str_("X"), fx=1.0), lambda: made.node(a, (2.0, 0.0, 0.0))):
+        with pytest.raises(FrameError) as error:
+            call()
+        assert "str_" not in str(error.value)
+    solution = made.solve()
+    assert_allclose(solution.displacement(c), solution.displacement("C"))
