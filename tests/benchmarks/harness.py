@@ -23,6 +23,7 @@ import numpy as np
 if TYPE_CHECKING:
     from linkframe.framework import Solution
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
 Row = Mapping[str, Any]
 
@@ -192,8 +193,24 @@ def figure(out: Path, name: str, columns: int = 1, width: float = 5.0, height: f
     with plt.rc_context(STYLE):
         drawn = plt.Figure(figsize=(width * columns, height), layout="constrained")
         FigureCanvasAgg(drawn)
-        yield list(np.atleast_1d(drawn.subplots(1, columns)))
+        axes = list(np.atleast_1d(drawn.subplots(1, columns)))
+        yield axes
+        for ax in axes:
+            _decades(ax.get_xlim, ax.set_xlim, ax.xaxis)
+            _decades(ax.get_ylim, ax.set_ylim, ax.yaxis)
         drawn.savefig(out / f"{name}.png")
+
+
+def _decades(limits: Callable[[], tuple[float, float]], limit: Callable[..., object], axis: Axis) -> None:
+    """Number whole decades only on a logarithmic axis, two at least."""
+    from matplotlib.ticker import FixedLocator, NullFormatter
+
+    if axis.get_scale() != "log" or isinstance(axis.get_major_locator(), FixedLocator):
+        return
+    axis.set_minor_formatter(NullFormatter())
+    low, high = np.log10(limits())
+    if np.floor(high) - np.ceil(low) < 1:
+        limit(10.0 ** np.floor(low), 10.0 ** np.ceil(high))
 
 
 def slope(x: Sequence[float], y: Sequence[float]) -> float:

@@ -79,7 +79,7 @@ def draw(out: Path, rows: list[Row]) -> None:
         for ax, what in zip(axes, ("time / s", "peak memory / MB", "relative error of the mean"), strict=True):
             ax.set(xscale="log", yscale="log", xlabel="samples", ylabel=what)
             ax.legend()
-        axes[1].set(yscale="linear", ylim=(0, None))
+        axes[1].set(yscale="linear", ylim=(0, 1.1 * max(row["peak_MB"] for found in curves.values() for row in found)))
 
 
 if __name__ == "__main__":
