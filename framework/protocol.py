@@ -7,12 +7,16 @@ element are in its local axes, start node before end node, each ``ux uy uz rx ry
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
+from dataclasses import fields, is_dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# Changes a parameter; the number says how many of its last axes are no batch axes.
+Change = Callable[[Array, int], Array]
 
 
 class LineElement(ABC):
@@ -60,6 +64,15 @@ class LineElement(ABC):
     @abstractmethod
     def part(self, index: int, count: int) -> LineElement:
         """Part `index` of `count` equal parts, with the releases and taper that fall to it."""
+
+    def cut(self, change: Change) -> Self:
+        """The element at some entries of its batch: with every parameter that is an array changed.
+
+        This is for dataclasses that hold nothing but their fields; metadata ``{"trailing": 1}`` tells of a field that
+        its last axis is no batch axis.
+        """
+        found: Self = changed(self, change)
+        return found
 
     @abstractmethod
     def check(self, chord: Array) -> None:
@@ -161,3 +174,16 @@ class PointElement(ABC):
     @abstractmethod
     def mass_matrix(self) -> Array:
         """Mass in global axes, (..., 6, 6)."""
+
+
+def changed(described: Any, change: Change) -> Any:
+    """A dataclass with its arrays changed, and those of the dataclasses in it; its numbers are not checked again."""
+    twin = object.__new__(type(described))
+    for each in fields(described):
+        value = getattr(described, each.name)
+        if isinstance(value, np.ndarray):
+            value = change(value, each.metadata.get("trailing", 0))
+        elif is_dataclass(value):
+            value = changed(value, change)
+        object.__setattr__(twin, each.name, value)
+    return twin

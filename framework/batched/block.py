@@ -19,6 +19,7 @@ import numpy as np
 
 from ..batch import Array
 from ..structure.parts import Grid, Parts, Row, Value, add, add_row, combine, unknowns
+from ..structure.varying import Varying
 from .chunks import held, large_masks, steps
 from .combination import Combination
 from .order import Order
@@ -51,6 +52,8 @@ class Block:
         Row and stiffness of each spring on them.
     knowns
         The known numbers.
+    varying
+        Stiffness that is left to the chunks, None where there is none.
     """
 
     grid: Grid
@@ -61,6 +64,7 @@ class Block:
     rows: dict[int, Row]
     springs: Springs
     knowns: list[Value]
+    varying: Varying | None = None
 
 
 @dataclass
@@ -311,6 +315,8 @@ class Factor:
     def _only_tail(self) -> bool:
         """Whether nothing but the last joint-relative unknowns is left to the chunks."""
         inner, _ = self.block.orders
+        if self.block.varying:
+            return False
         done = self.shared.inner.complete and self.shared.outer.complete
         return done and not any(self.large[mask] for mask in inner.masks.values())
 
@@ -338,6 +344,12 @@ class Factor:
             [(_mapped(row, cut), cut(stiffness)) for row, stiffness in shared.springs],
             [cut(value) for value in shared.knowns],
         )
+        if self.block.varying:
+            for entry, value in self.block.varying.values(self.axis, self._indices(index)):
+                i, j = entry.at
+                add(progress.inner.entry(i, j), entry.mask, value)
+                if i == j:
+                    add(progress.inner.scale.setdefault(i, {}), entry.mask, value)
         return self._run(progress, self.large)
 
     def _part(self, index: int) -> tuple[slice, ...]:

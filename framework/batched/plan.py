@@ -19,9 +19,11 @@ from ..solvers.graph import Graph
 from ..solvers.method import LARGE, Method, choose
 from ..structure.assembly import force_entries, stiffness_entries
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
-from ..structure.topology import Index, Topology
+from ..structure.topology import Group, Index, Topology
 from ..structure.tree import Tree
+from ..structure.varying import Varying
 from .block import Block, Springs
+from .chunks import large_masks
 from .condensation import Chain, Condensation, chains, loaded, retained
 from .order import Order, Pattern, link, order
 from .stage import Forces, Matrix
@@ -104,10 +106,19 @@ class Plan:
         return Condensation(self.topology, self.chains)
 
     @cached_property
+    def varying(self) -> Varying:
+        """Members whose stiffness is left to the chunks."""
+        groups = [group for group in self.topology.groups if self._varies(group)]
+        with timed(self.times, "pattern"):
+            return Varying.of(groups, self.grid)
+
+    @cached_property
     def matrix(self) -> Matrix:
         """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
+        varying = self.varying
+        groups = [group for group in self.topology.groups if not self._varies(group)]
         with timed(self.times, "assembly"):
-            return stiffness_entries(self.topology, self.grid, self.condensed)
+            return stiffness_entries(groups, self.grid, self.condensed, varying)
 
     def scale(self, dof: int) -> Parts:
         """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
@@ -189,6 +200,10 @@ class Plan:
                 self._blocks[component] = self._assembled(component)
         return self._blocks[component]
 
+    def _varies(self, group: Group) -> bool:
+        shape = group.stiffness_shape
+        return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
+
     def _forget(self, *names: str) -> None:
         for name in names:
             vars(self).pop(name, None)
@@ -217,21 +232,24 @@ class Plan:
             if any(self.component[k] == component for k in unknowns(s.row)[:1])
         ]
         forces = {a: self.forces[a] for a in own if a in self.forces}
+        varying = self.varying.within(own, held)
         if component not in self._orders_of:
-            self._orders_of[component] = self._orders(matrix, inner, ends, springs, unknown)
+            pattern: Pattern = {}
+            for a, row in matrix.items():
+                for b, parts in row.items():
+                    if parts or (a == b and a not in ends):
+                        link(pattern, a, b, _union(parts))
+            for entry in varying.entries if varying else ():
+                link(pattern, *entry.at, entry.mask)
+            self._orders_of[component] = self._orders(pattern, inner, ends, springs, unknown)
         orders = self._orders_of[component]
         scale = {a: self.scale(a) if a in own else {} for a in matrix}
-        return Block(self.grid, orders, matrix, scale, forces, ends, springs, self.knowns.values)
+        return Block(self.grid, orders, matrix, scale, forces, ends, springs, self.knowns.values, varying)
 
     def _orders(
-        self, matrix: Matrix, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
+        self, pattern: Pattern, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
     ) -> tuple[Order, Order]:
         mask = self.grid.mask
-        pattern: Pattern = {}
-        for a, row in matrix.items():
-            for b, parts in row.items():
-                if parts or (a == b and a not in rows):
-                    link(pattern, a, b, _union(parts))
         first = order(pattern, inner, self.grid)
         reduced: Pattern = {k: {k: 0} for k in unknown.difference(inner)}
         for a, coupled in pattern.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +72,7 @@ def members(group: Group, entries: Entries = WHOLE) -> Array:
         step = max(1, _MATRICES // int(np.prod(group.stiffness_shape)))
         parts = (group.length[k : k + step] for k in range(0, len(group.length), step))
         local = np.concatenate([entries.of(group.element.stiffness_matrix(part), 2, leading=1) for part in parts])
-    return replace(group, turns=(start, end)).turned(local)
+    return group.turned(local, (start, end))
 
 
 def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:

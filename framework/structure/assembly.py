@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,15 +14,22 @@ from ..batched.stage import Forces, Matrix
 from .member_loads import applied_forces, equivalent, weight_forces
 from .parts import Grid, Knowns, Value, add, combine, is_zero
 from .topology import Group, Index, Topology
+from .varying import Varying
 
 if TYPE_CHECKING:
     from ..batched.plan import Plan
 
 
-def stiffness_entries(topology: Topology, grid: Grid, condensed: Condensation) -> Matrix:
-    """Parts of the stiffness of all members by pair of DOF numbers, those in chains condensed to their ends."""
+def stiffness_entries(groups: Iterable[Group], grid: Grid, condensed: Condensation, varying: Varying) -> Matrix:
+    """Parts of the stiffness of members by pair of DOF numbers, those in chains condensed to their ends.
+
+    Of the `varying` ones only the place.
+    """
     matrix: Matrix = {}
-    for numbers, stacks in _stacks(topology, condensed):
+    for entry in varying.entries:
+        i, j = entry.at
+        matrix.setdefault(i, {})[j] = matrix.setdefault(j, {})[i] = {}
+    for numbers, stacks in _stacks(groups, condensed):
         used = np.triu((stacks != 0.0).any(axis=tuple(range(1, stacks.ndim - 2))))
         piece, a, b = np.nonzero(used)
         entries = np.moveaxis(stacks, (0, -2, -1), (0, 1, 2))[piece, a, b]
@@ -37,9 +44,9 @@ def stiffness_entries(topology: Topology, grid: Grid, condensed: Condensation) -
     return matrix
 
 
-def _stacks(topology: Topology, condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
+def _stacks(groups: Iterable[Group], condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
     """DOF numbers (n, 12) and stiffness (n, ..., 12, 12) of members and chains."""
-    for group in topology.groups:
+    for group in groups:
         left = np.flatnonzero(~np.isin(group.pieces, condensed.pieces))
         if len(left):
             part = group.part(left) if len(left) < len(group.pieces) else group

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,7 +22,7 @@ ALL = slice(None)
 
 @dataclass(frozen=True)
 class Group:
-    """Pieces of equal kind as one stack.
+    """Pieces of equal kind as one stack; what follows from their chords is computed when it is asked for.
 
     Attributes
     ----------
@@ -32,23 +32,40 @@ class Group:
         Their numbers (n,).
     dofs
         Their DOF numbers (n, 12).
-    length
-        (n, ...).
-    turns
-        For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node.
-    rows
-        The local axes as rows (n, ..., 3, 3), in the axes of `body` where both nodes are on one.
+    chord
+        From start to end of their members (n, ..., 3), in the axes of `body` where both nodes are on one.
+    counts
+        Number of pieces of their members, (n, 1...).
+    axes
+        Axes of their start and end nodes as columns (..., 3, 3) in those of the chord, None where these are the same.
     body
-        Axes of that body as columns (..., 3, 3), None where there is none.
+        Axes of their body as columns (..., 3, 3), None where there is none.
     """
 
     element: LineElement
     pieces: Index
     dofs: Index
-    length: Array
-    turns: tuple[Array, Array]
-    rows: Array
+    chord: Array
+    counts: Array
+    axes: tuple[Array | None, Array | None]
     body: Array | None
+
+    @cached_property
+    def rows(self) -> Array:
+        """The local axes as rows (n, ..., 3, 3), in those of the chord."""
+        return self.element.axes(self.chord)
+
+    @cached_property
+    def length(self) -> Array:
+        """Their lengths (n, ...)."""
+        length: Array = np.linalg.norm(self.chord, axis=-1) / self.counts
+        return length
+
+    @cached_property
+    def turns(self) -> tuple[Array, Array]:
+        """For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node."""
+        start, end = (self.rows if axes is None else self.rows @ axes for axes in self.axes)
+        return start, end
 
     @property
     def nodes(self) -> Index:
@@ -69,30 +86,45 @@ class Group:
     @property
     def stiffness_shape(self) -> tuple[int, ...]:
         """Batch shape over which the stiffness of a piece varies."""
-        turns = (turn.shape[1:-2] for turn in self.turns)
-        return np.broadcast_shapes(*turns, self.length.shape[1:], self.element.shape)
+        turned = (axes.shape[:-2] for axes in self.axes if axes is not None)
+        return np.broadcast_shapes(self.chord.shape[1:-1], *turned, self.element.shape)
 
-    def turned(self, local: Array) -> Array:
-        """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero."""
-        turns = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in self.turns]
-        batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in turns))
+    def turned(self, local: Array, turns: tuple[Array, Array] | None = None) -> Array:
+        """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero.
+
+        `turns` are those of the entries that the matrices are for, of all where None.
+        """
+        ends = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in turns or self.turns]
+        batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in ends))
         out = np.zeros((12, 12, *batch))
         used = (local != 0.0).reshape(-1, 12, 12).any(axis=0)
         for i, block in zip(*np.nonzero(used.reshape(12, 4, 3).any(axis=-1)), strict=True):
             p, q = 3 * (i // 3), 3 * block
             if p <= q:
-                row = sum(local[..., i, q + k] * turns[q // 6][k] for k in range(3) if used[i, q + k])
-                out[p : p + 3, q : q + 3] += turns[p // 6][i - p][:, None] * row
+                row = sum(local[..., i, q + k] * ends[q // 6][k] for k in range(3) if used[i, q + k])
+                out[p : p + 3, q : q + 3] += ends[p // 6][i - p][:, None] * row
         low, high = np.tril_indices(12, -1)
         out[low, high] = out[high, low]
         return np.moveaxis(out, (0, 1), (-2, -1))
 
     def part(self, part: slice | Index) -> Group:
         """Some of the pieces as a stack of their own."""
-        start, end = self.turns
-        turns = start[part], end[part]
-        rows, length = self.rows[part], self.length[part]
-        return Group(self.element, self.pieces[part], self.dofs[part], length, turns, rows, self.body)
+        return replace(
+            self, pieces=self.pieces[part], dofs=self.dofs[part], chord=self.chord[part], counts=self.counts[part]
+        )
+
+    def cut(self, axis: int, indices: slice) -> Group:
+        """The pieces at some indices of a batch axis."""
+        ndim = self.chord.ndim - 2
+
+        def change(array: Array, trailing: int) -> Array:
+            place = array.ndim - trailing - ndim + axis
+            return array if place < 0 or array.shape[place] == 1 else array[(slice(None),) * place + (indices,)]
+
+        start, end, body = (None if axes is None else change(axes, 2) for axes in (*self.axes, self.body))
+        return replace(
+            self, element=self.element.cut(change), chord=change(self.chord, 1), axes=(start, end), body=body
+        )
 
     def stiffness(self, part: slice = ALL) -> Array:
         """Stiffness of the pieces, or of some of them, in the nodes' axes, (n, ..., 12, 12)."""

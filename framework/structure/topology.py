@@ -145,21 +145,14 @@ class Topology:
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:
             chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
-        rows = element.axes(chord)
         counts = self.counts[self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
-        length = np.linalg.norm(chord, axis=-1) / counts
         first, second = (self.bodies[node] for node in nodes[0])
-        if first == second:
-            turns, shared = (rows, rows), self.axes(int(nodes[0, 0]))
-        else:
-            turns, shared = (self._in_node(rows, int(nodes[0, 0])), self._in_node(rows, int(nodes[0, 1]))), None
+        start, end = (self.axes(int(node)) for node in nodes[0])
+        shared = first == second
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
-        return Group(element, numbers, dofs, length, turns, rows, shared)
-
-    def _in_node(self, rows: Array, node: int) -> Array:
-        """Axes given as rows in global components, in those of a node."""
-        axes = self.axes(node)
-        return rows if axes is None else rows @ axes
+        return Group(
+            element, numbers, dofs, chord, counts, (None, None) if shared else (start, end), start if shared else None
+        )
 
     def axes(self, node: int) -> Array | None:
         """Axes of a node as columns (..., 3, 3), None where they are the global ones."""
