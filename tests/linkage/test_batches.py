@@ -131,3 +131,36 @@ def test_members_reach_further_than_the_one_that_leads():
     turned = [np.broadcast_to(x, there.shape)[there] for x in (crank, coupler, rocker, theta)]
     closed = FourBar(*turned[:3], 4.0, branch="open").move(turned[3])
     assert_allclose(motion.position("D")[there], closed.position("D"), atol=1e-11)
+
+
+@pytest.mark.parametrize("universal", [True, False])
+def test_members_of_a_spatial_linkage_reach_as_far_as_their_quadratic(universal):
+    """R-S-S-R with random rods: closed where (rod^2 - rocker^2 - |q - b|^2) lies within its amplitude."""
+    crank, rocker, pivot, start = 0.5, 0.4, np.array([0.2, 0.9, 0.3]), 0.9
+    rods = 0.75 * (1.0 + 0.01 * np.random.default_rng(0).standard_normal(100))
+    drawn = rssr(crank, 0.75, rocker, pivot, start, universal)
+    linkage = Linkage(drawn.points)
+    for name, link in drawn.links.items():
+        linkage.link(name, *link.points, length=rods if name == "rod" else None)
+    for name, joint in drawn.joints.items():
+        second = {"second": joint.axes[:, 0]} if joint.kind.name == "universal" else {}
+        make = getattr(linkage, joint.kind.name)
+        make(
+            name,
+            joint.first,
+            joint.second,
+            axis=joint.axes[:, 2],
+            drive=name == "O",
+            at=joint.at[..., 0] if joint.kind.freedom == 1 else 0.0,
+            **second,
+        )
+    theta = np.linspace(-1.0, 0.9, 39)[:, None]
+    motion = linkage.move(O=theta)
+    b = crank * np.stack([np.cos(theta), np.sin(theta), 0.0 * theta], axis=-1)
+    away = pivot - b
+    amplitude = 2.0 * rocker * np.hypot(away[..., 1], away[..., 2])
+    there = np.abs(rods**2 - rocker**2 - np.sum(away**2, axis=-1)) < amplitude
+    assert_array_equal(motion.is_assembled, there)
+    assert 0.1 < there.mean() < 0.9
+    if universal:
+        assert np.all(motion.closure_status[there] == "regular")

@@ -15,9 +15,10 @@ from .fan import straight
 from .guess import Guess
 
 Mask = NDArray[np.bool_]
+TURN = 2.0 * np.pi
 # How far from the end of its way the leader is left, and how far beyond that end members are looked for.
 BACK, FAR = 0.15, 0.6
-# In so many steps a member takes its own dimensions.
+# In so many steps a member takes its own dimensions, and so fine are those of the drive then.
 STEPS = 4
 
 
@@ -29,9 +30,12 @@ def further(
     Before that end each takes its own dimensions, then the drive goes on straight.
     """
     shape, guide, none = left.shape, guess.guide, np.empty((0, len(guess.state)))
-    if guide is None or guess.s is None or not any(np.ndim(x) for x in parameters):
+    if guide is None or not loops.linear.signs or not any(np.ndim(x) for x in parameters):
         return np.zeros(shape, dtype=bool), none
-    s = np.broadcast_to(np.asarray(cut(guess.s, block)), shape)
+    place = loops.driven_states[guess.drive]
+    given = np.broadcast_to(np.asarray(cut(guess.state[place], block)), shape)
+    turns = np.round((given - 0.5 * (guide.low + guide.high)) / TURN) if loops.turns(guess.drive) else 0.0
+    s = given - TURN * turns
     beyond = np.maximum(s - guide.high, guide.low - s)
     chosen = np.asarray(left & (beyond > 0.0) & (beyond < FAR))
     if not chosen.any():
@@ -39,7 +43,7 @@ def further(
     aims = np.asarray(s[chosen])
     edge = np.clip(aims, min(guide.low + BACK, 0.0), max(guide.high - BACK, 0.0))
     state: list[Value] = list(np.moveaxis(guide.at(edge), -1, 0).copy())
-    state[loops.driven_states[guess.drive]] = edge
+    state[place] = edge
     own = [np.broadcast_to(x, shape)[chosen] if np.ndim(x) else x for x in parameters]
     sure = np.ones(edge.shape, dtype=bool)
     for t in np.arange(1, STEPS + 1) / STEPS:
@@ -50,5 +54,6 @@ def further(
     values[:, guess.drive] = aims
     ends, signs, led = straight(loops, own, begin, values, STEPS)
     good = sure & led & np.all(np.multiply(signs, guide.signs_at(edge, 0.0)) > 0.0, axis=-1)
+    ends[:, place] = given[chosen]
     chosen[chosen] = good
     return chosen, ends[good]
