@@ -43,6 +43,15 @@ def finite(value: ArrayLike, what: str) -> Array:
     return array
 
 
+def unvaried(value: ArrayLike, shape: Shape = ()) -> Array | None:
+    """`value` as finite numbers of that shape, which take no batch; None where it is anything else."""
+    try:
+        array = finite(value, "")
+    except FrameError:
+        return None
+    return array if array.shape == shape else None
+
+
 def vector(value: ArrayLike, what: str, size: int = 3) -> Array:
     """`value` as a finite array (..., size)."""
     array = finite(value, what)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Literal, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .batch import Array, Shape, finite, joined, rotation, turned, vector
-from .dofs import DISPLACEMENTS, FORCES, component, components, values
+from .batch import Array, Shape, joined, rotation, turned, unvaried, vector
+from .dofs import DISPLACEMENTS, FORCES, components, values
 from .errors import FrameError
 from .loads import LineLoad, MemberLoad, PointLoad
 from .protocol import JointElement, LineElement, PointElement
@@ -89,7 +89,7 @@ class Tie:
     rigid: bool
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Frame:
     """Frame of beams and joints; what varies over a batch is given as arrays.
 
@@ -181,7 +181,7 @@ class Frame:
         name = _new("body", name, self.bodies)
         place = vector(origin, f"origin of body {name!r}")
         turn = np.eye(3) if axes is None else rotation(axes, f"axes of body {name!r}")
-        self._join(f"body {name!r}", np.broadcast_shapes(place.shape[:-1], turn.shape[:-2]))
+        self._join({f"origin of body {name!r}": place.shape[:-1], f"axes of body {name!r}": turn.shape[:-2]})
         self.bodies[name] = Body(place, turn)
 
     def node(self, name: str, coordinates: ArrayLike, body: str | None = None) -> None:
@@ -202,7 +202,7 @@ class Frame:
             if body not in self.bodies:
                 raise FrameError(f"node {name!r} is on body {body!r}, which is unknown: {_known(self.bodies)}")
         place = vector(coordinates, f"coordinates of node {name!r}")
-        self._join(f"node {name!r}", place.shape[:-1])
+        self._join({f"node {name!r}": place.shape[:-1]})
         self.nodes[name] = Node(place, body)
         if body is None or self.bodies[body].far + float(np.linalg.norm(place, axis=-1).max(initial=0.0)) > self.size:
             self.size = max(self.size, float(np.abs(self.position(name)).max(initial=0.0)))
@@ -271,6 +271,8 @@ class Frame:
             Names of its nodes, start (first) before end (second).
         """
         name = _new("element", name, self.members, self.joints, self.masses)
+        if not isinstance(element, (LineElement, JointElement, PointElement)):
+            raise FrameError(f"element {name!r} is {element!r}: give a beam, a joint or a mass, such as Beam(...)")
         wanted = 1 if isinstance(element, PointElement) else 2
         if len(nodes) != wanted:
             kind = type(element).__name__
@@ -281,15 +283,15 @@ class Frame:
         if isinstance(element, LineElement):
             self._check_length(name, *nodes)
             element.check(self._chord(*nodes))
-            self._join(f"member {name!r}", element.shape)
+            self._join({f"member {name!r}": element.shape})
             self.members[name] = Member(element, *nodes)
         elif isinstance(element, JointElement):
             self._check_coincident(name, *nodes)
             _check_ideal(name, element)
-            self._join(f"joint {name!r}", element.shape)
+            self._join({f"joint {name!r}": element.shape})
             self.joints[name] = JointLink(element, *nodes)
         else:
-            self._join(f"mass {name!r}", element.shape)
+            self._join({f"mass {name!r}": element.shape})
             self.masses[name] = MassPoint(element, *nodes)
 
     def rigid(self, master: str, *slaves: str) -> None:
@@ -328,9 +330,8 @@ class Frame:
         *names
             Global displacement components ``ux uy uz rx ry rz``.
         """
-        held = self.supports.setdefault(self._node(node, "support"), {})
-        for index in components(names):
-            held[index] = np.zeros(())
+        node, held = self._node(node, "support"), components(names)
+        self.supports.setdefault(node, {}).update({index: np.zeros(()) for index in held})
 
     def prescribe(self, node: str, **displacement: ArrayLike) -> None:
         """Prescribe displacement components of a node, such as a settlement.
@@ -342,10 +343,10 @@ class Frame:
         **displacement
             Values by component, ``ux uy uz`` in length and ``rx ry rz`` in radians; each may carry a batch.
         """
-        held = self.supports.setdefault(self._node(node, "support"), {})
-        for index, value in values(f"support of {node!r}", displacement, DISPLACEMENTS).items():
-            self._join(f"{DISPLACEMENTS[index]} prescribed at {node!r}", value.shape)
-            held[index] = value
+        node = self._node(node, "support")
+        given = values(f"support of {node!r}", displacement, DISPLACEMENTS)
+        self._join({f"{DISPLACEMENTS[k]} prescribed at {node!r}": value.shape for k, value in given.items()})
+        self.supports.setdefault(node, {}).update(given)
 
     def offset(self, joint: str, **displacement: ArrayLike) -> None:
         """Impose a relative displacement in a joint, in its own axes: clearance, misfit, actuation.
@@ -363,8 +364,7 @@ class Frame:
         if joint not in self.joints:
             raise FrameError(f"offset in joint {joint!r}, which is unknown: {_known(self.joints)}")
         given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
-        for index, value in given.items():
-            self._join(f"offset {DISPLACEMENTS[index]} of {joint!r}", value.shape)
+        self._join({f"offset {DISPLACEMENTS[k]} of {joint!r}": value.shape for k, value in given.items()})
         self.offsets.setdefault(joint, {}).update(given)
 
     def load(self, node: str, **force: ArrayLike) -> None:
@@ -377,10 +377,10 @@ class Frame:
         **force
             Values by component ``fx fy fz mx my mz``; each may carry a batch.
         """
-        held = self.loads.setdefault(self._node(node, "load"), [])
-        for index, value in values(f"load at {node!r}", force, FORCES).items():
-            self._join(f"{FORCES[index]} at {node!r}", value.shape)
-            held.append((index, value))
+        node = self._node(node, "load")
+        given = values(f"load at {node!r}", force, FORCES)
+        self._join({f"{FORCES[k]} at {node!r}": value.shape for k, value in given.items()})
+        self.loads.setdefault(node, []).extend(given.items())
 
     def line_load(
         self, member: str, *, local: bool = False, span: tuple[float, float] | None = None, **force: ArrayLike
@@ -399,17 +399,14 @@ class Frame:
             ``fx fy fz`` per length; a tuple ``(start, end)`` varies linearly over the span.
         """
         member = self._member(member, "line load")
-        ends: tuple[list[Array], list[Array]] = ([np.zeros(())] * 3, [np.zeros(())] * 3)
-        if not force:
-            raise FrameError(f"line load on {member!r} names no component: give at least one of fx, fy, fz")
-        for name, value in force.items():
-            pair = value if isinstance(value, tuple) and len(value) == 2 else (value, value)
-            for side, given in zip(ends, pair, strict=True):
-                side[component(name, FORCES[:3])] = finite(given, f"line load {name} on {member!r}")
-        start, end = (np.stack(np.broadcast_arrays(*side), axis=-1) for side in ends)
-        self._join(f"line load on {member!r}", np.broadcast_shapes(start.shape, end.shape)[:-1])
-        self._check_span(member, span)
-        self.member_loads.setdefault(member, []).append(LineLoad(start, end, span, local))
+        pairs = {k: v if isinstance(v, tuple) and len(v) == 2 else (v, v) for k, v in force.items()}
+        what = f"line load on {member!r}"
+        start, end = (values(what, {k: pair[side] for k, pair in pairs.items()}, FORCES[:3]) for side in (0, 1))
+        stretch = None if span is None else self._span(member, span)
+        starts = {f"{FORCES[k]} at the start of the {what}": value.shape for k, value in start.items()}
+        self._join(starts | {f"{FORCES[k]} at the end of the {what}": value.shape for k, value in end.items()})
+        load = LineLoad(_stacked(start, 3), _stacked(end, 3), stretch, local)
+        self.member_loads.setdefault(member, []).append(load)
 
     def point_load(self, member: str, *, at: float, local: bool = False, **force: ArrayLike) -> None:
         """Apply a force or moment to a point of a member.
@@ -426,14 +423,12 @@ class Frame:
             Values by component ``fx fy fz mx my mz``.
         """
         member = self._member(member, "point load")
-        given = [np.zeros(())] * 6
-        for index, value in values(f"point load on {member!r}", force, FORCES).items():
-            given[index] = value
-        stacked = np.stack(np.broadcast_arrays(*given), axis=-1)
-        self._join(f"point load on {member!r}", stacked.shape[:-1])
-        if not 0.0 <= at <= float(self.length(member).min(initial=np.inf)) * (1.0 + 1e-12):
-            raise FrameError(f"point load on {member!r} at {at!r}: give a distance within its length")
-        self.member_loads.setdefault(member, []).append(PointLoad(at, stacked, local))
+        given = values(f"point load on {member!r}", force, FORCES)
+        place = unvaried(at)
+        if place is None or not 0.0 <= place <= self._least_length(member):
+            raise FrameError(f"point load on {member!r} at {at!r}: give one distance within its length")
+        self._join({f"{FORCES[k]} of the point load on {member!r}": value.shape for k, value in given.items()})
+        self.member_loads.setdefault(member, []).append(PointLoad(float(place), _stacked(given, 6), local))
 
     def gravity(self, acceleration: ArrayLike) -> None:
         """Load all members and masses with their weight.
@@ -443,8 +438,9 @@ class Frame:
         acceleration
             Acceleration of gravity (..., 3), such as ``(0, 0, -9.81)``.
         """
-        self.weight = vector(acceleration, "gravity")
-        self._join("gravity", self.weight.shape[:-1])
+        weight = vector(acceleration, "gravity")
+        self._join({"gravity": weight.shape[:-1]})
+        self.weight = weight
 
     def exclude(self, where: ArrayLike) -> None:
         """Leave batch entries out, such as poses that a linkage cannot take.
@@ -456,10 +452,10 @@ class Frame:
         where
             True for the entries to leave out, (...).
         """
-        left = np.asarray(where)
+        left = np.array(where)
         if left.dtype != np.bool_:
             raise FrameError(f"exclude was given {where!r}: give True for the entries to leave out")
-        self._join("entries left out", left.shape)
+        self._join({"entries left out": left.shape})
         self.absent = left if self.absent is None else self.absent | left
 
     def copy(self) -> Frame:
@@ -478,6 +474,14 @@ class Frame:
         return twin
 
     __copy__ = copy
+
+    def __getstate__(self) -> dict[str, object]:
+        """What another process needs; the plan that is kept holds what cannot travel, and is made again."""
+        return vars(self) | {"kept": None}
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"
+        return f"<Frame of shape {self.shape}: {counts}>"
 
     # -- answers ----------------------------------------------------------------------------------------------------
 
@@ -609,11 +613,14 @@ class Frame:
             raise FrameError(f"{of} member {name!r} is unknown: {_known(self.members)}".strip())
         return name
 
-    def _join(self, name: str, shape: Shape) -> None:
-        if not shape:
-            return
-        self._shape = joined(name, shape, self._shapes)
-        self._shapes[name] = shape
+    def _join(self, given: Mapping[str, Shape]) -> None:
+        """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
+        whole, known = self._shape, self._shapes
+        for name, shape in given.items():
+            if shape:
+                whole = joined(name, shape, known)
+                known = {**known, name: np.broadcast_shapes(shape, known.get(name, ()))}
+        self._shape, self._shapes = whole, known
 
     def _chord(self, start: str, end: str) -> Array:
         a, b = self.nodes[start], self.nodes[end]
@@ -635,19 +642,22 @@ class Frame:
                 "place them at one point, or put a rigid link or a beam between them"
             )
 
-    def _check_span(self, member: str, span: tuple[float, float] | None) -> None:
-        if span is None:
-            return
-        length = float(self.length(member).min(initial=np.inf))
-        if not 0.0 <= span[0] < span[1] <= length * (1.0 + 1e-12):
-            raise FrameError(f"line load on {member!r} spans {span}: give 0 <= x1 < x2 <= its length {length:.6g}")
+    def _least_length(self, member: str) -> float:
+        """The length of a member over which loads may lie: the least of the batch, and the rounding in it."""
+        return float(self.length(member).min(initial=np.inf)) * (1.0 + 1e-12)
+
+    def _span(self, member: str, span: tuple[float, float]) -> tuple[float, float]:
+        ends, length = unvaried(span, (2,)), self._least_length(member)
+        if ends is None or not 0.0 <= ends[0] < ends[1] <= length:
+            wanted = f"two distances 0 <= x1 < x2 <= its length {length:.6g}"
+            raise FrameError(f"line load on {member!r} spans {span!r}: give {wanted}")
+        return float(ends[0]), float(ends[1])
 
     def _tie(self, master: str, slaves: tuple[str, ...], held: tuple[int, ...], *, rigid: bool) -> None:
-        master = self._node(master, "tie")
-        for slave in (self._node(slave, "tie") for slave in slaves):
-            if slave == master:
-                raise FrameError(f"node {master!r} is tied to itself: give two different nodes")
-            self.ties.append(Tie(master, slave, held, rigid))
+        master, *others = (self._node(node, "tie") for node in (master, *slaves))
+        if master in others:
+            raise FrameError(f"node {master!r} is tied to itself: give two different nodes")
+        self.ties.extend(Tie(master, slave, held, rigid) for slave in others)
 
 
 def _name(what: str, given: str) -> str:
@@ -663,6 +673,11 @@ def _new(what: str, given: str, *known: Mapping[str, object]) -> str:
     if any(name in names for names in known):
         raise FrameError(f"{what} {name!r} exists already: choose another name")
     return name
+
+
+def _stacked(given: Mapping[int, Array], size: int) -> Array:
+    """Values by component as one array (..., size), zero where none is given."""
+    return np.stack(np.broadcast_arrays(*(given.get(k, np.zeros(())) for k in range(size))), axis=-1)
 
 
 def _known(names: Mapping[str, object]) -> str:

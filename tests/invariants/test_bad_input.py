@@ -145,6 +145,23 @@ FRAMES: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
     "line load of NaN": (lambda f: f.line_load("AB", fy=(1.0, NAN)), ("'AB'", "fy", "nan")),
     "line load beyond the member": (lambda f: f.line_load("AB", fy=1.0, span=(0.5, 1.5)), ("'AB'", "(0.5, 1.5)", "1")),
     "line load on nothing": (lambda f: f.line_load("AB", fy=1.0, span=(0.5, 0.5)), ("'AB'", "(0.5, 0.5)", "x1 < x2")),
+    "line load over text": (lambda f: f.line_load("AB", fy=1.0, span="ab"), ("'AB'", "'ab'", "two distances")),  # type: ignore[arg-type]
+    "line load over three numbers": (
+        lambda f: f.line_load("AB", fy=1.0, span=(0.0, 0.5, 1.0)),  # type: ignore[arg-type]
+        ("'AB'", "(0.0, 0.5, 1.0)", "two distances"),
+    ),
+    "line load over a batch": (
+        lambda f: f.line_load("AB", fy=1.0, span=(np.zeros(2), 1.0)),  # type: ignore[arg-type]
+        ("'AB'", "array", "two distances"),
+    ),
+    "line load to a number": (lambda f: f.line_load("AB", fy=1.0, span=0.5), ("'AB'", "0.5", "two distances")),  # type: ignore[arg-type]
+    "point load at text": (lambda f: f.point_load("AB", at="end", fy=1.0), ("'AB'", "'end'", "one distance")),  # type: ignore[arg-type]
+    "point load at a batch": (
+        lambda f: f.point_load("AB", at=np.array([0.2, 0.4]), fy=1.0),  # type: ignore[arg-type]
+        ("'AB'", "array([0.2, 0.4])", "one distance"),
+    ),
+    "element that is a number": (lambda f: f.add("X", 3, "A", "D"), ("'X'", "3", "beam", "joint", "mass")),  # type: ignore[arg-type]
+    "element that is a class": (lambda f: f.add("X", Beam, "A", "D"), ("'X'", "class", "Beam(...)")),  # type: ignore[arg-type]
     "point load on an unknown member": (lambda f: f.point_load("XY", at=0.5, fy=1.0), ("'XY'", "unknown")),
     "point load beyond the member": (lambda f: f.point_load("AB", at=1.5, fy=1.0), ("'AB'", "1.5", "length")),
     "point load of NaN": (lambda f: f.point_load("AB", at=0.5, fy=NAN), ("'AB'", "fy", "nan")),
