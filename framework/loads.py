@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .batch import Array
 
+# Of an array whose last axis is no batch axis.
+_VECTORS = {"trailing": 1}
 
 @dataclass(frozen=True)
 class LineLoad:
     """Force per length, linear from `start` (..., 3) to `end` (..., 3) over `span` (x1, x2); None: the whole member."""
 
-    start: Array
-    end: Array
+    start: Array = field(metadata=_VECTORS)
+    end: Array = field(metadata=_VECTORS)
     span: tuple[float, float] | None
     local: bool
 
@@ -42,7 +44,7 @@ class PointLoad:
     """Force and moment `force` (..., 6) at distance `at` from the member's start."""
 
     at: float
-    force: Array
+    force: Array = field(metadata=_VECTORS)
     local: bool
 
     def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, aligned, block_diagonal, turned
+from ..batch import Array, Shape, aligned, block_diagonal, turned
 from ..batched.condensation import Condensation
 from ..batched.stage import Forces, Matrix
 from .member_loads import applied_forces, equivalent, weight_forces
@@ -18,6 +18,9 @@ from .varying import Varying
 
 if TYPE_CHECKING:
     from ..batched.plan import Plan
+
+# Batch entries whose loads on members are computed together.
+_SLICE = 2**13
 
 
 def stiffness_entries(groups: Iterable[Group], grid: Grid, condensed: Condensation, varying: Varying) -> Matrix:
@@ -71,12 +74,40 @@ def force_entries(topology: Topology, knowns: Knowns) -> Forces:
     for node, vector in mass_loads(topology):
         for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
             put(6 * node + c, 0, share)
-    for group, positions, local in member_loads(topology):
-        nodal = (np.swapaxes(group.transform[positions], -1, -2) @ local[..., None])[..., 0]
-        for dofs, stack in zip(group.dofs[positions].tolist(), nodal, strict=True):
-            for dof, share in zip(dofs, grid.components(stack), strict=True):
-                put(dof, 0, share)
+    for dof, share in _member_shares(topology, grid):
+        put(dof, 0, share)
     return forces
+
+
+def _member_shares(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
+    """Loads on members by DOF, gathered slice by slice of the batch: on the way they take many times the memory."""
+    if grid.sizes[-1] <= _SLICE:
+        yield from _shares(topology, grid)
+        return
+    axis, slices = grid.slices(_SLICE)
+    found: dict[tuple[int, Shape], Array] = {}
+    for indices in slices:
+        part = topology.cut(axis, indices)
+        for dof, share in _shares(part, grid):
+            if np.ndim(share) and np.shape(share)[axis] > 1:
+                assert isinstance(share, np.ndarray)
+                key = dof, (*share.shape[:axis], grid.shape[axis], *share.shape[axis + 1 :])
+                if key not in found:
+                    found[key] = np.zeros(key[1])
+                found[key][(slice(None),) * axis + (indices,)] += share
+            elif indices.start == 0:
+                # the same in all slices
+                yield dof, share
+    for (dof, _), whole in found.items():
+        yield dof, whole
+
+
+def _shares(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
+    for group, positions, local in member_loads(topology):
+        for dofs, stack in zip(group.dofs[positions].tolist(), group.nodal(positions, local), strict=True):
+            for dof, share in zip(dofs, grid.components(stack), strict=True):
+                if not is_zero(share):
+                    yield dof, share
 
 
 def _in_node(topology: Topology, node: int, vector: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, block_diagonal
+from ..batch import Array, block_diagonal, cutting, turned
 from ..protocol import LineElement
 from .parts import Extended
 
@@ -83,6 +83,16 @@ class Group:
         start, end = self.turns
         return block_diagonal((start, start, end, end))
 
+    def local(self, position: int, nodal: Array) -> Array:
+        """Displacements (..., 12) of the nodes of one piece, in their axes, as local ones."""
+        start, end = (turned(turn[position], part) for turn, part in zip(self.turns, np.split(nodal, 2, -1), strict=True))
+        return np.concatenate([start, end], axis=-1)
+
+    def nodal(self, positions: Index, local: Array) -> Array:
+        """Local forces (n, ..., 12) of some pieces in the axes of their nodes."""
+        ends = zip(self.turns, np.split(local, 2, -1), strict=True)
+        return np.concatenate([turned(np.swapaxes(turn[positions], -1, -2), part) for turn, part in ends], axis=-1)
+
     @property
     def stiffness_shape(self) -> tuple[int, ...]:
         """Batch shape over which the stiffness of a piece varies."""
@@ -115,12 +125,7 @@ class Group:
 
     def cut(self, axis: int, indices: slice) -> Group:
         """The pieces at some indices of a batch axis."""
-        ndim = self.chord.ndim - 2
-
-        def change(array: Array, trailing: int) -> Array:
-            place = array.ndim - trailing - ndim + axis
-            return array if place < 0 or array.shape[place] == 1 else array[(slice(None),) * place + (indices,)]
-
+        change = cutting(self.chord.ndim - 2, axis, indices)
         start, end, body = (None if axes is None else change(axes, 2) for axes in (*self.axes, self.body))
         return replace(
             self, element=self.element.cut(change), chord=change(self.chord, 1), axes=(start, end), body=body

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,14 @@ class Grid:
             int(np.prod([n for axis, n in enumerate(self.shape) if mask >> axis & 1], dtype=np.int64))
             for mask in range(1 << len(self.shape))
         )
+
+    def slices(self, entries: int) -> tuple[int, list[slice]]:
+        """The longest axis, in slices of about so many batch entries, none of a single index."""
+        axis = int(np.argmax(self.shape))
+        length = self.shape[axis]
+        count = max(1, min(self.sizes[-1] // entries, length // 2))
+        bounds = [k * length // count for k in range(count + 1)]
+        return axis, [slice(a, b) for a, b in pairwise(bounds)]
 
     def mask(self, value: Value) -> int:
         """The axes over which `value` varies, as bits."""

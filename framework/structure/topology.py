@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..batch import Array, aligned
+from ..batch import Array, aligned, cutting
 from ..dofs import DISPLACEMENTS
-from ..protocol import LineElement
+from ..protocol import LineElement, changed
 from .group import Group, Index
 
 if TYPE_CHECKING:
@@ -120,6 +121,17 @@ class Topology:
             codes = np.array([keys.setdefault(key, len(keys)) for key in where], dtype=np.int64)
         members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
         return [self._group(numbers, chords) for numbers in members if len(numbers)]
+
+    def cut(self, axis: int, indices: slice) -> Topology:
+        """Members and what acts on them at some indices of a batch axis."""
+        change = cutting(len(self.frame.shape), axis, indices)
+        frame, twin = copy.copy(self.frame), copy.copy(self)
+        frame.weight = None if frame.weight is None else change(frame.weight, 1)
+        frame.member_loads = {
+            member: [changed(load, change) for load in loads] for member, loads in frame.member_loads.items()
+        }
+        vars(twin).update(frame=frame, groups=[group.cut(axis, indices) for group in self.groups])
+        return twin
 
     @cached_property
     def _plain(self) -> Array | None:

@@ -118,11 +118,10 @@ def _springs(group: Group, grid: Grid) -> Iterator[Springs]:
 
 def _entries(group: Group, grid: Grid) -> list[list[Entry]]:
     """Entries of each piece that are not zero all over the batch."""
-    axis = int(np.argmax(grid.shape))
-    length, step = grid.shape[axis], max(2, _CHUNK * grid.shape[axis] // grid.sizes[-1])
+    axis, slices = grid.slices(_CHUNK)
     codes = np.zeros((len(group.pieces), 6, 13), dtype=np.int64)
-    for start in range(0, length, step):
-        for piece, (stiffness, deformed) in enumerate(_springs(group.cut(axis, slice(start, start + step)), grid)):
+    for indices in slices:
+        for piece, (stiffness, deformed) in enumerate(_springs(group.cut(axis, indices), grid)):
             for i in range(6):
                 codes[piece, i] |= [_code(value, grid) for value in (*deformed[i], stiffness[i])]
     return [_pairs(dofs, code) for dofs, code in zip(group.dofs.tolist(), codes, strict=True)]
