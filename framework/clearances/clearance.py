@@ -71,7 +71,8 @@ class Clearances:
         self._resistance = against_offsets(frame, play, loaded)
         radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
         force = np.nan_to_num(force) if self._singular.any() else force
-        self.rest = Rest(play, self._resistance.stiffness, self._resistance.members, force, radius, _load(tight.plan))
+        resistance = self._resistance.stiffness, self._resistance.members
+        self.rest = Rest(play, *resistance, force, radius, _load(tight.plan), frame.size)
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
@@ -101,7 +102,7 @@ class Clearances:
         closed = np.asarray(state == CLOSED)
         offset, force = self._vector(j, self.rest.offset), self._vector(j, self.rest.force)
         along = np.where((radius > 0.0)[..., None], offset, force)
-        normal = along / np.where(closed, np.linalg.norm(along, axis=-1), 1.0)[..., None]
+        normal = along / np.where(closed, np.hypot.reduce(along, axis=-1), 1.0)[..., None]
         axes = self.frame.joints[name].element.axes
         normal = normal if axes is None else turned(aligned(axes, len(self.frame.shape), 2), normal)
         unknown = np.where(state >= UNRESOLVED, np.nan, 0.0)
@@ -110,7 +111,7 @@ class Clearances:
             state=STATES[state],
             normal=np.where(closed[..., None], normal, unknown[..., None]),
             force=np.where(closed, self.rest.size[j], unknown),
-            gap=np.where(closed, 0.0, radius - np.linalg.norm(offset, axis=-1) + unknown),
+            gap=np.where(closed, 0.0, radius - np.hypot.reduce(offset, axis=-1) + unknown),
             offset=offset,
         )
 
@@ -123,9 +124,9 @@ class Clearances:
 
 
 def _load(plan: Plan) -> Array:
-    """Largest load on a node, moments as forces at the size of the frame, (...)."""
-    out: Array = np.zeros(plan.frame.shape)
+    """Largest force and largest moment on a node, (2, ...)."""
+    out: Array = np.zeros((2, *plan.frame.shape))
     for a, by_source in plan.forces.items():
         value = np.abs(np.asarray(collapsed(by_source, plan.knowns.values), dtype=np.float64))
-        out = np.maximum(out, value / (plan.frame.size if a % 6 >= 3 else 1.0))
+        out[a % 6 // 3] = np.maximum(out[a % 6 // 3], value)
     return out

@@ -34,14 +34,24 @@ class Play:
     component: list[int]
 
     @property
+    def starts(self) -> NDArray[np.int64]:
+        """First component of each joint, (joints,)."""
+        return np.searchsorted(self.own, np.arange(len(self.names)))
+
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """Which components are rotations, whose forces are moments, (n,)."""
+        return np.asarray(self.component) >= 3
+
+    @property
     def pairs(self) -> list[tuple[str, int]]:
         """Name of the joint and joint component of each."""
         return [(self.names[j], k) for j, k in zip(self.own, self.component, strict=True)]
 
     def length(self, vectors: Array) -> Array:
         """Length of the vectors (n, ...) by joint, (joints, ...)."""
-        starts = np.searchsorted(self.own, np.arange(len(self.names)))
-        length: Array = np.sqrt(np.add.reduceat(vectors * vectors, starts, axis=0))
+        # without squares, which leave the range of floats
+        length: Array = np.hypot.reduceat(np.abs(vectors), self.starts, axis=0)
         return length
 
 
@@ -62,7 +72,9 @@ class Rest:
     radius
         Clearance, (joints, ...).
     load
-        Largest load on a node, (...).
+        Largest force and largest moment on a node, (2, ...).
+    reach
+        Length by which moments compare with forces.
     """
 
     play: Play
@@ -71,11 +83,19 @@ class Rest:
     found: Array
     radius: Array
     load: Array
+    reach: float
 
     @cached_property
     def scale(self) -> Array:
-        """Largest load or joint force, (...)."""
-        scale: Array = np.maximum(self.load, np.abs(self.found).max(axis=0))
+        """Largest load or joint force, a moment where the play is in rotations, (joints, ...)."""
+        turns, found = self.play.turns, np.abs(self.found)
+        force, moment = (
+            np.maximum(load, found[which].max(axis=0, initial=0.0))
+            for load, which in zip(self.load, (~turns, turns), strict=True)
+        )
+        # without a size there are no arms, by which one would make the other
+        both = np.maximum(force, moment / self.reach if self.reach else 0.0), np.maximum(moment, force * self.reach)
+        scale: Array = np.stack(both)[turns[self.play.starts].astype(np.int64)]
         return scale
 
     @cached_property
@@ -116,7 +136,7 @@ class Rest:
         normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.play.own]
         pressed = np.where((closed & (self.radius > 0.0))[self.play.own], self.size[self.play.own] * normal, 0.0)
         unheld = np.where((self.radius > 0.0)[self.play.own], self.force - pressed, 0.0)
-        wrong = ~(np.abs(unheld).max(axis=0) <= _BALANCED * self.scale)
+        wrong = ~(np.abs(unheld) <= _BALANCED * self.scale[self.play.own]).all(axis=0)
         return np.where(wrong, np.uint8(UNRESOLVED), state)
 
     @cached_property
@@ -124,7 +144,7 @@ class Rest:
         """Offset and size of the force: along the force where S vanishes, else where the energy is least."""
         own, radius = self.play.own, self.radius
         size = self.play.length(self.tight)
-        offset = radius[own] * self.tight / np.where(size > 0.0, size, 1.0)[own]
+        offset = radius[own] * (self.tight / _or_one(size)[own])
         held = np.broadcast_to(np.any(self.stiffness != 0.0, axis=(0, 1)), self.tight.shape[1:])
         for part in _parts(held):
             offset[:, part], size[:, part] = self._least(part)
@@ -134,10 +154,14 @@ class Rest:
         """Offset (n, N) and size of the force (joints, N) of least energy, at some entries."""
         own, near, tight = self.play.own, self.radius[:, part], self.tight[:, part]
         stiffness = np.broadcast_to(self.stiffness, (len(own), *self.tight.shape))[:, :, part]
-        reach = near[own]
-        x, multiplier = resting_points(stiffness * reach[:, None] * reach, tight * reach, own)
-        left = self.play.length(tight - np.einsum("ijn,jn->in", stiffness, reach * x))
-        return reach * x, np.where(near > 0.0, multiplier / np.where(near > 0.0, near, 1.0), left)
+        widest, strongest = (_or_one(np.abs(values).max(axis=0)) for values in (near, tight))
+        reach = (near / widest)[own]
+        with np.errstate(over="ignore"):  # of a load too small to close anything
+            scaled = stiffness * (reach[:, None] * reach * (widest / strongest))
+        x, multiplier = resting_points(scaled, tight / strongest * reach, own)
+        offset = near[own] * x
+        left = self.play.length(tight - np.einsum("ijn,jn->in", stiffness, offset))
+        return offset, np.where(near > 0.0, strongest * multiplier / _or_one(near / widest), left)
 
     def _free(self, loose: NDArray[np.bool_], some: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Which of the `loose` joints, (joints, N), take part in a motion that no force resists, at `some` entries."""
@@ -152,6 +176,11 @@ class Rest:
         values, vectors = np.linalg.eigh(np.moveaxis(matrix, -1, 0))
         part = np.where((values <= _SOFT)[:, None, :], np.abs(vectors), 0.0).max(axis=-1).T
         return np.stack([(part[own == j] > _STILL).any(axis=0) for j in range(len(self.play.names))]) & loose
+
+
+def _or_one(values: Array) -> Array:
+    """`values`, one where they are zero."""
+    return np.where(values > 0.0, values, 1.0)
 
 
 def _parts(held: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
