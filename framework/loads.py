@@ -11,6 +11,7 @@ from .batch import Array
 # Of an array whose last axis is no batch axis.
 _VECTORS = {"trailing": 1}
 
+
 @dataclass(frozen=True)
 class LineLoad:
     """Force per length, linear from `start` (..., 3) to `end` (..., 3) over `span` (x1, x2); None: the whole member."""

@@ -85,7 +85,9 @@ class Group:
 
     def local(self, position: int, nodal: Array) -> Array:
         """Displacements (..., 12) of the nodes of one piece, in their axes, as local ones."""
-        start, end = (turned(turn[position], part) for turn, part in zip(self.turns, np.split(nodal, 2, -1), strict=True))
+        start, end = (
+            turned(turn[position], part) for turn, part in zip(self.turns, np.split(nodal, 2, -1), strict=True)
+        )
         return np.concatenate([start, end], axis=-1)
 
     def nodal(self, positions: Index, local: Array) -> Array:
