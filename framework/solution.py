@@ -30,14 +30,16 @@ if TYPE_CHECKING:
     from .error_bounds.bounds import Bounds
     from .error_bounds.resolved import Solved
     from .error_bounds.sensitivity import Sensitivity
+    from .results.idle import Idle
     from .results.singular import FreeMotion
 
 
 class Solution:
     """Displacements, reactions and forces of a solved frame, each of the frame's batch shape.
 
-    Obtained from ``frame.solve()``. Entries that can move without resistance hold NaN and say so in `status`; a
-    `MechanismWarning` tells so when they are first read.
+    Obtained from ``frame.solve()``. Entries that loads move without resistance hold NaN and say so in `status`; a
+    `MechanismWarning` tells so when they are first read. Where no load does work on a free motion, only displacements
+    that it has a part in are NaN.
 
     Attributes
     ----------
@@ -69,7 +71,7 @@ class Solution:
     def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
         self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
-        self._warned = False
+        self._warned = self._told = False
 
     @classmethod
     def of(cls, frame: Frame, method: str | None = None, *, clearance: bool = False) -> Solution:
@@ -103,7 +105,7 @@ class Solution:
         """What a copy or another process needs: description, plan, what has been read. The rest it computes again."""
         plan = copy.copy(self.plan)
         plan.solver = None
-        kept = ("frame", "clearances", "_known", "_warned")
+        kept = ("frame", "clearances", "_known", "_warned", "_told")
         return {name: getattr(self, name) for name in kept} | {"plan": plan}
 
     @property
@@ -127,7 +129,7 @@ class Solution:
             ``ux uy uz rx ry rz``, (..., 6), length and radians.
         """
         number = self._number(node)
-        return self._read(("displacement", node), lambda: self.stacked(self.plan.tree.global_rows(number)))
+        return self._read(("displacement", node), lambda: self._settled(self.plan.tree.global_rows(number)))
 
     def joint_displacement(self, joint: str) -> Array:
         """Displacement of a joint's second node relative to its first, in the joint's axes.
@@ -143,7 +145,7 @@ class Solution:
             ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
         """
         self._joint(joint)
-        return self._read(("joint", joint), lambda: self.stacked(self._recovery.joint_rows(joint)))
+        return self._read(("joint", joint), lambda: self._settled(self._recovery.joint_rows(joint)))
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
         """Displacement and rotation along a member in global axes, exact between its nodes.
@@ -160,7 +162,9 @@ class Solution:
         ndarray
             ``ux uy uz rx ry rz``, (..., k, 6).
         """
-        return self._masked(self._recovery.displacement_along(self._member(member), np.atleast_1d(at)))
+        stations = np.atleast_1d(at)
+        found = self._masked(self._recovery.displacement_along(self._member(member), stations))
+        return found if self.idle is None else self._announced(found, self._recovery.moved_along(member, stations))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -279,16 +283,22 @@ class Solution:
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance, as far as extended
         precision can tell (`distance_to_singularity` is rounding, 1e-15, where it is so); ``idle`` where it can
-        move but no load does so, and the results hold; ``free`` where joints can move within their clearances without
+        move but no load does so: forces hold, and displacements but those that depend on how far it has moved, which
+        are NaN (a `MechanismWarning` tells so); ``free`` where joints can move within their clearances without
         any force, and the results are one choice of many; ``unresolved`` where rounding hides a contact; ``absent``
         where it was left out."""
         idle = self.solver.singular(excited=False)
-        status = np.where(idle, "idle", "regular")
+        status = np.where(idle if self.idle is None else idle | self.idle.mask, "idle", "regular")
         if self.clearances is not None:
             for state in (FREE, UNRESOLVED):
                 status = np.where((self.clearances.state == state).any(axis=0), STATES[state], status)
         status = np.where(self._singular, "mechanism", status)
         return status if self.frame.absent is None else np.where(self.frame.absent, "absent", status)
+
+    @property
+    def movable(self) -> NDArray[np.bool_]:
+        """Entries in which what the loads reach can move, (...)."""
+        return self._singular if self.idle is None else self._singular | self.idle.mask
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
@@ -296,6 +306,8 @@ class Solution:
         found = self.solver.singular(excited=True)
         if self.resolved is not None:
             found = found & ~self.resolved.mask
+        if self.idle is not None:
+            found = found & ~self.idle.mask
         return found if self.frame.absent is None else found & ~self.frame.absent
 
     def error_bound(self, name: str, of: str = "displacement") -> Array:
@@ -314,8 +326,8 @@ class Solution:
         Returns
         -------
         ndarray
-            By component, of the shape of the result: (..., 6), or (..., 12) for ``end_forces``. inf where the frame
-            is a mechanism, and where it is too close to one for any digit to be certain.
+            By component, of the shape of the result: (..., 6), or (..., 12) for ``end_forces``. inf where the loads
+            reach what can move, and where it is too close to that for any digit to be certain.
 
         Raises
         ------
@@ -323,7 +335,9 @@ class Solution:
             Where the name or the kind of result is unknown.
         """
         name, computed = self._asked(name, of)
-        return self._read(("bound", of, name), lambda: self.bounds.bound(name, of, computed), mask=np.inf)
+        return self._read(
+            ("bound", of, name), lambda: self._unknown(self.bounds.bound(name, of, computed)), mask=np.inf
+        )
 
     def refined(self, name: str, of: str = "displacement") -> tuple[Array, Array]:
         """Results after one step of iterative refinement in extended precision, and the bound on their error.
@@ -342,8 +356,9 @@ class Solution:
         tuple of ndarray
             Results and bounds, (..., 6), or (..., 12) for ``end_forces``.
         """
-        name, _ = self._asked(name, of)
-        return self.bounds.refined(name, of)
+        name, computed = self._asked(name, of)
+        values, bounds = self.bounds.refined(name, of)
+        return (values if self.idle is None else np.where(np.isinf(bounds), computed, values)), self._unknown(bounds)
 
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
         """Derivatives of one component of a result by every load, joint stiffness, offset, support and member.
@@ -404,7 +419,8 @@ class Solution:
         """
         from .results.singular import free_motion
 
-        return free_motion(self.plan, one_entry(self.shape, entry, "free_motion"))
+        at = one_entry(self.shape, entry, "free_motion")
+        return free_motion(self.plan, at, solvable=not self._singular[at])
 
     def distance_to_singularity(self) -> Array:
         """Least singular value of the deformations by the unknowns, their columns scaled to length one, (...).
@@ -515,6 +531,8 @@ class Solution:
             out[..., k] = value
         if self.resolved is not None:
             out[self.resolved.mask] = self.resolved.values(rows)
+        if self.idle is not None:
+            out[self.idle.mask] = self.idle.values(rows)
         return out
 
     @cached_property
@@ -526,7 +544,7 @@ class Solution:
             return None
         found: Solved
         if isinstance(self.solver, SparseSolver):
-            if not self.solver.singular(excited=True).any():
+            if self.solver.adrift(self.solver.excited).size or not self.solver.singular(excited=True).any():
                 return None
             found = ResolvedLarge(self.plan, self.solver)
         else:
@@ -535,6 +553,16 @@ class Solution:
                 return None
             found = Resolved(self.plan, suspects)
         return found if found.mask.any() else None
+
+    @cached_property
+    def idle(self) -> Idle | None:
+        """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
+        from .results.idle import idle
+
+        found = self.solver.singular(excited=True)
+        if self.resolved is not None:
+            found = found & ~self.resolved.mask
+        return idle(self.plan, self.solver, found) if found.any() else None
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -558,6 +586,23 @@ class Solution:
             self._known[key] = self._present(array) if isinstance(key, str) else self._masked(array, mask)
         found = self._known[key]
         found.flags.writeable = False
+        return found
+
+    def _unknown(self, bound: Array) -> Array:
+        """No bound is proved where it takes to be certain that nothing at all resists a motion."""
+        if self.idle is not None:
+            bound[self.idle.mask] = np.inf
+        return bound
+
+    def _settled(self, rows: Sequence[Row]) -> Array:
+        """Six displacements, NaN where they depend on how far an idle frame has moved."""
+        found = self.stacked(rows)
+        return found if self.idle is None else self._announced(found, self.idle.motions(rows))
+
+    def _announced(self, found: Array, moved: Array) -> Array:
+        if self.idle is not None and self.idle.masked(found, moved) and not self._told:
+            self._told = True
+            warnings.warn(self._loose(), MechanismWarning, stacklevel=_reader())
         return found
 
     def _asked(self, name: str, of: str) -> tuple[str, Array]:
@@ -589,6 +634,14 @@ class Solution:
         return (
             f"{singular.sum()} of {singular.size} batch entries can move without resistance and their results are NaN; "
             f"the first, {entry}: {self.mechanism(*entry)}"
+        )
+
+    def _loose(self) -> str:
+        assert self.idle is not None
+        entry = tuple(int(k) for k in np.argwhere(self.idle.mask)[0])
+        return (
+            "the frame can move, though no load makes it, and displacements that depend on how far it has are NaN: "
+            f"{self.mechanism(*entry)}"
         )
 
     def _number(self, node: str) -> int:

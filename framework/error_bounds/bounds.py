@@ -174,7 +174,7 @@ class Bounds:
         """What double precision can hardly tell from singular, in extended precision."""
         mask = np.zeros(self.plan.frame.shape, dtype=bool)
         mask[where] = unproved
-        for index in groups(mask & (self.solution.status != "mechanism")):
+        for index in groups(mask & ~self.solution.movable):
             at: Any = () if index is None else index
             yield Part(at, *hard(self._hung, index, self._values[0]))
 
@@ -206,6 +206,9 @@ class Bounds:
         resolved = self.solution.resolved
         if resolved is not None:
             values[resolved.mask] = resolved.values([{key: 1.0} for key in unknowns])
+        idle = self.solution.idle
+        if idle is not None:
+            values[idle.mask] = idle.values([{key: 1.0} for key in unknowns])
         return unknowns, values
 
 

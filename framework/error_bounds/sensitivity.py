@@ -72,7 +72,7 @@ def sensitivity(solution: Solution, name: str, what: str, kind: str) -> Sensitiv
     for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
         for key, value in _derivatives(adjoint, name, kind, index):
             out.setdefault(key, np.zeros((*solution.shape, 6)))[where] = value
-    singular = solution.status == "mechanism"
+    singular = solution.movable
     for value in out.values():
         value[singular] = np.nan
     named = {kind: {name: v for (k, name), v in out.items() if k == kind} for kind in Sensitivity.__annotations__}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,11 +72,31 @@ class Recovery:
 
         return self._along(member, at, displacement)
 
+    def moved_along(self, member: str, at: Array) -> Array:
+        """Displacement at stations in each free motion of the idle entries, global, (motions, m, k, 6)."""
+        idle = self.solution.idle
+        assert idle is not None
+        count = len(idle.motions([]))
+
+        def displacement(piece: int, x: Array, motion: int) -> Array:
+            group, position = self._where[piece]
+            ends = np.zeros((*self.solution.shape, 12))
+            ends[idle.mask] = idle.motions(self._rows(piece))[motion]
+            local = (group.transform[position] @ ends[..., None])[..., 0]
+            shapes = group.element.shape_functions(group.length[position], x)
+            moved = np.einsum("...ij,...j->...i", shapes, local)
+            return turned(np.swapaxes(group.level[position], -1, -2), moved)
+
+        whole = [self._along(member, at, partial(displacement, motion=motion)) for motion in range(count)]
+        return np.stack([each[idle.mask] for each in whole])
+
+    def _rows(self, piece: int) -> list[Row]:
+        return [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
+
     def piece_displacement(self, piece: int) -> Array:
         """End displacements of a piece in its local axes, (..., 12)."""
         group, position = self._where[piece]
-        rows = [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
-        nodal = self.solution.stacked(rows)
+        nodal = self.solution.stacked(self._rows(piece))
         with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
             local: Array = (group.transform[position] @ nodal[..., None])[..., 0]
         return local

@@ -14,15 +14,11 @@ from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resolved import MOST, hard_state
 from ..errors import FrameError
 from ..solvers.sparse import SparseSolver
+from .held import ZERO
 from .status import reach
 
 if TYPE_CHECKING:
     from ..batched.plan import Plan
-
-# Singular values of sqrt(k) B with columns of length one that are zero to rounding, by the square root of their number.
-_ZERO = 16.0 * float(np.finfo(np.float64).eps)
-# Share of the greatest work that the loads could do on a motion that is rounding.
-_NONE = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +39,7 @@ class FreeMotion:
     drive
         Work of everything that acts, offsets and prescribed displacements included, (count,).
     solvable
-        Whether the load is in equilibrium: it does no work on any motion.
+        Whether the load is in equilibrium: it does no more work on any motion than rounding.
     """
 
     count: int
@@ -71,8 +67,8 @@ class FreeMotion:
         return self._displacements[node]
 
 
-def free_motion(plan: Plan, entry: tuple[int, ...]) -> FreeMotion:
-    """Motions that nothing resists at a batch entry."""
+def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMotion:
+    """Motions that nothing resists at a batch entry, where the load may be in equilibrium or not."""
     state = _state(plan, entry)
     shapes = _shapes(plan, state)
     none: list[Real | None] = [None] * len(state.kinematics.links)
@@ -95,14 +91,12 @@ def free_motion(plan: Plan, entry: tuple[int, ...]) -> FreeMotion:
     number, forces = plan.topology.number, state.loads.forces
     loaded = {node: forces[..., number[node], :] for node in plan.frame.nodes if np.any(forces[..., number[node], :])}
     drive = np.sum(coordinates * residual, axis=(-1, -2))
-    # what the load would do if all of it went with a motion of size one
-    most = np.sum(np.abs(state.balance) / size[np.array(plan.unknowns, dtype=np.int64) % 6])
     return FreeMotion(
         count=len(shapes),
         joints=joints,
         work={node: np.sum(moved[..., number[node], :] * f, axis=-1).astype(np.float64) for node, f in loaded.items()},
         drive=drive.astype(np.float64),
-        solvable=bool(np.all(np.abs(drive) <= _NONE * most)),
+        solvable=solvable,
         _displacements={node: moved[..., number[node], :].astype(np.float64) for node in plan.frame.nodes},
     )
 
@@ -124,7 +118,7 @@ def _shapes(plan: Plan, state: Equilibrium) -> Array:
         return SparseSolver(plan).motions().T
     found = DenseCompliance(state.double, state.double_springs, state.stiffness, plan.unknowns)
     _, values, rows = np.linalg.svd(found.scaled)
-    rank = int(np.sum(values > _ZERO * np.sqrt(len(plan.unknowns))))
+    rank = int(np.sum(values > ZERO * np.sqrt(len(plan.unknowns))))
     shapes: Array = rows[rank:] * found.root
     return shapes
 

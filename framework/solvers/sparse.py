@@ -22,6 +22,7 @@ from ..structure.topology import Index
 from .banded import BandedFactor
 from .cholesky import CholeskyFactor
 from .factor import Factor
+from .freedom import Freedom, adrift, freedom
 from .graph import Graph
 from .iterative import Iterative, Places
 from .lu import LUFactor
@@ -51,7 +52,7 @@ class SparseSolver:
         twin.plan = weakref.proxy(plan)
         twin.matrices = copy.copy(self.matrices)
         twin.matrices.plan = twin.plan
-        for loaded in ("load", "unknowns", "_numbers", "excited"):
+        for loaded in ("load", "unknowns", "_numbers", "excited", "freedom"):
             vars(twin).pop(loaded, None)
         return twin
 
@@ -76,8 +77,14 @@ class SparseSolver:
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
         where = self.excited if excited else ~self.excited
-        found = bool(where.any()) and self._factor(where).singular
+        found = bool(where.any()) and (self.adrift(where).size > 0 or self._factor(where).singular)
         return np.full(self.plan.frame.shape, found)
+
+    def adrift(self, where: NDArray[np.bool_]) -> Array:
+        """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
+        motions = self._adrift[where]
+        found: Array = motions[:, motions.any(axis=0)]
+        return found
 
     @cached_property
     def unknowns(self) -> Array:
@@ -86,7 +93,7 @@ class SparseSolver:
 
         out = np.zeros_like(self.load)
         where = self.excited
-        if where.any():
+        if where.any() and not self.adrift(where).size:
             factor = self._factor(where)
             with timed(self.plan.times, "solution"):
                 out[where] = solve(factor.scaled, self.load[where], solver=lambda _, load: factor.solve(load))
@@ -111,9 +118,20 @@ class SparseSolver:
         return self.matrices.mass
 
     def motions(self) -> Array:
-        """Displacements of the unknowns that cost no energy, (n, motions): no more than a few are sought."""
-        everything = np.ones(len(self.unknown), dtype=bool)
-        return self._factor(everything).motions(self._direct(everything))
+        """Displacements of the unknowns that cost no energy, (n, motions): no more than a few are sought.
+
+        Where parts are adrift only theirs, as these are known at once.
+        """
+        if self._adrift.size:
+            return self._adrift
+        if self.excited.all():
+            return self.freedom.motions
+        return self._freedom(np.ones(len(self.unknown), dtype=bool)).motions
+
+    @cached_property
+    def freedom(self) -> Freedom:
+        """Free motions of what the loads reach."""
+        return self._freedom(self.excited)
 
     # -- loads ------------------------------------------------------------------------------------------------------
 
@@ -169,6 +187,20 @@ class SparseSolver:
     @property
     def _cases(self) -> int:
         return int(np.prod(self.plan.frame.shape, dtype=np.int64))
+
+    @cached_property
+    def _adrift(self) -> Array:
+        return adrift(self.plan)
+
+    def _freedom(self, where: NDArray[np.bool_]) -> Freedom:
+        def among(kept: NDArray[np.bool_]) -> NDArray[np.bool_]:
+            out = where.copy()
+            out[where] = kept
+            return out
+
+        return freedom(
+            self.adrift(where), lambda kept: self._factor(among(kept)), lambda kept: self._direct(among(kept))
+        )
 
     @property
     def factor(self) -> Factor:

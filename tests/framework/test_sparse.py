@@ -166,7 +166,10 @@ def test_mechanism_that_balances(method: str) -> None:
     top, foot = (frame.nodes[name].coordinates for name in ("(0, 0, 3)", "(0, 0, 0)"))
     moment = np.cross(top - foot, [0.0, 0.0, 1e3])
     frame.load("(0, 0, 0)", mx=moment[0], my=moment[1])
-    assert frame.solve(method).status.tolist() == ["mechanism", "mechanism"]
+    solution = frame.solve(method)
+    assert solution.status.tolist() == ["idle", "idle"]
+    with pytest.warns(MechanismWarning, match="though no load makes it"):
+        assert np.isnan(solution.displacement("(2, 2, 2)")).all()
 
 
 @pytest.mark.parametrize("method", WAYS)
@@ -296,7 +299,8 @@ def test_motions_are_named_the_sparse_way(method: str) -> None:
         held.pop(0)
     for frame in (hinged, sliding):
         solution = frame.solve(method)
-        assert np.all(solution.status == "mechanism")
+        assert solution.status[0] == "mechanism"
+        assert np.all(solution.status != "regular")
         found = free_motions(solution.plan, (0,))
         matrix, root = dense.scaled(dense.stiffness(solution.plan).reshape(len(solution.plan.unknowns), -1))
         null = root * np.linalg.eigh(matrix)[1][:, 0]

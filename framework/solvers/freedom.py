@@ -1,0 +1,133 @@
+"""Motions of a large frame that nothing resists, and the factor of what is left when each is held in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..batch import Array
+from ..structure.topology import Index
+from ..structure.tree import GROUND
+from .factor import Factor
+
+if TYPE_CHECKING:
+    from ..batched.plan import Plan
+
+# Times that more motions are sought where those that are known are held.
+_ROUNDS = 8
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """Free motions.
+
+    Attributes
+    ----------
+    motions
+        Displacements of the unknowns (n, motions).
+    held
+        Unknowns that hold them all, one for each, (n,).
+    factor
+        Of the matrix without these; None where not all motions were found.
+    """
+
+    motions: Array
+    held: Mask
+    factor: Factor | None
+
+
+def freedom(
+    adrift: Array, factor: Callable[[Mask], Factor], direct: Callable[[Mask], Callable[..., Factor]]
+) -> Freedom:
+    """All motions of some unknowns: those of parts adrift, and what is found when they are held.
+
+    Parameters
+    ----------
+    adrift
+        Rigid motions of parts that nothing supports (n, m).
+    factor
+        Factor of the matrix of some of the unknowns (n,).
+    direct
+        What makes the factor of a shifted matrix of these.
+    """
+    motions = adrift
+    held = np.zeros(len(adrift), dtype=bool)
+    held[held_unknowns(_orthonormal(adrift).T)] = True
+    for _ in range(_ROUNDS):
+        kept = ~held
+        if not kept.any():
+            return Freedom(motions, held, None)
+        rest = factor(kept)
+        if not rest.singular:
+            return Freedom(motions, held, rest)
+        found = rest.motions(direct(kept))
+        if not found.shape[1]:
+            break
+        more = np.zeros((len(held), found.shape[1]))
+        more[kept] = found
+        motions = np.hstack([motions, more])
+        held[np.flatnonzero(kept)[held_unknowns((found / rest.root[:, None]).T)]] = True
+    return Freedom(motions, held, None)
+
+
+def held_unknowns(motions: Array) -> Index:
+    """Unknowns (r,) that hold all of some motions (r, n), where these move most."""
+    return np.asarray(qr(motions, mode="r", pivoting=True)[1][: len(motions)], dtype=np.int64)
+
+
+def adrift(plan: Plan) -> Array:
+    """Rigid motions (n, 6 parts) of the parts of a frame that nothing supports, from the topology alone.
+
+    Ties between places apart resist rotations, and so a part with one is left to be tried.
+    """
+    topology, tree, graph = plan.topology, plan.tree, plan.graph
+    count = len(topology.number)
+    edges = [(edge.first, edge.second) for edge in tree.edges if GROUND not in (edge.first, edge.second)]
+    i, j = np.concatenate([topology.ends, np.array(edges, dtype=np.int64).reshape(-1, 2)]).T
+    parts, label = connected_components(coo_matrix((np.ones(len(i)), (i, j)), (count, count)), directed=False)
+    floats = np.ones(parts, dtype=bool)
+    for edge in tree.edges:
+        if edge.kind == "tie" or GROUND in (edge.first, edge.second):
+            floats[label[edge.second if edge.first == GROUND else edge.first]] = False
+    own = np.ones(count, dtype=bool)
+    own[[branch.child for branch in tree.branches]] = False
+    columns = []
+    for part in np.flatnonzero(floats):
+        nodes = np.flatnonzero((label == part) & own)
+        at = np.flatnonzero(np.isin(graph.node, nodes))
+        if at.size:
+            column = np.zeros((len(graph.unknown), 6))
+            column[at] = _rigid(plan, nodes)[np.searchsorted(nodes, graph.node[at]), graph.unknown[at] % 6]
+            columns.append(column)
+    return np.hstack(columns) if columns else np.zeros((len(graph.unknown), 0))
+
+
+def _rigid(plan: Plan, nodes: Index) -> Array:
+    """Displacements (nodes, 6, 6) in the axes of the nodes for a unit of each rigid motion about their centre."""
+    points = plan.graph.points[nodes]
+    arm = points - points.mean(axis=0)
+    size = float(np.abs(arm).max(initial=0.0)) or 1.0
+    out = np.zeros((len(nodes), 6, 6))
+    out[:, :3, :3] = np.eye(3)
+    out[:, 3:, 3:] = np.eye(3) / size
+    for k in range(3):
+        out[:, :3, 3 + k] = np.cross(np.eye(3)[k], arm) / size
+    for place, node in enumerate(nodes):
+        axes = plan.topology.axes(int(node))
+        if axes is not None:
+            back = np.asarray(axes, dtype=np.float64).reshape(-1, 3, 3)[0].T
+            out[place] = np.kron(np.eye(2), back) @ out[place]
+    return out
+
+
+def _orthonormal(motions: Array) -> Array:
+    return np.linalg.qr(motions)[0] if motions.shape[1] else motions
