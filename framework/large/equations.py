@@ -74,7 +74,8 @@ class Equations(Configuration):
             forces[held[held >= 0]] = gap[held >= 0]
             own = np.concatenate([own, -force[:, None]], axis=1)
             energy = energy + 2.0 * stored
-        values = self.model.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
+        blocks = [np.zeros((0, self.count)), *(block.reshape(-1, self.count) for block in data)]
+        values = self.model.pattern[0] @ np.concatenate(blocks)
         for number in range(len(model.joints)):
             energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]
         return SpaceLinear(forces, values, changes, deformations, true, jacobians, energy, nodal, own)

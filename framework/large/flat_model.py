@@ -85,7 +85,7 @@ class FlatModel:
     @cached_property
     def pattern(self) -> tuple[csr_matrix, NDArray[np.int64], NDArray[np.int64]]:
         """Sum of the entries of all tangents over those of the matrix's lower half; rows and columns of the latter."""
-        entries: list[tuple[NDArray[np.int64], NDArray[np.int64], Array]] = []
+        entries = [_whole(np.zeros(0, dtype=np.int64))]  # which a frame without members and joints has alone
         chains = [np.array(chain, dtype=np.int64) for chain in self.chains]
         for stack, linked in zip(self.stacks, self.model.linked, strict=True):
             if not linked.all():

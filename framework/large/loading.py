@@ -85,7 +85,7 @@ class Loads:
         reach = np.zeros(6)
 
         def put(node: int, force: Array) -> None:
-            np.maximum(reach, np.abs(force).reshape(-1, 6).max(axis=0), out=reach)
+            np.maximum(reach, np.abs(force).reshape(-1, 6).max(axis=0, initial=0.0), out=reach)
             at[node] = at[node] + force if node in at else force
 
         for node, k, value in component_loads(topology):

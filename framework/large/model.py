@@ -156,7 +156,7 @@ class Model:
     def pattern(self) -> tuple[csr_matrix, Index, Index]:
         """Sum of the entries of all tangents, in the order of `blocks`, over the entries of the matrix; their rows and
         columns."""
-        rows, columns = [], []
+        rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
         for block in self._blocks():
             pair = np.broadcast_arrays(block[:, None], block[None, :])
             rows.append(pair[0].reshape(-1))

@@ -146,7 +146,8 @@ class FlatEquations:
         data += self._link_tangents(arms, assumed, transfers)
         for number, link in enumerate(self.links):
             energy += np.einsum("im,im->m", *link.springs(state.own[:, number]))
-        values = self.flat.pattern[0] @ np.concatenate([block.reshape(-1, self.count) for block in data])
+        blocks = [np.zeros((0, self.count)), *(block.reshape(-1, self.count) for block in data)]
+        values = self.flat.pattern[0] @ np.concatenate(blocks)
         return FlatLinear(forces, values, changes, true, transfers, energy)
 
     def step_stresses(self, at: FlatLinear, step: Array) -> list[Array]:
