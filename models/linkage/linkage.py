@@ -79,6 +79,10 @@ class Linkage(Joining):
         parts = ((len(self.points), "points"), (len(self.links), "links"), (len(self.joints), "joints"))
         return f"<Linkage: {', '.join(f'{count} {noun}' for count, noun in parts)}; driven: {driven}>"
 
+    def __getstate__(self) -> dict[str, object]:
+        """What another process needs; what is kept is known by where it lies in this one, and is made again."""
+        return vars(self) | {"kept": None, "inertias": {}}
+
     @property
     def version(self) -> tuple[object, ...]:
         """What the compiled mechanism depends on; equal as long as points, links, joints and drives are the same."""

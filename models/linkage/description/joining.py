@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, finite
+from ....framework.batch import Array, finite, numbers
 from ....framework.errors import FrameError
 from .parts import GROUND, Pair, joint_axes, kind_of
 from .sketch import Sketch
@@ -369,7 +369,7 @@ class Joining(Sketch):
 
 
 def _springs(what: str, value: ArrayLike) -> Array:
-    springs = np.asarray(value, dtype=np.float64)
+    springs = numbers(value, f"stiffness of {what}")
     if springs.shape[-1:] != (6,) or np.any(np.isnan(springs)) or np.any(springs < 0.0):
         raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
     return springs

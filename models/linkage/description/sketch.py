@@ -65,6 +65,8 @@ class Sketch:
             raise FrameError(f"point {name!r} is there already: choose another name")
         given = in_space(place, f"point {name!r}") + 0.0
         self._join(f"point {name!r}", given.shape[:-1])
+        # what is compiled is taken up again while the description holds the same arrays
+        given.setflags(write=False)
         self.points[name] = given
 
     def link(

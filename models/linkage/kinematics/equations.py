@@ -26,6 +26,10 @@ class Equations:
     def __init__(self, mechanism: Mechanism, linear: Linear) -> None:
         self.mechanism, self.linear = mechanism, linear
 
+    def __getstate__(self) -> dict[str, object]:
+        """What another process needs; it composes its programs anew."""
+        return {"mechanism": self.mechanism, "linear": self.linear}
+
     @cached_property
     def step(self) -> tuple[Program, Program]:
         """(state, parameters) to the step of each unknown, and the determinants of the blocks."""

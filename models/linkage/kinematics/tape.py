@@ -92,7 +92,7 @@ class Tape:
             self._steps[name] = text, uses
         return Term(self, self._known[text])
 
-    def program(self, inputs: Sequence[Sequence[str]], outputs: Iterable[Scalar]) -> tuple[Program, Program]:
+    def program(self, inputs: Sequence[Sequence[str]], outputs: Iterable[Scalar]) -> Programs:
         """The function of the tuples `inputs` that returns the tuple `outputs`: for floats, and for arrays."""
         results = [_name(output) for output in outputs]
         needed, open_names = set(), list(results)
@@ -105,12 +105,26 @@ class Tape:
         lines += [f" {', '.join(names)}, = a{k}" for k, names in enumerate(inputs) if names]
         lines += [f" {name} = {text}" for name, (text, _) in self._steps.items() if name in needed]
         lines.append(f" return ({''.join(f'{name}, ' for name in results)})")
-        code = _compiled("\n".join(lines))
+        return Programs("\n".join(lines))
+
+
+class Programs(tuple[Program, Program]):
+    """A program for floats, and for arrays; it travels as its source, and is compiled again where it arrives."""
+
+    source: str
+
+    def __new__(cls, source: str) -> Programs:
+        """The program of some source."""
         scalar: dict[str, Any] = {"sin": math.sin, "cos": math.cos}
         arrays: dict[str, Any] = {"sin": np.sin, "cos": np.cos}
-        exec(code, scalar)
-        exec(code, arrays)
-        return scalar["program"], arrays["program"]
+        exec(_compiled(source), scalar)
+        exec(_compiled(source), arrays)
+        made = super().__new__(cls, (scalar["program"], arrays["program"]))
+        made.source = source
+        return made
+
+    def __reduce__(self) -> tuple[type[Programs], tuple[str]]:
+        return Programs, (self.source,)
 
 
 @lru_cache(maxsize=256)

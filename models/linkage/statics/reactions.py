@@ -24,7 +24,7 @@ DETERMINATE, COMPLIANCE, LEAST, NONE = "determinate", "compliance", "minimum nor
 HUGE = 1e6
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Reactions:
     """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces hold the linkage.
 
@@ -47,6 +47,13 @@ class Reactions:
     wrenches: Mapping[str, Array]
     drives: Mapping[str, Array]
     method: NDArray[np.str_]
+
+    def __post_init__(self) -> None:
+        for array in (*self.wrenches.values(), *self.drives.values(), self.method):
+            array.setflags(write=False)
+
+    def __repr__(self) -> str:
+        return f"<Reactions in joints {', '.join(self.wrenches)} of {self.motion!r}>"
 
     @property
     def shape(self) -> tuple[int, ...]:
