@@ -12,7 +12,7 @@ import numpy as np
 from ..batch import Array
 from .elimination import LARGE
 from .found import Balance, Found, Index, Linear, Mask, Place
-from .newton import CLOSE, ZERO, Newton
+from .newton import CLOSE, Newton
 from .numbers import Where
 
 _HALVINGS = 40
@@ -114,7 +114,7 @@ class Descent:
             return self._shifted(at)
         root, values, vectors = self.newton.elimination.spectrum(at.values)
         load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
-        floor = ZERO * self.model.free
+        floor = self.newton.zero
         share = load / np.maximum(np.abs(values), floor)
         # nothing drives along the mode, but the energy falls there
         saddle = (values[:, 0] < -floor) & (np.abs(np.einsum("mi,mi->m", load, share)) <= CLOSE * at.energy)
@@ -122,17 +122,16 @@ class Descent:
             share[saddle, 0] = _KICK / self.largest((vectors[saddle, :, 0] * root[saddle]).T)
         whole = np.zeros((self.model.size, len(share)))
         whole[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
-        return whole, values[:, 0] > -floor, saddle
+        return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), values[:, 0] > -floor, saddle
 
     def _shifted(self, at: Linear) -> tuple[Array, Mask, Mask]:
         """The same for a large frame: the diagonal raised until all pivots are positive."""
         elimination = self.newton.elimination
         shift = np.zeros(at.values.shape[-1])
-        stable = np.zeros(len(shift), dtype=bool)
-        for attempt in range(_HALVINGS):
+        stable = self.newton.definite(at.values)
+        for _ in range(_HALVINGS):
             factors = elimination.factor(elimination.raised(at.values, shift))
             positive = (factors.pivots > 0.0).all(axis=0)
-            stable |= positive & (attempt == 0)
             if positive.all():
                 break
             shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))

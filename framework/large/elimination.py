@@ -85,32 +85,43 @@ class Elimination:
         return np.ascontiguousarray(np.moveaxis(out, -1, 0))
 
     def diagonal(self, values: Array) -> Array:
-        """Magnitudes on the diagonal (n, m), one where it is zero."""
-        found = np.flatnonzero(self.rows == self.columns)
-        out = np.ones((self.size, values.shape[-1]))
-        size = np.abs(values[self.inside[found]])
-        out[self.rows[found]] = np.where(size > 0.0, size, 1.0)
-        return out
+        """Sizes of the coordinates' stiffnesses (n, m), by whose roots rows and columns are divided to leave no entry
+        above one: magnitudes on the diagonal, more where a coupling is too large for it, one where nothing is."""
+        own = np.flatnonzero(self.rows == self.columns)
+        size = np.zeros((self.size, values.shape[-1]))
+        size[self.rows[own]] = np.abs(values[self.inside[own]])
+        inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > np.finfo(float).tiny)
+        entries = values[self.inside]
+        out = size.copy()
+        for i, j in ((self.rows, self.columns), (self.columns, self.rows)):
+            np.maximum.at(out, i, entries * (entries * inverse[j]))
+        return np.where(out > 0.0, out, 1.0)
 
     def raised(self, values: Array, shift: Array) -> Array:
-        """`values` with the diagonal raised by a share `shift` (m,) of its magnitude."""
-        found = np.flatnonzero(self.rows == self.columns)
+        """`values` with the diagonal raised by a share `shift` (m,) of its size."""
+        own = np.flatnonzero(self.rows == self.columns)
         out = values.copy()
-        out[self.inside[found]] += shift * np.abs(values[self.inside[found]])
+        out[self.inside[own]] += shift * self.diagonal(values)[self.rows[own]]
         return out
 
     def spectrum(self, values: Array) -> tuple[Array, Array, Array]:
-        """Scale (m, n) that makes the diagonal one, eigenvalues (m, n) and eigenvectors (m, n, n) after scaling."""
+        """Scale (m, n) that leaves no entry above one, eigenvalues (m, n) and eigenvectors (m, n, n) after scaling.
+
+        Eigenvalues are NaN where the matrix is not finite.
+        """
         matrix = self.dense(values)
         root = 1.0 / np.sqrt(self.diagonal(values).T)
         matrix = 0.5 * (matrix + np.swapaxes(matrix, -1, -2)) * root[:, :, None] * root[:, None, :]
+        lost = ~np.isfinite(matrix).all(axis=(1, 2))
+        matrix[lost] = 0.0
         eigenvalues, vectors = np.linalg.eigh(matrix)
+        eigenvalues[lost] = np.nan
         return root, eigenvalues, vectors
 
     def factor(self, values: Array, *, symmetric: bool = True) -> Factor:
         """Factorise; `values` on the pattern, (entries, m). Where `symmetric`, the two halves are averaged."""
         if not symmetric:
-            return GeneralFactor(self.dense(values))
+            return GeneralFactor(self.dense(values), self.factor(values).pivots)
         return SmallFactor(self, values) if self.size <= LARGE else LargeFactor(self, values)
 
 
@@ -174,20 +185,19 @@ class SmallFactor(Factor):
 
 
 class GeneralFactor(Factor):
-    """Matrices (m, n, n) that are not symmetric, as under moments in space; pivots are eigenvalues' real parts."""
+    """Matrices (m, n, n) that are not symmetric, as under moments in space, with the pivots of their symmetric parts."""
 
-    def __init__(self, matrix: Array) -> None:
-        self.matrix = matrix
-        diagonal = np.abs(np.diagonal(matrix, axis1=-2, axis2=-1))
-        root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.pivots = np.asarray(np.linalg.eigvals(matrix * root[:, :, None] * root[:, None, :]).real.T)
+    def __init__(self, matrix: Array, pivots: Array) -> None:
+        self.matrix, self.pivots = matrix, pivots
 
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, m)."""
         try:
             return np.asarray(np.linalg.solve(self.matrix, load.T[..., None])[..., 0].T, dtype=np.float64)
         except np.linalg.LinAlgError:
-            found = [np.linalg.lstsq(a, b)[0] for a, b in zip(self.matrix, load.T, strict=True)]
+            pairs = zip(self.matrix, load.T, strict=True)
+            nothing = np.full(len(load), np.nan)
+            found = [np.linalg.lstsq(a, b)[0] if np.isfinite(a).all() else nothing for a, b in pairs]
             return np.stack(found, axis=-1).astype(np.float64)
 
 

@@ -24,8 +24,8 @@ from .state import State
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
 CLOSE = 1e-16
-# Pivots in units of the diagonal that count as zero.
-ZERO = 1e-11
+# Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one.
+_ROUNDINGS = 4.0 * float(np.finfo(np.float64).eps)
 _ITERATIONS = 30
 # Longest step, and one that is nothing, in radians or sizes of the frame.
 _LONGEST, _NOTHING = 1.0, 1e-13
@@ -47,6 +47,8 @@ class Newton:
         Makes steps of coordinates radians or sizes of the frame (size,); zero for multipliers.
     held
         Number of multipliers.
+    zero
+        Eigenvalue of a scaled tangent that is rounding.
     """
 
     def __init__(self, model: Model) -> None:
@@ -59,6 +61,7 @@ class Newton:
         scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
         self.scale = scale[:-1]
         self.held = int((model.multipliers >= 0).sum())
+        self.zero = _ROUNDINGS * model.free
 
     def equations(self, where: Where, count: int, factor: float) -> Balance:
         """The equations of some entries, of the plane where the model is in one."""
@@ -88,7 +91,7 @@ class Newton:
         for iteration in range(_ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)
-            positive = (factors.pivots > ZERO).all(axis=0)
+            positive = (factors.pivots > self.zero).all(axis=0)
             step = self.step(at, balance.lag(state), factors.solve)
             usable = np.isfinite(step).all(axis=0) & (positive | (iteration > 0))
             step = np.where(usable, step, 0.0)
@@ -101,7 +104,7 @@ class Newton:
             if done.any():
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
-                found.stable[active[done]] = (close & positive)[done]
+                found.stable[active[done]] = (close & self.definite(at.values, positive))[done]
                 active = active[~done]
                 if not len(active):
                     break
@@ -114,6 +117,24 @@ class Newton:
         if self.held:
             return ConstrainedFactor(self.elimination.dense(at.values), self.held)
         return self.elimination.factor(at.values, symmetric=self.model.symmetric)
+
+    def definite(self, values: Array, known: Mask | None = None) -> Mask:
+        """Whether tangents have no negative eigenvalue beyond rounding (m,): all pivots are positive once it is added.
+
+        The number of negative eigenvalues of the symmetric part, the second order of the work on any motion, is the
+        same in all units and axes (Sylvester). Entries `known` to be definite are not looked at.
+        """
+        out = np.zeros(values.shape[-1], dtype=bool) if known is None else known.copy()
+        asked = np.flatnonzero(~out)
+        if len(asked):
+            some = values[:, asked]
+            if self.held:
+                factors: Factor = ConstrainedFactor(self.elimination.dense(some), self.held)
+            else:
+                shift = np.full(len(asked), self.zero)
+                factors = self.elimination.factor(self.elimination.raised(some, shift))
+            out[asked] = (factors.pivots > 0.0).all(axis=0)
+        return out
 
     def step(self, at: Linear, lag: Array, solve: Callable[[Array], Array]) -> Array:
         """Newton's step of all coordinates, the driven ones by what they lag behind (size, m)."""

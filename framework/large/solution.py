@@ -21,7 +21,7 @@ from .links import Link
 from .march import History, March
 from .model import Model
 from .numbers import batch_first
-from .stability import least_pivot
+from .stability import definite_in_space
 from .state import SpaceLinear, State
 from .stations import Stations
 from .trust import Trust
@@ -269,13 +269,17 @@ class LargeSolution:
 
     @cached_property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether the energy has a minimum, (...): all pivots of the tangent positive, motion out of plane included.
+        """Whether the energy has a minimum, (...): the tangent has no negative eigenvalue beyond its rounding, motion out
+        of the plane included.
 
-        Motions that neither load nor stiffness resists (an unheld plane) do not count."""
+        That is the same in all units and axes. Motions that neither load nor stiffness resists (an unheld plane) do not
+        count. Moments in space keep their axis and have no energy; they count by the symmetric part of the tangent, as
+        semitangential moments do: any motion then takes work, which is enough for stability (Hill, J. Mech. Phys.
+        Solids 6 (1958) 236-249)."""
         found = self._found
         out = found.converged & found.stable
         if len(self.model.components) < 6:
-            out &= least_pivot(self._march, self.state, self.model) > -1e-9
+            out &= definite_in_space(self._march, self.state, self.model)
         return out.reshape(self.shape)
 
     @property

@@ -6,48 +6,45 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..batch import Array
 from . import rotation
-from .elimination import LARGE, Elimination
 from .equations import Equations
+from .found import Mask
 from .model import Model
+from .newton import Newton
 from .state import State
 
 if TYPE_CHECKING:
     from .march import March
 
 
-def least_pivot(march: March, state: State, flat: Model) -> Array:
-    """Least eigenvalue (of a large frame: pivot) of the tangent in space, scaled to a unit diagonal, (entries,).
-
-    inf, nothing found against it, where supports out of the plane close loops.
-    """
-    model = Model(flat.plan, flat=False, clearance=flat.clearance)
-    if model.loops:
-        return np.full(march.count, np.inf)
-    _, rows, columns = model.pattern
-    elimination = Elimination(rows, columns, model.free)
-    out = np.empty(march.count)
+def definite_in_space(march: March, state: State, flat: Model) -> Mask:
+    """Whether the tangent in space has no negative eigenvalue beyond rounding, (entries,)."""
+    newton = Newton(Model(flat.plan, flat=False, clearance=flat.clearance))
+    out = np.empty(march.count, dtype=bool)
     for begin in range(0, march.count, march.chunk):
         index = np.arange(begin, min(begin + march.chunk, march.count))
-        equations = Equations(model, march.where(index), len(index))
-        values = equations.linearised(_state(model, flat, state.taken(index))).values
-        if elimination.size > LARGE:
-            out[index] = elimination.factor(values).pivots.min(axis=0)
-            continue
-        out[index] = elimination.spectrum(values)[1][:, 0]
+        where = march.where(index)
+        inside = Equations(flat, where, len(index))
+        there = _state(newton.model, inside, state.taken(index))
+        out[index] = newton.definite(Equations(newton.model, where, len(index)).linearised(there).values)
     return out
 
 
-def _state(model: Model, flat: Model, state: State) -> State:
-    """The state with the links of `model`, which has some supports more that hold motion out of the plane."""
-    place = {joint.child: number for number, joint in enumerate(flat.joints)}
-    own = [
-        state.own[:, place[joint.child]]
-        if joint.child in place
-        else np.concatenate([state.moved[:, joint.child], rotation.logarithm(state.turned[:, joint.child])])
-        for joint in model.joints
-    ]
-    joints = [place[model.joints[number].child] for number in model.contacts]
-    grip = state.grip.those([flat.contacts[number] for number in joints])
-    return State(state.moved, state.turned, np.stack(own, axis=1) if own else state.own, grip)
+def _state(model: Model, inside: Equations, state: State) -> State:
+    """The state with the links and loops of `model`, which has some supports more that hold motion out of the plane."""
+    flat = inside.model
+    place = {id(joint.edge): number for number, joint in enumerate(flat.edges)}
+    forces = inside.linearised(state).own
+    own = np.zeros((6, len(model.edges), inside.count))
+    for number, joint in enumerate(model.edges):
+        known, links = place.get(id(joint.edge)), len(model.joints)
+        if number >= links and known is not None:
+            held = model.multipliers[:, number - links] >= 0
+            own[held, number] = -forces[held, known]
+        elif number < links and known is not None:
+            own[:, number] = inside.own(state, known)
+        elif number < links:
+            own[:3, number] = state.moved[:, joint.child]
+            own[3:, number] = rotation.logarithm(state.turned[:, joint.child])
+    grip = state.grip.those([flat.contacts[place[id(model.edges[number].edge)]] for number in model.contacts])
+    return State(state.moved, state.turned, own, grip)
