@@ -24,6 +24,9 @@ from .rotation import dot, times, transposed
 # Places of the elongation and the two rotation vectors among the twelve end displacements.
 DEFORMATIONS = (6, 3, 4, 5, 9, 10, 11)
 
+# Cosine that is one of a right angle, by rounding.
+_ROUND = float(np.finfo(np.float64).eps)
+
 
 @dataclass(frozen=True)
 class Pieces:
@@ -91,6 +94,7 @@ def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Arra
     length = np.sqrt(dot(chord, chord))
     ahead = times(transposed(rotation.matrix(mean)), chord) / length
     swing = np.array([1.0 + ahead[0], np.zeros_like(length), -ahead[2], ahead[1]])
+    swing[3] = np.where(dot(swing, swing) == 0.0, 1.0, swing[3])  # swung right round, in any plane
     frame = rotation.product(mean, rotation.normalised(swing))
     back = rotation.conjugate(frame)
     ends = rotation.product(back, first), rotation.product(back, second)
@@ -251,7 +255,7 @@ class Response:
         twist += (
             rotation.outer(lever[2], sums[2]) - rotation.outer(lever[1], sums[3]) - rotation.outer(lever[0], sums[0])
         )
-        out: Array = moment[0] / total[0] * twist - rotation.outer(across, stretch)
+        out: Array = moment[0] / _upright(total) * twist - rotation.outer(across, stretch)
         return out
 
 
@@ -272,7 +276,13 @@ def _lever(at: Motion) -> Array:
         row = 6 * end + 3
         out[0, row], out[0, row + 1], out[0, row + 2] = q[0], q[3], -q[2]
     out[0] += total[2] * out[2] - total[3] * out[1]
-    out[0] /= total[0]
+    out[0] /= _upright(total)
+    return out
+
+
+def _upright(total: Array) -> Array:
+    """Scalar part of the sum of the ends' quaternions, not zero where the chord has swung right round between them."""
+    out: Array = np.where(np.abs(total[0]) < _ROUND, _ROUND, total[0])
     return out
 
 

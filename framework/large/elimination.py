@@ -185,7 +185,7 @@ class SmallFactor(Factor):
 
 
 class GeneralFactor(Factor):
-    """Matrices (m, n, n) that are not symmetric, as under moments in space, with the pivots of their symmetric parts."""
+    """Matrices (m, n, n) that are not symmetric, as under moments in space; pivots are those of symmetric parts."""
 
     def __init__(self, matrix: Array, pivots: Array) -> None:
         self.matrix, self.pivots = matrix, pivots

@@ -116,7 +116,7 @@ def logarithm(q: Array) -> Array:
     size = np.sqrt(dot(q[1:], q[1:]))
     small = size < 1e-8
     safe = np.where(small, 1.0, size)
-    out: Array = np.where(small, 2.0 / q[0], 2.0 * np.arctan2(size, q[0]) / safe) * q[1:]
+    out: Array = np.where(small, 2.0, 2.0 * np.arctan2(size, q[0]) / safe) * q[1:]
     return out
 
 
