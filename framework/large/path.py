@@ -1,7 +1,9 @@
 """Equilibrium paths past limit points, by arc length.
 
 Unknowns and load factor go together along the path: a step along the tangent, then Newton's method in the plane across
-it (Riks, J. Appl. Mech. 39 (1972) 1060-1065; Ramm 1981), its length following the number of iterations.
+it (Riks, J. Appl. Mech. 39 (1972) 1060-1065; Ramm 1981), its length following the number of iterations. Where the frame
+gives way at rest without resistance, as within clearances, there is no tangent there: the path goes on from the
+equilibrium under the first share of the load.
 """
 
 from __future__ import annotations
@@ -18,10 +20,13 @@ from ..batched.plan import Plan
 from ..dofs import component
 from ..errors import FrameError
 from . import rotation
-from .found import Linear, Place
+from .found import Linear, Mask, Place
 from .march import March
 from .model import Model
 from .newton import Newton
+from .numbers import Where
+from .search import Search
+from .start import start
 from .state import State
 
 if TYPE_CHECKING:
@@ -36,7 +41,7 @@ _ASIDE = 0.5
 _LEAST = 1e-4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EquilibriumPath:
     """Points of equilibrium along a path.
 
@@ -55,6 +60,9 @@ class EquilibriumPath:
     stable: NDArray[np.bool_]
     _model: Model = field(repr=False)
     _states: list[State] = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"<EquilibriumPath of {len(self.factor)} points of {self.frame!r}>"
 
     def displacement(self, node: str) -> Array:
         """Displacement and rotation vector of a node, (points, ..., 6), global.
@@ -125,35 +133,55 @@ class _Tracer:
         self.along: Array | None = None
         self.factors, self.states = [np.where(self.going, 0.0, np.nan)], [self._space()]
         self.stables = [self.going.copy()]
+        if self._gives_way():
+            self._begin(where)
 
     def step(self) -> bool:
         """One more point of each path that has not ended; whether there is any."""
         ahead, slope = self._tangent()
+        self.going &= np.isfinite(slope)
         sign = self._direction(ahead)
         if self.along is None:
             self.length = self.first / slope
             self.shortest = _LEAST * self.length
-        while True:
+        while self.going.any():
             state, factor, iterations, stable = self._corrected(sign * ahead, sign * slope)
             failed = self.going & (iterations > _MOST)
             if not failed.any():
                 break
             self.length = np.where(failed, 0.5 * self.length, self.length)
             self.going &= self.length > self.shortest
-            if not self.going.any():
-                return False
+        else:
+            return False
         moved = np.flatnonzero(self.going)
         self.state.put(moved, state.taken(moved))
         self.factor = np.where(self.going, factor, self.factor)
         self.along = sign * ahead
-        self.factors.append(np.where(self.going, factor, np.nan))
-        self.states.append(self._space())
-        self.stables.append(stable & self.going)
         grown = np.clip(np.sqrt(_AIM / np.maximum(iterations, 1)), 0.5, _GROWTH)
         self.length = np.where(self.going, self.length * grown, self.length)
+        self._add(stable)
+        return bool(self.going.any())
+
+    def _gives_way(self) -> bool:
+        """Whether some entry moves at rest without resistance."""
+        at, _ = self._linear(self.state, None, self.factor)
+        return not bool((self.newton.factor(at).pivots[:, self.going] > self.newton.zero).all())
+
+    def _begin(self, where: Where) -> None:
+        """Go to the equilibrium under the first share of the load at once."""
+        begin = start(self.newton, where, len(self.factor), self.first)
+        found = Search(self.newton).solve(where, begin, 0.0, self.first)
+        self.going &= found.converged
+        self.state, self.factor = found.state, np.where(self.going, self.first, 0.0)
+        self._add(found.stable)
+
+    def _add(self, stable: Mask) -> None:
+        """One more point where the entries are now; those that have come far enough end there."""
+        self.factors.append(np.where(self.going, self.factor, np.nan))
+        self.states.append(self._space())
+        self.stables.append(stable & self.going)
         here = self._value(self.states[-1])
         self.going &= here < self.to if self.to > 0.0 else here > self.to
-        return bool(self.going.any())
 
     def _space(self) -> State:
         return self.newton.space(self.state.taken(np.arange(len(self.factor))))
