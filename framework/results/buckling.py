@@ -11,14 +11,17 @@ from ..batched.plan import Plan
 from ..errors import FrameError
 from ..frame import Frame
 from ..solution import Solution
+from ..solvers.sparse import SparseSolver
+from ..structure.assembly import member_loads
 from ..structure.topology import Group
 from . import dense
-from .recovery import Recovery
 from .shapes import Shapes, check_count
-from .spectrum import inverse_pencil
+from .sparse_spectrum import SparsePencil
+from .spectrum import DENSE, inverse_pencil, stiffness_halves
 
 # Roundings that make an axial force where there is none, and an eigenvalue for each unknown.
 _ROUNDINGS = 16.0
+_TRANSLATIONS = [0, 1, 2, 6, 7, 8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +69,8 @@ def buckling(frame: Frame, count: int) -> Buckling:
     moving = np.argwhere(~np.isin(solution.status, ("regular", "absent")))
     if len(moving):
         raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
-    values, vectors = inverse_pencil(*_matrices(solution), size)
+    large = plan.large and size > DENSE
+    values, vectors = _sparse(solution, count) if large else _dense(solution)
     # Axial forces that are zero come with rounding, and their factors would be rounding as well.
     least = _ROUNDINGS * np.finfo(float).eps * size * np.abs(values[..., :1])
     order = np.argsort(-values, axis=-1, kind="stable")[..., :count]
@@ -79,29 +83,56 @@ def buckling(frame: Frame, count: int) -> Buckling:
     return Buckling(factors, _plan=plan, _vectors=vectors)
 
 
-def _matrices(solution: Solution) -> tuple[Array, Array]:
-    """Stiffness, and what the load takes off it, both (..., n, n); of what is absent those of nothing in particular."""
-    stiffness, geometric, absent = dense.stiffness(solution.plan), _geometric(solution), solution.frame.absent
-    if absent is None:
-        return stiffness, -geometric
-    left = absent[..., None, None]
-    return np.where(left, np.eye(stiffness.shape[-1]), stiffness), -np.where(left, 0.0, geometric)
+def _dense(solution: Solution) -> tuple[Array, Array]:
+    """All eigenvalues of what the load takes off by the stiffness, (..., n), and vectors (..., n, n); of what is absent
+    those of nothing in particular."""
+    plan, absent = solution.plan, solution.frame.absent
+    stacks = [
+        (group, group.turned(group.element.geometric_matrix(group.length, axial))) for group, axial in _axial(solution)
+    ]
+    taken = -dense.reduced(plan, dense.nodal(plan, stacks))
+    half, root = stiffness_halves(plan)
+    if absent is not None:
+        left = absent[..., None, None]
+        half, taken = np.where(left, np.eye(len(plan.unknowns)), half), np.where(left, 0.0, taken)
+    return inverse_pencil(half, root, taken, len(plan.unknowns))
 
 
-def _geometric(solution: Solution) -> Array:
-    plan, recovery = solution.plan, Recovery(solution)
-    stacks = []
-    for group in plan.topology.groups:
-        axial = np.stack([_axial(recovery, group, position) for position in range(len(group.pieces))])
-        stacks.append((group, group.turned(group.element.geometric_matrix(group.length, axial))))
-    return dense.reduced(plan, dense.nodal(plan, stacks))
+def _sparse(solution: Solution, count: int) -> tuple[Array, Array]:
+    """The greatest of these eigenvalues for each load case of one large frame, (..., count), and vectors."""
+    assert isinstance(solution.solver, SparseSolver)
+    solver, shape = solution.solver, solution.shape
+    pencil = SparsePencil(solver)
+    forces = _axial(solution)
+    values, vectors = np.zeros((*shape, count)), np.zeros((*shape, len(solution.plan.unknowns), count))
+    for entry in np.ndindex(*shape):
+        stacks = []
+        for group, axial in forces:
+            own = axial[(slice(None), *entry)].reshape(-1, *(1,) * len(shape))
+            matrices = group.turned(group.element.geometric_matrix(group.length, own))
+            stacks.append((group.nodes, matrices.__getitem__))
+        values[entry], vectors[entry] = pencil.greatest(-solver.matrices.reduced(stacks), count)
+    return values, vectors
 
 
-def _axial(recovery: Recovery, group: Group, position: int) -> Array:
-    """Mean axial force of a piece, tension positive, (...); zero where it is rounding of what its ends move."""
-    piece = int(group.pieces[position])
-    forces, moved = recovery.piece_forces(piece), recovery.piece_displacement(piece)
-    axial: Array = (forces[..., 6] - forces[..., 0]) / 2.0
-    stiffness = group.element.stiffness_matrix(group.length[position])[..., 0, 0]
-    rounding = _ROUNDINGS * np.finfo(float).eps * stiffness * np.abs(moved[..., [0, 1, 2, 6, 7, 8]]).max(axis=-1)
-    return np.where(np.abs(axial) < rounding, 0.0, axial)
+def _axial(solution: Solution) -> list[tuple[Group, Array]]:
+    """Mean axial forces of pieces, tension positive, (n, ...); zero where they are rounding of what their ends move."""
+    plan, ndim = solution.plan, len(solution.shape)
+    topology = plan.topology
+    nodes = range(len(topology.number))
+    nodal = solution.stacked([plan.tree.row(node, k) for node in nodes for k in range(6)])
+    carried: dict[int, Array] = {}
+    for group, positions, local in member_loads(topology):
+        own = carried.setdefault(id(group), np.zeros((len(group.pieces), *solution.shape)))
+        np.add.at(own, positions, (local[..., 6] - local[..., 0]) / 2.0)
+    out = []
+    for group in topology.groups:
+        ends = np.moveaxis(nodal[..., group.dofs], -2, 0)
+        moved = (group.transform @ ends[..., None])[..., 0]
+        forces = group.element.end_forces(group.length, moved)
+        axial = (forces[..., 6] - forces[..., 0]) / 2.0 - carried.get(id(group), 0.0)
+        stiffness = group.element.stiffness_matrix(group.length)[..., 0, 0]
+        stiffness = stiffness.reshape(len(stiffness), *(1,) * (ndim + 1 - stiffness.ndim), *stiffness.shape[1:])
+        rounding = _ROUNDINGS * np.finfo(float).eps * stiffness * np.abs(moved[..., _TRANSLATIONS]).max(axis=-1)
+        out.append((group, np.where(np.abs(axial) < rounding, 0.0, axial)))
+    return out

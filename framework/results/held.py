@@ -24,6 +24,7 @@ from ..solvers.freedom import held_unknowns
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended
 from ..structure.topology import Index
+from .resistance import displaced, resisted
 
 # Singular values of sqrt(k) B with columns of length one that are zero to rounding, by the square root of their number;
 # and those above which a motion is surely resisted.
@@ -158,7 +159,7 @@ def _free(scaled: Array, count: int) -> tuple[Array, Index]:
     """Right singular vectors of deformations (..., e, n), (count, n, n), the free motions last; number of these,
     (count,), zero where there are others that rounding does not tell from them."""
     size = scaled.shape[-1]
-    flat = scaled.reshape(-1, *scaled.shape[-2:])
+    flat = scaled.reshape(int(np.prod(scaled.shape[:-2])), *scaled.shape[-2:])
     more = np.zeros((len(flat), max(size - flat.shape[-2], 0), size))
     _, values, rows = np.linalg.svd(np.concatenate([flat, more], axis=1), full_matrices=False)
     free = values <= ZERO * np.sqrt(size)
@@ -201,12 +202,12 @@ def _held(
     whole = Equilibrium(state.statics, state.change, unknowns, values, state.ndim)
     motions = extended(shapes).copy()
     for _ in range(_STEPS):
-        left = -_resistance(whole, motions)[..., kept]
+        left = -resisted(whole, unknowns, motions)[..., kept]
         motions[..., kept] += solver.solve(left.astype(solver.root.dtype))
     lengths = [np.max(each.length, axis=-1) for each in whole.springs]
     reach = reduce(np.maximum, lengths, extended(0.0))
     reach = np.broadcast_to(np.where(reach > 0.0, reach, state.plan.frame.size), values.shape[:-1])
-    moved = _displaced(whole, motions)[1]
+    moved = displaced(whole, unknowns, motions)[1]
     weights = np.concatenate([np.ones((*reach.shape, 3)), np.repeat(reach[..., None], 3, axis=-1)], axis=-1)
     motions = motions / np.max(np.abs(moved) * weights[..., None, :], axis=(-1, -2))[..., None]
     idle = ~_driven(whole, motions) & sure
@@ -215,7 +216,7 @@ def _held(
 
 def _driven(state: Equilibrium, motions: Real) -> NDArray[np.bool_]:
     """Whether the load does more work than rounding on any of the motions (motions, ..., n), (...)."""
-    coordinates, moved = _displaced(state, motions)
+    coordinates, moved = displaced(state, state.unknowns, motions)
     work = np.abs(np.sum(motions * state.balance, axis=-1))
     forces = np.abs(state.loads.forces)
     spread = state.double.sizes(coordinates.astype(np.float64))
@@ -239,28 +240,9 @@ def _extent(statics: Statics) -> Real:
     return aligned(reduce(np.maximum, each, np.zeros(())), ndim)
 
 
-def _displaced(state: Equilibrium, motions: Real) -> tuple[Real, Real]:
-    """Coordinates and displacements of the nodes in motions (motions, ..., n), (motions, ..., nodes, 6)."""
-    none: list[Real | None] = [None] * len(state.kinematics.links)
-    coordinates = state.kinematics.coordinates(state.unknowns, motions, none)
-    return coordinates, state.kinematics.displacements(coordinates)
-
-
-def _resistance(state: Equilibrium, motions: Real) -> Real:
-    """Forces on the unknowns that motions (motions, ..., n) call for."""
-    kinematics = state.kinematics
-    coordinates, moved = _displaced(state, motions)
-    inner = sum(
-        (each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count) for each in state.springs),
-        extended(np.zeros((kinematics.count, 6))),
-    )
-    pulls = [k * each for k, each in zip(state.stiffness, kinematics.openings(coordinates, moved), strict=True)]
-    return kinematics.reduced(state.unknowns, kinematics.generalised(inner, pulls))
-
-
 def _absolute(state: Equilibrium, motions: Real) -> Real:
     """The unknowns in motions as the frame's own coordinates have them."""
-    out, moved = motions.copy(), _displaced(state, motions)[1]
+    out, moved = motions.copy(), displaced(state, state.unknowns, motions)[1]
     hung = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
     for index, unknown in enumerate(state.unknowns):
         node, component = divmod(unknown, 6)

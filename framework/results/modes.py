@@ -13,7 +13,8 @@ from ..frame import Frame
 from ..solvers.sparse import SparseSolver
 from . import dense
 from .shapes import Shapes, check_count
-from .spectrum import DENSE, inverse_pencil, sparse_pencil
+from .sparse_spectrum import SparsePencil
+from .spectrum import DENSE, halves, inverse_pencil, stiffness_halves
 
 # Scaled eigenvalues below this are those of rigid-body motions and mechanisms.
 _REGULAR = 1e-12
@@ -78,7 +79,8 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
     stiffness, mass = dense.stiffness(plan), dense.mass(plan)
     _check(bool(np.any(mass)))
     shift = _shift(stiffness, mass)
-    values, vectors = inverse_pencil(stiffness + shift[..., None, None] * mass, mass, count)
+    half, root = halves(stiffness + shift[..., None, None] * mass) if shift.any() else stiffness_halves(plan)
+    values, vectors = inverse_pencil(half, root, mass, count)
     if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
         raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
     return _elastic(1.0 / values - shift[..., None], shift[..., None]), vectors / np.sqrt(values)[..., None, :]
@@ -91,10 +93,10 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
     if solver.singular(excited=True).any() or solver.singular(excited=False).any():
         shift = float(solver.stiffness.diagonal().sum() / solver.mass.diagonal().sum())
         for _ in range(_NARROWINGS):
-            squared, _ = sparse_pencil(solver.stiffness, solver.mass, count + 6, shift)
+            squared = 1.0 / SparsePencil(solver, shift).greatest(solver.mass, count + 6)[0] - shift
             shift = min([shift, *squared[squared > _NOISE * shift]])
-    squared, vectors = sparse_pencil(solver.stiffness, solver.mass, count, shift)
-    return _elastic(squared, np.asarray(shift)), vectors
+    values, vectors = SparsePencil(solver, shift).greatest(solver.mass, count)
+    return _elastic(1.0 / values - shift, np.asarray(shift)), vectors / np.sqrt(values)
 
 
 def _elastic(squared: Array, shift: Array) -> Array:
@@ -118,7 +120,7 @@ def _shift(stiffness: Array, mass: Array) -> Array:
     shift = np.array(np.broadcast_to(shift, shape))
     for _ in range(_NARROWINGS):
         size = stiffness.shape[-1]
-        values, _ = inverse_pencil(stiffness + shift[..., None, None] * mass, mass, size)
+        values, _ = inverse_pencil(*halves(stiffness + shift[..., None, None] * mass), mass, size)
         with np.errstate(divide="ignore"):
             squared = np.where(values > 0.0, 1.0 / np.where(values > 0.0, values, 1.0), np.inf) - shift[..., None]
         elastic = np.where(squared > _NOISE * shift[..., None], squared, np.inf).min(axis=-1)

@@ -6,6 +6,10 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..batch import Array
+from ..batched.plan import Plan
+from ..error_bounds.compliance import DenseCompliance
+from ..error_bounds.equilibrium import Statics
+from ..error_bounds.kinematics import Real
 from . import dense
 
 # Above this many unknowns a single frame goes the sparse way.
@@ -20,14 +24,42 @@ def zero_eigenvalue(size: int) -> float:
     return _ROUNDINGS * float(np.sqrt(size) * np.finfo(float).eps)
 
 
-def inverse_pencil(stiffness: Array, other: Array, count: int) -> tuple[Array, Array]:
-    """Eigenvalues mu of largest magnitude of ``other x = mu stiffness x``, (..., count), and vectors (..., n, count).
+def halves(matrix: Array) -> tuple[Array, Array]:
+    """L of ``D matrix D = L L^T`` with unit diagonal, (..., n, n), and the diagonal of D, (..., n)."""
+    scaled, root = dense.scaled(matrix)
+    return np.linalg.cholesky(scaled), root
 
-    With ``stiffness = D^-1 S D^-1`` scaled to unit diagonal and ``S = L L^T`` the problem is that of
-    ``L^-1 D other D L^-T``, which is symmetric; eigenvalues of large magnitude come out to rounding.
+
+def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
+    """The same of the stiffness, by QR of the deformations.
+
+    ``D K D = A^T A`` with the deformations A by the unknowns, weighed by the root of their stiffness. The product
+    would square its condition number.
     """
-    matrix, root = dense.scaled(stiffness)
-    half = np.linalg.cholesky(matrix)
+    statics = Statics(plan)
+    kinematics, springs = statics.kinematics.mapped(_rounded), [each.mapped(_rounded) for each in statics.springs]
+    found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
+    weighed, size = found.scaled, len(plan.unknowns)
+    missing = np.zeros((*weighed.shape[:-2], max(size - weighed.shape[-2], 0), size))
+    upper = np.linalg.qr(np.concatenate([weighed, missing], axis=-2), mode="r")
+    return np.swapaxes(upper, -1, -2), found.root
+
+
+def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[Array, Array]:
+    """Eigenvalues mu of largest magnitude of ``other x = mu K x``, (..., count), and vectors (..., n, count).
+
+    With ``D K D = L L^T`` the problem is that of ``L^-1 D other D L^-T``, which is symmetric; eigenvalues of large
+    magnitude come out to rounding.
+
+    Parameters
+    ----------
+    half, root
+        L and the diagonal of D.
+    other
+        Symmetric (..., n, n).
+    count
+        How many.
+    """
     middle = other * root[..., :, None] * root[..., None, :]
     left = np.linalg.solve(half, middle)
     middle = np.linalg.solve(half, np.swapaxes(left, -1, -2))
@@ -38,16 +70,6 @@ def inverse_pencil(stiffness: Array, other: Array, count: int) -> tuple[Array, A
     return values, root[..., :, None] * np.linalg.solve(np.swapaxes(half, -1, -2), vectors)
 
 
-def sparse_pencil(stiffness: csr_matrix, mass: csr_matrix, count: int, shift: float) -> tuple[Array, Array]:
-    """The `count` least eigenvalues of ``K x = lambda M x``, by shift and inversion about -`shift`, and vectors."""
-    from skfem.utils import solver_eigen_scipy_sym
-
-    start = np.ones(stiffness.shape[0])
-    values, vectors = solver_eigen_scipy_sym(k=count, sigma=-shift, v0=start)(stiffness.tocsc(), mass.tocsc())
-    order = np.argsort(values)
-    return values[order], vectors[:, order]
-
-
 def extremes(matrix: csr_matrix) -> tuple[Array, Array]:
     """Least and greatest eigenvalue of a symmetric positive semidefinite matrix, by Lanczos."""
     from scipy.sparse.linalg import eigsh
@@ -56,3 +78,7 @@ def extremes(matrix: csr_matrix) -> tuple[Array, Array]:
     greatest = eigsh(matrix, k=1, v0=start, return_eigenvectors=False)
     least = eigsh(matrix.tocsc(), k=1, sigma=0.0, v0=start, return_eigenvectors=False)
     return np.asarray(least[0]), np.asarray(greatest[0])
+
+
+def _rounded(array: Real, trailing: int) -> Real:
+    return array.astype(np.float64)

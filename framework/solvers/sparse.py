@@ -232,6 +232,10 @@ class SparseSolver:
         places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
         return Iterative(matrix, places.of(where), direct)
 
+    def direct(self, matrix: csr_matrix) -> Factor:
+        """Factor of another matrix (n, n) of the same pattern."""
+        return self._direct(np.ones(len(self.unknown), dtype=bool))(matrix)
+
     def _direct(self, where: NDArray[np.bool_]) -> Callable[[csr_matrix], Factor]:
         return partial(_direct, self.plan.method.name, self.plan.graph, where)
 

@@ -39,7 +39,7 @@ class Matrices:
     @cached_property
     def stiffness(self) -> csr_matrix:
         """T^T K T and the springs, (n, n)."""
-        members = self._reduced(self._members)
+        members = self.reduced(self._members)
         if not self.plan.tree.springs:
             return members
         rows = self.spread([spring.row for spring in self.plan.tree.springs])
@@ -55,7 +55,7 @@ class Matrices:
         """T^T M T of members and point masses, (n, n)."""
         points = point_masses(self.plan)
         stacks: list[Stack] = [(np.array([[node]]), matrix[None].__getitem__) for node, matrix in points]
-        return self._reduced([(group.nodes, group.mass) for group in self.plan.topology.groups] + stacks)
+        return self.reduced([(group.nodes, group.mass) for group in self.plan.topology.groups] + stacks)
 
     @cached_property
     def members(self) -> csr_matrix:
@@ -85,8 +85,14 @@ class Matrices:
         r, k, v = (np.array(part) for part in zip(*entries, strict=True)) if entries else (np.zeros(0, dtype=int),) * 3
         return coo_matrix((v, (r, np.searchsorted(self.unknown, k))), shape=(len(rows), len(self.unknown))).tocsr()
 
-    def _reduced(self, stacks: Sequence[Stack]) -> csr_matrix:
-        """T^T A T, (n, n), of a sum of element matrices."""
+    def reduced(self, stacks: Sequence[Stack]) -> csr_matrix:
+        """T^T A T, (n, n), of a sum of element matrices.
+
+        Parameters
+        ----------
+        stacks
+            Numbers of the nodes of elements, and what gives their matrices.
+        """
         free = self.plan.graph.free
         if 6 * free.sum() == len(self.unknown):  # the other nodes are held
             return summed(stacks, free)

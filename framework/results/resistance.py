@@ -1,0 +1,61 @@
+"""What motions of the unknowns meet, by way of the deformations: rigid motion costs nothing, and no digits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ..error_bounds.deformations import Springs
+from ..error_bounds.kinematics import Kinematics, Real, extended
+
+
+class Stiff(Protocol):
+    """Members and links of a frame as springs; `stiffness` is that of the links, (..., 6)."""
+
+    @property
+    def kinematics(self) -> Kinematics: ...
+
+    @property
+    def springs(self) -> list[Springs]: ...
+
+    @property
+    def stiffness(self) -> list[Real]: ...
+
+
+def displaced(frame: Stiff, unknowns: Sequence[int], motions: Real) -> tuple[Real, Real]:
+    """Coordinates and displacements of the nodes in motions (motions, ..., n), (motions, ..., nodes, 6)."""
+    none: list[Real | None] = [None] * len(frame.kinematics.links)
+    coordinates = frame.kinematics.coordinates(unknowns, motions, none)
+    return coordinates, frame.kinematics.displacements(coordinates)
+
+
+def resisted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
+    """Forces on the unknowns that motions (motions, ..., n) call for."""
+    kinematics = frame.kinematics
+    coordinates, moved = displaced(frame, unknowns, motions)
+    inner = sum(
+        (each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count) for each in frame.springs),
+        extended(np.zeros((kinematics.count, 6))),
+    )
+    pulls = [k * each for k, each in zip(frame.stiffness, kinematics.openings(coordinates, moved), strict=True)]
+    return kinematics.reduced(unknowns, kinematics.generalised(inner, pulls))
+
+
+def energies(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
+    """Twice the strain energy of each motion, and of two with each other, (motions, motions), summed over the batch."""
+    out: Real = extended(np.zeros((len(motions), len(motions))))
+    for found in _weighed(frame, unknowns, motions):
+        flat = found.reshape(len(motions), -1)
+        out = out + np.einsum("ik,jk->ij", flat, flat)
+    return out
+
+
+def _weighed(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Real]:
+    """Deformations by the root of their stiffness."""
+    coordinates, moved = displaced(frame, unknowns, motions)
+    for each in frame.springs:
+        yield np.sqrt(each.stiffness) * each.of(moved, coordinates)
+    for k, opening in zip(frame.stiffness, frame.kinematics.openings(coordinates, moved), strict=True):
+        yield np.sqrt(k) * opening
