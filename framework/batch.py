@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -97,6 +99,12 @@ def one_entry(shape: Shape, entry: int | Sequence[int], what: str) -> tuple[int,
 
 def _broadcastable(one: Shape, other: Shape) -> bool:
     return all(a == b or 1 in (a, b) for a, b in zip(one[::-1], other[::-1], strict=False))
+
+
+def merged(array: NDArray[Any], first: int, last: int) -> NDArray[Any]:
+    """The axes from `first` up to `last`, counted from either end, as one; the batch may be empty."""
+    shape, start, stop = array.shape, *(k % array.ndim for k in (first, last))
+    return array.reshape(*shape[:start], math.prod(shape[start : stop + 1]), *shape[stop + 1 :])
 
 
 def aligned(array: Array, ndim: int, trailing: int = 0) -> Array:

@@ -146,7 +146,7 @@ class Bounds:
     def _count(self) -> int:
         """Number of parts."""
         shape = self.plan.frame.shape
-        return -(-shape[self.axis] // self.step) if shape else 1
+        return max(1, -(-shape[self.axis] // self.step)) if shape else 1
 
     def _part(self, index: int) -> Iterator[Part]:
         where, state = self._state(index)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, merged
 from .deformations import Springs
 from .kinematics import Kinematics, Real, extended
 
@@ -107,7 +107,8 @@ class DenseCompliance(Compliance):
         size, rounding = len(unknowns), float(np.finfo(kind).eps) / 2.0
         self.greatest = float(size)
         rows, sizes = _rows(kinematics, springs, unknowns, kind)
-        k = _together([*(each.stiffness.reshape(*each.stiffness.shape[:-2], -1) for each in springs), *stiffness])
+        none = np.zeros((*(1,) * (rows.ndim - 2), 0), kind)
+        k = _together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness])
         used = np.flatnonzero(_any(k) & _any(sizes))
         k, sizes, columns = k[..., used], sizes[..., used], np.moveaxis(rows[..., used], 0, -1)
         matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
@@ -127,7 +128,7 @@ class DenseCompliance(Compliance):
         self.inverse = inverse
         norm = np.sqrt(np.sum(inverse**2, axis=(-1, -2)))
         off = np.sqrt(np.sum((eye - inverse @ safe) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * rounding * norm
-        proved = np.where(off < 1.0, (1.0 - off) / norm, 0.0) - size * entries
+        proved = np.where(off < 1.0, (1.0 - off) / np.where(norm > 0.0, norm, 1.0), 0.0) - size * entries
         singular = np.sqrt(np.maximum(proved, 0.0)) * (1.0 - 64.0 * rounding) - lost
         least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
         self.least = least if size else np.ones(())
@@ -226,9 +227,12 @@ def _rows(
     unit = np.eye(size, dtype=kind).reshape(size, *(1,) * ndim, size)
     coordinates = kinematics.coordinates(unknowns, unit, [None] * len(kinematics.links))
     moved, spread = kinematics.displacements(coordinates), kinematics.sizes(coordinates)
-    of = [_flat(each.of(moved, coordinates)) for each in springs] + kinematics.openings(coordinates, moved)
-    parts = [_flat(each.sizes(spread, coordinates)) for each in springs] + kinematics.opening_sizes(coordinates, spread)
-    return _together(of), _together(parts)
+    none = np.zeros((size, *(1,) * ndim, 0), kind)
+    of = [merged(each.of(moved, coordinates), -2, -1) for each in springs]
+    parts = [merged(each.sizes(spread, coordinates), -2, -1) for each in springs]
+    of += kinematics.openings(coordinates, moved)
+    parts += kinematics.opening_sizes(coordinates, spread)
+    return _together([none, *of]), _together([none, *parts])
 
 
 def _inverse(matrix: Real) -> Real:
@@ -250,12 +254,8 @@ def _inverse(matrix: Real) -> Real:
 
 def _any(values: Real) -> NDArray[np.bool_]:
     """Along the last axis, whether any is not zero."""
-    found: NDArray[np.bool_] = (values != 0.0).reshape(-1, values.shape[-1]).any(axis=0)
+    found: NDArray[np.bool_] = (values != 0.0).any(axis=tuple(range(values.ndim - 1)))
     return found
-
-
-def _flat(array: Real) -> Real:
-    return array.reshape(*array.shape[:-2], -1)
 
 
 def _together(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:

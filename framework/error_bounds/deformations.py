@@ -76,7 +76,7 @@ class Springs:
     def gathered(self, acting: Real, count: int) -> Real:
         """Sum on the nodes, (..., count, 6), of forces on both ends of the members (..., n, 12), global."""
         shape = acting.shape[:-2]
-        acting = acting.reshape(*shape, -1, 6)
+        acting = acting.reshape(*shape, 2 * acting.shape[-2], 6)
         out = np.zeros((*shape, count, 6), acting.dtype)
         ends = self.nodes.reshape(-1)
         order = np.argsort(ends, kind="stable")

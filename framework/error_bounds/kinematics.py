@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import aligned, turned
+from ..batch import aligned, merged, turned
 from ..batched.plan import Plan
 from ..structure.parts import Extended, Row, is_zero
 from ..structure.topology import Index
@@ -212,7 +212,7 @@ class Kinematics:
 
     def reduced(self, unknowns: Sequence[int], forces: Real) -> Real:
         """Forces (..., n) on the free coordinates for forces (..., nodes, 6) on all."""
-        flat = forces.reshape(*forces.shape[:-2], -1)
+        flat = merged(forces, -2, -1)
         if not self.dependents:
             taken: Real = flat[..., list(unknowns)]
             return taken
@@ -241,7 +241,7 @@ class Kinematics:
             wanted = imposed[k]
             gap = openings[k][..., component]
             gaps[k, component] = gap if wanted is None else gap - wanted[..., component]
-        flat = coordinates.reshape(*coordinates.shape[:-2], -1)
+        flat = merged(coordinates, -2, -1)
         for key, (_, by) in self.dependents.items():
             for where, factor in by.items():
                 flat[..., key] += factor * gaps[where]
@@ -290,7 +290,7 @@ class Kinematics:
         out = np.array(np.broadcast_to(np.abs(coordinates).astype(np.float64), (*shape, self.count, 6)))
         if self.dependents:
             openings = self._opening_sizes(out, self._sizes(out))
-            flat = out.reshape(*shape, -1)
+            flat = merged(out, -2, -1)
             for key, (_, by) in self.dependents.items():
                 for (k, component), factor in by.items():
                     flat[..., key] += _sizes(factor) * openings[k][..., component]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, merged
 from ..structure.tree import GROUND
 from . import corotation, rotation
 from .configuration import Configuration, motion_of
@@ -43,7 +43,7 @@ class Equations(Configuration):
     def linearised(self, state: State, stresses: list[Array] | None = None) -> SpaceLinear:
         """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones."""
         model = self.model
-        nodal: Array = -np.broadcast_to(self.loads, (6, model.count, self.count)).reshape(-1, self.count)
+        nodal: Array = -merged(np.broadcast_to(self.loads, (6, model.count, self.count)), 0, 1)
         assumed = nodal.copy()
         changes, deformations, true, data = [], [], [], []
         energy = np.zeros(self.count)
@@ -53,10 +53,10 @@ class Equations(Configuration):
             exact = corotation.stress(pieces, response.at.deformation)
             used = exact if stresses is None else stresses[k]
             ends = response.forces(exact)
-            nodal = nodal + model.gather[k] @ ends.reshape(-1, self.count)
+            nodal = nodal + model.gather[k] @ merged(ends, 0, 1)
             if stresses is not None:
                 ends = response.forces(used)
-            assumed = assumed + model.gather[k] @ ends.reshape(-1, self.count)
+            assumed = assumed + model.gather[k] @ merged(ends, 0, 1)
             changes.append(response.global_change())
             deformations.append(response.at.deformation)
             true.append(exact)
@@ -74,7 +74,7 @@ class Equations(Configuration):
             forces[held[held >= 0]] = gap[held >= 0]
             own = np.concatenate([own, -force[:, None]], axis=1)
             energy = energy + 2.0 * stored
-        blocks = [np.zeros((0, self.count)), *(block.reshape(-1, self.count) for block in data)]
+        blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
         values = self.model.pattern[0] @ np.concatenate(blocks)
         for number in range(len(model.joints)):
             energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]

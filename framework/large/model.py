@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from ..batch import Array
 from ..batched.plan import Plan
 from ..errors import FrameError
 from ..structure.assembly import component_loads
@@ -100,6 +101,8 @@ class Model:
     def _number(self, columns: Index) -> None:
         touched = set(self.topology.ends.reshape(-1).tolist())
         touched |= {node for joint in self.joints + self.loops for node in (joint.parent, joint.child)}
+        loads = self.loads.nodal.array
+        touched |= set(np.flatnonzero(loads.any(axis=(0, *range(2, loads.ndim)))).tolist())
         columns[:, [node for node in range(self.count) if node not in touched]] = HELD
         order = columns.T.reshape(-1)
         unknown = np.flatnonzero(order == 0)
@@ -114,6 +117,23 @@ class Model:
             order[6 * node + k] = self.free + number
         self.columns = order.reshape(self.count, 6).T.copy()
         self.size = self.free + len(self.driven)
+
+    @cached_property
+    def length(self) -> float:
+        """Length that displacements are compared with: the frame's size; of joints at the origin, what they can move.
+
+        Where nothing is anywhere but there, that is what loads, one upon the other, leave of the softest springs.
+        """
+        if self.frame.size > 0.0:
+            return self.frame.size
+        given = [_largest(values.array) for (_, k), values in self.targets.items() if k < 3]
+        given += [_largest(joint.offset.array[:3]) for joint in self.edges]
+        given += [_largest(joint.clearance.array) for joint in self.edges if joint.play and joint.play[0] < 3]
+        springs = [joint.stiffness.array[:3] for joint in self.edges]
+        springs = [each[(each > 0.0) & np.isfinite(each)] for each in springs]
+        softest = min((float(each.min()) for each in springs if each.size), default=np.inf)
+        reach = sum(given) + float(np.abs(self.loads.nodal.array[:3]).sum(axis=(0, 1)).max(initial=0.0)) / softest
+        return reach if 0.0 < reach < np.inf else 1.0
 
     @cached_property
     def edges(self) -> list[Joint]:
@@ -183,6 +203,10 @@ class Model:
             first = chains[loop.parent] if loop.parent != GROUND else held[:0]
             out.append(np.concatenate([first, chains[loop.child], held]))
         return out
+
+
+def _largest(values: Array) -> float:
+    return float(np.abs(values).max(initial=0.0))
 
 
 def _check(plan: Plan) -> None:

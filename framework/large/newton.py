@@ -56,7 +56,7 @@ class Newton:
         self.flat = FlatModel(model) if FlatModel.suits(model) else None
         _, rows, columns = model.pattern if self.flat is None else self.flat.pattern
         self.elimination = Elimination(rows, columns, model.free, half=self.flat is not None)
-        self.size = max(model.frame.size, np.finfo(float).tiny)
+        self.size = model.length
         scale = np.zeros(model.size + 1)
         scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
         self.scale = scale[:-1]

@@ -99,6 +99,8 @@ def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: flo
     if to == 0.0 or not np.isfinite(to):
         raise FrameError(f"path to {name} = {to!r} of {node!r}: give a displacement that is not zero")
     model = Model(Plan(frame.copy(), cut=True))
+    if not model.size:
+        raise FrameError(f"path of {node!r}: nothing in the frame can move; free or prescribe a displacement")
     for number in model.contacts:
         raise FrameError(
             f"joint {model.edges[number].edge.name!r} is ideal (inf) where it has play: for a path give it a contact "
@@ -108,8 +110,8 @@ def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: flo
     for _ in range(steps):
         if not tracer.step():
             break
-    factor = np.stack(tracer.factors).reshape(-1, *frame.shape)
-    stable = np.stack(tracer.stables).reshape(-1, *frame.shape)
+    factor = np.stack(tracer.factors).reshape(len(tracer.factors), *frame.shape)
+    stable = np.stack(tracer.stables).reshape(len(tracer.stables), *frame.shape)
     return EquilibriumPath(tracer.model.frame, factor, stable, tracer.model, tracer.states)
 
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, merged
 from ..structure.tree import GROUND
 from . import flat_pieces
 from .flat_links import FlatJoint, FlatLink
@@ -120,7 +120,7 @@ class FlatEquations:
     def linearised(self, state: FlatState, stresses: list[Array] | None = None) -> FlatLinear:
         """Forces and tangent; see `Equations.linearised`."""
         nodal = np.repeat(-self.loads, self.count, axis=-1) if self.loads.shape[-1] == 1 else -self.loads
-        nodal = nodal.reshape(-1, self.count)
+        nodal = merged(nodal, 0, 1)
         assumed = nodal
         changes, true, data = [], [], []
         energy = np.zeros(self.count)
@@ -132,9 +132,9 @@ class FlatEquations:
             exact = flat_pieces.stress(pieces[2], deformation, bow)
             used = exact if stresses is None else stresses[k]
             energy += flat_pieces.strain_energy(pieces[2], deformation, bow)
-            nodal = nodal + self.flat.gather[k] @ flat_pieces.forces(axes, chord, exact).reshape(-1, self.count)
+            nodal = nodal + self.flat.gather[k] @ merged(flat_pieces.forces(axes, chord, exact), 0, 1)
             if stresses is not None:
-                assumed = assumed + self.flat.gather[k] @ flat_pieces.forces(axes, chord, used).reshape(-1, self.count)
+                assumed = assumed + self.flat.gather[k] @ merged(flat_pieces.forces(axes, chord, used), 0, 1)
             stiffness = flat_pieces.stiffness(pieces[2], bow, used[0])
             changes.append((axes, chord, stiffness))
             true.append(exact)
@@ -146,7 +146,7 @@ class FlatEquations:
         data += self._link_tangents(arms, assumed, transfers)
         for number, link in enumerate(self.links):
             energy += np.einsum("im,im->m", *link.springs(state.own[:, number]))
-        blocks = [np.zeros((0, self.count)), *(block.reshape(-1, self.count) for block in data)]
+        blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
         values = self.flat.pattern[0] @ np.concatenate(blocks)
         return FlatLinear(forces, values, changes, true, transfers, energy)
 

@@ -298,7 +298,7 @@ class LargeSolution:
         at = self.linear
         newton = self._march.newton
         rows = np.where(newton.scale == 1.0, 1.0 / newton.size, newton.scale > 0.0)[: self.model.free, None]
-        largest = np.abs(at.nodal[:3]).max(axis=(0, 1))
+        largest = np.abs(at.nodal[:3]).max(axis=(0, 1), initial=0.0)
         unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
         return self._masked((unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape))
 
@@ -329,12 +329,12 @@ class LargeSolution:
     @property
     def strain_energy(self) -> Array:
         """Energy in members and joints after each load step, (steps, ...)."""
-        return self._history.energy.reshape(-1, *self.shape)
+        return self._history.energy.reshape(self._steps, *self.shape)
 
     @property
     def work(self) -> Array:
         """Work of loads and given motions up to each load step, by the trapezoidal rule, (steps, ...)."""
-        return self._history.work.reshape(-1, *self.shape)
+        return self._history.work.reshape(self._steps, *self.shape)
 
     def explain(self) -> str:
         """What is built and solved, in plain words; nothing is computed for it."""

@@ -172,14 +172,16 @@ class Stations:
         fraction = np.broadcast_to(fraction, stations.shape)
         flat, share = (np.moveaxis(a, -1, 0).reshape(at.shape[-1], -1) for a in (stations, fraction))
         which = np.minimum((share * len(pieces)).astype(int), len(pieces) - 1)
-        out: Array | None = None
-        for index in np.unique(which):
-            length = self._length(pieces[index])
-            value = field(pieces[index], np.clip(flat - index * length, 0.0, length))
-            out = np.zeros_like(value) if out is None else out
-            out = np.where(which == index, value, out)
-        assert out is not None
+        first, *others = np.unique(which).tolist() or [0]
+        out = self._inside(field, pieces[first], first, flat)
+        for index in others:
+            out = np.where(which == index, self._inside(field, pieces[index], index, flat), out)
         return batch_first(np.swapaxes(out, 0, 1), shape, 2)
+
+    def _inside(self, field: Field, piece: int, index: int, stations: Array) -> Array:
+        """A field in the piece of this number along its member, at distances from the member's start."""
+        length = self._length(piece)
+        return field(piece, np.clip(stations - index * length, 0.0, length))
 
 
 def _about(force: Array, arm: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, merged
 from ..structure.tree import GROUND
 from . import corotation, rotation
 from .corotation import Response
@@ -72,7 +72,7 @@ class Trust:
             wrong = rotation.times(stiffness, off) + np.abs(self.at.stresses[k])
             change = np.abs(Response(pieces, at).global_change())
             ends = np.einsum("ji...,j...->i...", change, wrong)
-            nodal += model.gather[k] @ ends.reshape(-1, count)
+            nodal += model.gather[k] @ merged(ends, 0, 1)
         forces = _ROUNDINGS * _EPS * (nodal.reshape(6, model.count, count) + np.abs(self.equations.loads))
         out = np.zeros((model.size + 1, count))
         for number in range(len(model.edges)):
@@ -83,7 +83,7 @@ class Trust:
             # the chain of a node holds those of its parents, so that nothing need be handed up
             np.add.at(out, chain, np.einsum("ijm,im->jm", jacobian, forces[:, joint.child]))
         plain = np.flatnonzero(model.plain)
-        np.add.at(out, model.columns[:, plain].T.reshape(-1), forces[:, plain].swapaxes(0, 1).reshape(-1, count))
+        np.add.at(out, model.columns[:, plain].T.reshape(-1), merged(forces[:, plain].swapaxes(0, 1), 0, 1))
         return out[:-1]
 
     def _add_edge(self, number: int, nodal: Array, out: Array) -> None:

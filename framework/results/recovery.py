@@ -124,12 +124,16 @@ class Recovery:
         fraction = aligned(at / whole[..., None], len(self.solution.shape), 1)
         which = np.moveaxis(np.minimum((fraction * len(pieces)).astype(int), len(pieces) - 1), -1, 0)
         stations = np.moveaxis(np.broadcast_to(at, fraction.shape), -1, 0)
-        out: Array = np.zeros(())
-        for index in np.unique(which):
+
+        def inside(index: int) -> Array:
             group, position = self._where[pieces[index]]
             length = group.length[position]
-            value = field(pieces[index], np.clip(stations - index * length, 0.0, length))
-            out = np.where((which == index)[..., None], value, out)
+            return field(pieces[index], np.clip(stations - index * length, 0.0, length))
+
+        first, *others = np.unique(which).tolist() or [0]
+        out = inside(first)
+        for index in others:
+            out = np.where((which == index)[..., None], inside(index), out)
         full: Array = np.broadcast_to(out, (len(stations), *self.solution.shape, out.shape[-1]))
         return np.array(np.moveaxis(full, 0, -2))
 
