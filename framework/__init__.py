@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from .errors import FrameError, MechanismWarning
+from .errors import FrameError, MechanismWarning, PathWarning
 from .frame import Frame
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ __all__ = [
     "FreeMotion",
     "LargeSolution",
     "MechanismWarning",
+    "PathWarning",
     "Modes",
     "Sensitivity",
     "Solution",

@@ -9,3 +9,7 @@ class FrameError(ValueError):
 
 class MechanismWarning(UserWarning):
     """Some batch entries can move without resistance; their results are NaN and say so in `status`."""
+
+
+class PathWarning(UserWarning):
+    """An equilibrium path ended before it reached the displacement that it was followed to."""

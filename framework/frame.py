@@ -556,12 +556,17 @@ class Frame:
         -------
         EquilibriumPath
             Points with their load ``factor`` (points, ...), ``displacement(node)`` (points, ..., 6), ``stable``
-            (points, ...) and the ``limits`` of the load factor.
+            (points, ...), the ``limits`` of the load factor, and where `to` was ``reached`` (...).
 
         Raises
         ------
         FrameError
-            Where node or component are unknown, or `to` is zero.
+            Where node or component are unknown, `to` is zero, or `steps` or `first` are not above zero.
+
+        Warns
+        -----
+        PathWarning
+            Where a path ends before `to`.
         """
         from .large.path import follow
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,13 +56,8 @@ class March:
         """Final equilibria and what happened on the way."""
         factors = np.arange(1, self.steps + 1) / self.steps
         whole = Found.nothing(State.start(self.model, self.count))
-        history = History(factors, np.zeros((self.steps, self.count)), np.zeros((self.steps, self.count)))
-        absent = self.model.frame.absent
-        wanted = np.arange(self.count)
-        if absent is not None:
-            wanted = np.flatnonzero(~np.broadcast_to(absent, self.model.frame.shape).reshape(-1))
-        for begin in range(0, len(wanted), self.chunk):
-            index = wanted[begin : begin + self.chunk]
+        history = self._history()
+        for index in self._pieces():
             found = Found.nothing(start(self.newton, self.where(index), len(index), factors[0]))
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
@@ -74,6 +70,27 @@ class March:
             found.state = self.newton.space(found.state)
             whole.take(index, found)
         return whole, history
+
+    def single(self, state: State) -> History:
+        """What happened on the way in one load step that has ended at `state`."""
+        history = self._history()
+        for index in self._pieces():
+            begin = self.newton.space(start(self.newton, self.where(index), len(index), 1.0))
+            self._record(history, index, 0, (begin, state.taken(index)), (0.0, 1.0))
+        return history
+
+    def _history(self) -> History:
+        shape = self.steps, self.count
+        return History(np.arange(1, self.steps + 1) / self.steps, np.full(shape, np.nan), np.full(shape, np.nan))
+
+    def _pieces(self) -> Iterator[NDArray[np.int64]]:
+        """Entries that were not left out, a piece of the batch at a time."""
+        absent = self.model.frame.absent
+        wanted = np.arange(self.count)
+        if absent is not None:
+            wanted = np.flatnonzero(~np.broadcast_to(absent, self.model.frame.shape).reshape(-1))
+        for begin in range(0, len(wanted), self.chunk):
+            yield wanted[begin : begin + self.chunk]
 
     def where(self, index: NDArray[np.int64]) -> Where:
         """Indices of entries along each batch axis."""

@@ -8,6 +8,7 @@ equilibrium under the first share of the load.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..dofs import component
-from ..errors import FrameError
+from ..errors import FrameError, PathWarning
 from . import rotation
 from .found import Linear, Mask, Place
 from .march import March
@@ -53,11 +54,14 @@ class EquilibriumPath:
         Load factor, (points, ...); NaN after the end of an entry's path.
     stable
         Whether the energy has a minimum there, (points, ...).
+    reached
+        Whether the path went as far as it was to, (...).
     """
 
     frame: Frame = field(repr=False)
     factor: Array
     stable: NDArray[np.bool_]
+    reached: NDArray[np.bool_]
     _model: Model = field(repr=False)
     _states: list[State] = field(repr=False)
 
@@ -98,6 +102,10 @@ def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: flo
         raise FrameError(f"node {node!r} is unknown: known are {', '.join(frame.nodes)}")
     if to == 0.0 or not np.isfinite(to):
         raise FrameError(f"path to {name} = {to!r} of {node!r}: give a displacement that is not zero")
+    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
+        raise FrameError(f"path of {node!r} in steps = {steps!r}: give a whole number above zero")
+    if isinstance(first, bool) or not 0.0 < first < np.inf:
+        raise FrameError(f"path of {node!r} with first = {first!r}: give a load factor above zero, such as 0.05")
     model = Model(Plan(frame.copy(), cut=True))
     if not model.size:
         raise FrameError(f"path of {node!r}: nothing in the frame can move; free or prescribe a displacement")
@@ -112,7 +120,23 @@ def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: flo
             break
     factor = np.stack(tracer.factors).reshape(len(tracer.factors), *frame.shape)
     stable = np.stack(tracer.stables).reshape(len(tracer.stables), *frame.shape)
-    return EquilibriumPath(tracer.model.frame, factor, stable, tracer.model, tracer.states)
+    path = EquilibriumPath(tracer.model.frame, factor, stable, tracer.reached, tracer.model, tracer.states)
+    lost = ~path.reached & np.isfinite(path.factor[0])
+    if lost.any():
+        warnings.warn(_told(path, lost, node, name, to), PathWarning, stacklevel=3)
+    return path
+
+
+def _told(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: str, to: float) -> str:
+    """Where paths ended that did not reach what they were to."""
+    entry = np.unravel_index(int(np.argmax(lost)), lost.shape)
+    ways = path.displacement(node)[(slice(None), *entry, component(name))]
+    points = int(np.isfinite(ways).sum())
+    which = f" (entry {tuple(int(k) for k in entry)} of {int(lost.sum())} such)" if lost.shape else ""
+    return (
+        f"the path to {name} = {to:g} of {node!r} ended after {points} points at {ways[points - 1]:.6g}{which}: allow more "
+        "steps, or begin with another first"
+    )
 
 
 class _Tracer:
@@ -129,6 +153,7 @@ class _Tracer:
         self.weight = self.newton.scale[:, None] ** 2
         absent = False if model.frame.absent is None else model.frame.absent
         self.going = ~np.broadcast_to(absent, model.frame.shape).reshape(-1)
+        self.reached = np.zeros(model.frame.shape, dtype=bool)
         self.factor = np.zeros(count)
         self.first, self.length = first, np.full(count, np.nan)
         self.shortest = np.zeros(count)
@@ -183,7 +208,9 @@ class _Tracer:
         self.states.append(self._space())
         self.stables.append(stable & self.going)
         here = self._value(self.states[-1])
-        self.going &= here < self.to if self.to > 0.0 else here > self.to
+        beyond = here >= self.to if self.to > 0.0 else here <= self.to
+        self.reached |= (self.going & beyond).reshape(self.reached.shape)
+        self.going &= ~beyond
 
     def _space(self) -> State:
         return self.newton.space(self.state.taken(np.arange(len(self.factor))))
@@ -246,14 +273,16 @@ class _Tracer:
             free = self._solved(at, -at.forces, factor * self._driven() - self._present(state))
             change = -self._norm(ahead, free) / self._norm(ahead, by_load)
             step = np.where(done, 0.0, free + change * by_load)
-            step = np.where(np.isfinite(step).all(axis=0), step, 0.0)
+            usable = np.isfinite(step).all(axis=0) & np.isfinite(change)
+            step = np.where(usable, step, 0.0)
             aside += step
             state = self.whole.advanced(state, step)
-            factor = np.where(done, factor, factor + change)
+            factor = np.where(done | ~usable, factor, factor + change)
             stresses = self.whole.step_stresses(at, step)
             iterations += ~done
             work = np.abs(np.einsum("im,im->m", at.forces, step)) + np.abs(change * np.einsum("im,im->m", load, step))
-            close = ~done & (work <= _CLOSE * at.energy) & (np.abs(step).max(axis=0) > 0.0)
+            # the plane leaves a single coordinate no step: the load factor alone, in which forces are linear, balances
+            close = ~done & usable & (work <= _CLOSE * at.energy)
             stable = np.where(close, self.stable, stable)
             done |= close
         iterations[~done | (self._norm(aside, aside) > (_ASIDE * self.length) ** 2)] = _MOST + 1

@@ -74,9 +74,9 @@ class LargeSolution:
         """
         if method is not None:
             raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
-        if not isinstance(steps, int) or steps < 1:
+        if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
             raise FrameError(f"steps is {steps!r}: give a whole number above zero")
-        return cls(frame.copy(), steps, clearance)
+        return cls(frame.copy(), int(steps), clearance)
 
     @property
     def shape(self) -> Shape:
@@ -269,8 +269,8 @@ class LargeSolution:
 
     @cached_property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether the energy has a minimum, (...): the tangent has no negative eigenvalue beyond its rounding, motion out
-        of the plane included.
+        """Whether the energy has a minimum, (...): the tangent has no negative eigenvalue beyond its rounding; motion
+        out of the plane included.
 
         That is the same in all units and axes. Motions that neither load nor stiffness resists (an unheld plane) do not
         count. Moments in space keep their axis and have no energy; they count by the symmetric part of the tangent, as
@@ -328,12 +328,14 @@ class LargeSolution:
 
     @property
     def strain_energy(self) -> Array:
-        """Energy in members and joints after each load step, (steps, ...)."""
+        """Energy in members and joints after each load step, (steps, ...); NaN where the entry was left out."""
         return self._history.energy.reshape(self._steps, *self.shape)
 
     @property
     def work(self) -> Array:
-        """Work of loads and given motions up to each load step, by the trapezoidal rule, (steps, ...)."""
+        """Work of loads and given motions up to each load step, (steps, ...), by the trapezoidal rule over the steps.
+
+        What it differs by from `strain_energy` falls with the square of the step."""
         return self._history.work.reshape(self._steps, *self.shape)
 
     def explain(self) -> str:
@@ -371,9 +373,9 @@ class LargeSolution:
     def _found(self) -> Found:
         return self._result[0]
 
-    @property
+    @cached_property
     def _history(self) -> History:
-        return self._result[1]
+        return self._result[1] if self._steps > 1 else self._march.single(self.state)
 
     @cached_property
     def state(self) -> State:
