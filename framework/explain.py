@@ -76,7 +76,9 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
             lines.append(f"Skipped: {len(unknowns)} unknowns ({_kinds(unknowns)}); {why}.")
             continue
         orders = plan.block(name).orders
-        lines.append(f"Solved: {len(unknowns)} unknowns ({_kinds(unknowns)}) by broadcasting LDL^T.")
+        origin = solver.origin(name)
+        again = f", with {origin} of the last solution" if origin else ""
+        lines.append(f"Solved: {len(unknowns)} unknowns ({_kinds(unknowns)}) by broadcasting LDL^T{again}.")
         for title, order in zip(("in the links, condensed", "at the joints"), orders, strict=True):
             lines += _steps(title, order, plan.grid)
         lines.append(_estimate(plan.grid, orders))

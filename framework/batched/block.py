@@ -10,6 +10,7 @@ threads.
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,20 +19,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..batch import Array
-from ..structure.parts import Grid, Parts, Row, Value, add, add_row, combine, unknowns
+from ..structure.parts import Grid, Parts, Row, Value
 from ..structure.varying import Varying
 from .chunks import held, large_masks, steps
 from .combination import Combination
 from .order import Order
-from .stage import Forces, Matrix, Stage, backward, carried, closure, subtract
+from .progress import Masks, Progress, Springs, Wanted
+from .stage import Forces, Matrix, Stage
 from .tail import Remainder, Tail
 
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
-
-Wanted = Sequence[bool]
-Springs = list[tuple[Row, Value]]
+# Up to so many bytes a factor stays with its frame for the next load.
+HOLD = 2**26
 
 
 @dataclass(frozen=True)
@@ -67,40 +68,6 @@ class Block:
     varying: Varying | None = None
 
 
-@dataclass
-class _Progress:
-    """Both stages and what turns the first into the second, whole or cut to a chunk."""
-
-    inner: Stage
-    outer: Stage
-    rows: dict[int, Row]
-    springs: Springs
-    knowns: list[Value]
-
-    def values(self, block: Block, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows`, by back substitution of what they ask for."""
-        inner, outer = block.orders
-        asked = {k for row in rows for k in unknowns(row)}
-        inside = closure(inner, asked & set(inner.below))
-        ends = {a for a in inside if a not in inner.below}
-        wanted = (asked - inside) | {k for a in ends for k in unknowns(self.rows[a])}
-        known = {-1 - s: value for s, value in enumerate(self.knowns)}
-        backward(outer, closure(outer, wanted), known, self.outer, self.knowns)
-        at_ends = {a: _sum(self.rows[a], known) for a in ends}
-        backward(inner, inside, at_ends, self.inner, self.knowns)
-        known.update({k: at_ends[k] for k in inside & set(inner.below)})
-        return [_sum(row, known) for row in rows]
-
-    def carried(self, block: Block, row: Row) -> Row:
-        """`row` over the unknowns that are not eliminated yet and the known numbers."""
-        inner, outer = block.orders
-        at_ends = carried(inner, row, self.inner)
-        out: Row = {}
-        for k, factor in at_ends.items():
-            add_row(out, self.rows[k] if k not in row and k in self.rows else {k: 1.0}, factor)
-        return carried(outer, out, self.outer)
-
-
 class Factor:
     """LDL^T of a block; it answers for rows over the unknowns.
 
@@ -121,12 +88,35 @@ class Factor:
         self.large: Wanted = large_masks(block.grid)
         self.small: Wanted = [not large for large in self.large]
         self.axis, self.step = steps(block.grid, block.orders, chunk)
-        self._masks = _Masks(block)
+        self._masks = Masks.of(block.grid, block.rows, block.springs)
         with np.errstate(all="ignore"):
-            self.shared = self._run(self._start(), self.small)
-        self._kept: dict[int, _Progress | Tail] = {}
+            self.shared = self._shared()
+        self._kept: dict[int, Progress | Tail] = {}
+        self._former: dict[int, Progress | Tail] = {}
         self._margins: dict[int, Array] = {}
         self._again = False
+        self.origin = ""
+
+    def loaded(self, block: Block) -> Factor:
+        """The same factor under the loads of another block, which differs in nothing else."""
+        twin = copy.copy(self)
+        for name in ("_only_tail", "_rest"):
+            vars(twin).pop(name, None)
+        twin.block, twin._again = block, True
+        twin._kept, twin._former = {}, dict(self._former | self._kept)
+        stage = Stage(forces=block.forces).mapped(_same)
+        twin.shared = self.shared.loaded(stage.forces, {}, block.knowns)
+        with np.errstate(all="ignore"):
+            twin.shared.load(self.small)
+        whole = not any(self.large) or (len(twin._former) == self.chunks and not twin._only_tail)
+        twin.origin = "the factor" if whole else "what the entries share of the factor"
+        return twin
+
+    @property
+    def light(self) -> bool:
+        """Whether its numbers are few enough to be held for another load."""
+        grid, orders = self.block.grid, self.block.orders
+        return 8 * sum(grid.sizes[o.masks[k]] * (len(o.below[k]) + 2) for o in orders for k in o.pivots) < HOLD
 
     @property
     def chunks(self) -> int:
@@ -141,7 +131,7 @@ class Factor:
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns, at the whole batch."""
         with np.errstate(all="ignore"):
-            return self._gathered(rows) if any(self.large) else self.shared.values(self.block, rows)
+            return self._gathered(rows) if any(self.large) else self.shared.values(rows)
 
     def margin(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
@@ -163,84 +153,14 @@ class Factor:
 
     # -- one run ----------------------------------------------------------------------------------------------------
 
-    def _start(self) -> _Progress:
+    def _shared(self) -> Progress:
+        """All that is small, of the whole batch."""
         block = self.block
-        inner = Stage(block.matrix, block.forces, block.scale)
-        return _Progress(inner.mapped(_same), Stage(), block.rows, block.springs, block.knowns)
-
-    def _run(self, progress: _Progress, wanted: Wanted) -> _Progress:
-        inner, outer = self.block.orders
-        progress.inner.eliminate(inner, wanted)
-        progress.inner.forward(inner, wanted)
-        self._substitute(progress, wanted)
-        self._add_springs(progress, wanted)
-        progress.outer.eliminate(outer, wanted)
-        progress.outer.forward(outer, wanted)
+        stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
+        progress = Progress(block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks)
+        progress.factorise(self.small, given=True)
+        progress.load(self.small)
         return progress
-
-    def _substitute(self, progress: _Progress, wanted: Wanted) -> None:
-        """Add T^T K T, T^T (f - K G) and the diagonal's scale to the second stage."""
-        inner, outer, masks = progress.inner, progress.outer, self._masks
-        for a, row in progress.rows.items():
-            for b, parts in inner.matrix.get(a, {}).items():
-                if b >= a and b in progress.rows:
-                    for mask, value in parts.items():
-                        self._congruence(outer, (a, row), (b, progress.rows[b]), (mask, value), wanted)
-            for i in unknowns(row):
-                over, factor = masks.rows[a][i], row[i]
-                for source, pushed in inner.forces.get(a, {}).items():
-                    for mask, value in pushed.items():
-                        if self._is(outer, wanted, mask | over):
-                            add(outer.force(i, source), mask | over, combine([(factor, value)]))
-                for mask, value in inner.scale.get(a, {}).items():
-                    if self._is(outer, wanted, mask | over):
-                        term = combine([(factor, combine([(factor, value)]))])
-                        add(outer.scale.setdefault(i, {}), mask | over, term)
-
-    def _congruence(
-        self, outer: Stage, left: tuple[int, Row], right: tuple[int, Row], part: tuple[int, Value], wanted: Wanted
-    ) -> None:
-        (a, row), (b, other), (mask, value) = left, right, part
-        first, second = self._masks.rows[a], self._masks.rows[b]
-        for i, factor in row.items():
-            met = {j: mask | first[i] | second[j] for j in other if a != b or (i >= 0 and (j >= i or j < 0))}
-            met = {j: over for j, over in met.items() if self._is(outer, wanted, over)}
-            half = combine([(factor, value)]) if met else 0.0
-            for j, over in met.items():
-                self._put(outer, (i, j), over, combine([(other[j], half)]), twice=a != b)
-
-    def _add_springs(self, progress: _Progress, wanted: Wanted) -> None:
-        """Add k r r^T and -k r times the known part of every spring to the second stage."""
-        outer = progress.outer
-        for (row, stiffness), (masks, mask) in zip(progress.springs, self._masks.springs, strict=True):
-            for i in unknowns(row):
-                half = combine([(row[i], stiffness)])
-                for j, second in row.items():
-                    over = mask | masks[i] | masks[j]
-                    # A stiffness as it was given is added whole, whatever its size: that costs nothing.
-                    given = not masks[i] | masks[j]
-                    now = wanted is self.small if given else self._is(outer, wanted, over)
-                    if now and (j >= i or j < 0):
-                        term = combine([(second, half)])
-                        self._put(outer, (i, j), over, term, twice=False)
-                        if i == j:
-                            add(outer.scale.setdefault(i, {}), over, term)
-
-    @staticmethod
-    def _put(outer: Stage, at: tuple[int, int], mask: int, term: Value, *, twice: bool) -> None:
-        """Add a term of the stiffness to the matrix or, where it meets a known number, to the load."""
-        i, j = at
-        if i >= 0 and j >= 0:
-            add(outer.entry(i, j), mask, 2.0 * term if twice and i == j else term)
-        elif i >= 0 or j >= 0:
-            subtract(outer.force(max(i, j), -1 - min(i, j)), mask, term)
-
-    @staticmethod
-    def _is(stage: Stage, wanted: Wanted, mask: int) -> bool:
-        """Whether a term is wanted now; a stage that leaves some out is not complete."""
-        if not wanted[mask]:
-            stage.complete = False
-        return wanted[mask]
 
     # -- chunks -----------------------------------------------------------------------------------------------------
 
@@ -249,10 +169,10 @@ class Factor:
 
     def _from_tails(self, rows: Sequence[Row]) -> list[Value]:
         shape = self.block.grid.shape
-        asked = Combination.of([self.shared.carried(self.block, row) for row in rows], self._rest.columns, shape)
+        asked = Combination.of([self.shared.carried(row) for row in rows], self._rest.columns, shape)
         out = np.empty((*shape[:-1], len(rows), shape[-1]))
 
-        def gather(index: int, tail: _Progress | Tail) -> None:
+        def gather(index: int, tail: Progress | Tail) -> None:
             indices, part = self._indices(index), self._part(index)
             last = self.axis == len(shape) - 1
             assert isinstance(tail, Tail)
@@ -264,11 +184,11 @@ class Factor:
     def _from_stages(self, rows: Sequence[Row]) -> list[Value]:
         results: list[Value] = [0.0] * len(rows)
 
-        def gather(index: int, progress: _Progress | Tail) -> None:
+        def gather(index: int, progress: Progress | Tail) -> None:
             part = self._part(index)
-            assert isinstance(progress, _Progress)
+            assert isinstance(progress, Progress)
             cut = [_mapped(row, functools.partial(self._cut, part=part)) for row in rows]
-            for k, value in enumerate(progress.values(self.block, cut)):
+            for k, value in enumerate(progress.values(cut)):
                 if not isinstance(value, np.ndarray):
                     results[k] = value
                     continue
@@ -282,7 +202,7 @@ class Factor:
         self._each(gather)
         return results
 
-    def _each(self, work: Callable[[int, _Progress | Tail], None]) -> None:
+    def _each(self, work: Callable[[int, Progress | Tail], None]) -> None:
         """Do `work` with the index and progress of every chunk.
 
         Results of stages are laid out as the first comes out, so that goes before the others.
@@ -302,12 +222,12 @@ class Factor:
                     pass
         self._again = keep
 
-    def _chunk(self, index: int) -> _Progress | Tail:
+    def _chunk(self, index: int) -> Progress | Tail:
         if index in self._kept:
             return self._kept[index]
-        progress: _Progress | Tail = self._finished(index) if self._only_tail else self._redone(index)
+        progress: Progress | Tail = self._finished(index) if self._only_tail else self._redone(index)
         self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
-        if self._again or self.chunks == 1:
+        if self._again or self.chunks == 1 or (self.light and not self._only_tail):
             self._kept[index] = progress
         return progress
 
@@ -334,23 +254,24 @@ class Factor:
         shape[self.axis] = len(range(shape[self.axis])[self._indices(index)])
         return Tail(self._rest.cut(cut, self.axis, self._indices(index)), tuple(shape))
 
-    def _redone(self, index: int) -> _Progress:
+    def _redone(self, index: int) -> Progress:
         """The whole way once more for the terms that are large."""
         shared, cut = self.shared, functools.partial(self._cut, part=self._part(index))
-        progress = _Progress(
-            shared.inner.mapped(cut),
-            shared.outer.mapped(cut),
-            {a: _mapped(row, cut) for a, row in shared.rows.items()},
-            [(_mapped(row, cut), cut(stiffness)) for row, stiffness in shared.springs],
-            [cut(value) for value in shared.knowns],
-        )
-        if self.block.varying:
-            for entry, value in self.block.varying.values(self.axis, self._indices(index)):
-                i, j = entry.at
-                add(progress.inner.entry(i, j), entry.mask, value)
-                if i == j:
-                    add(progress.inner.scale.setdefault(i, {}), entry.mask, value)
-        return self._run(progress, self.large)
+        inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
+        former = self._former.pop(index, None)
+        if isinstance(former, Progress):
+            progress = former.loaded(inner.forces, outer.forces, knowns)
+        else:
+            rows = {a: _mapped(row, cut) for a, row in shared.rows.items()}
+            springs = [(_mapped(row, cut), cut(stiffness)) for row, stiffness in shared.springs]
+            progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
+            if self.block.varying:
+                for entry, value in self.block.varying.values(self.axis, self._indices(index)):
+                    inner.put(*entry.at, entry.mask, value)
+            progress.factorise(self.large, given=False)
+            progress.forget()
+        progress.load(self.large)
+        return progress
 
     def _part(self, index: int) -> tuple[slice, ...]:
         return (slice(None),) * self.axis + (self._indices(index),)
@@ -380,21 +301,8 @@ def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
     return {k: change(value) for k, value in row.items()}
 
 
-def _sum(row: Row, known: dict[int, Value]) -> Value:
-    return combine([(factor, known[k]) for k, factor in row.items()])
-
-
-def _margins(progress: _Progress | Tail) -> list[Array]:
+def _margins(progress: Progress | Tail) -> list[Array]:
     """Least pivot ratios found, by mask, in what was done on the way."""
     if isinstance(progress, Tail):
         return [np.asarray(progress.margin)]
     return [np.asarray(value) for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
-
-
-class _Masks:
-    """Batch axes over which the substitution and the springs of a block vary."""
-
-    def __init__(self, block: Block) -> None:
-        mask = block.grid.mask
-        self.rows = {a: {i: mask(v) for i, v in row.items()} for a, row in block.rows.items()}
-        self.springs = [({i: mask(v) for i, v in row.items()}, mask(k)) for row, k in block.springs]

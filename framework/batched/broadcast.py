@@ -72,10 +72,18 @@ class BroadcastSolver:
         """Couplings that a factorisation left out; 0 before it is made."""
         return self._factors[component].negligible if component in self._factors else 0
 
+    def origin(self, component: int) -> str:
+        """What of the factor of a component is that of the last solution, in words; empty for nothing."""
+        return self._factors[component].origin if component in self._factors else ""
+
     def factor(self, component: int) -> Factor:
         """Factorisation of a component."""
         if component not in self._factors:
             block = self.plan.block(component)
+            kept = self.plan.factors.get(component)
             with timed(self.plan.times, "factorisation"):
-                self._factors[component] = Factor(block)
+                factor = Factor(block) if kept is None else kept.loaded(block)
+            self._factors[component] = factor
+            if factor.light:
+                self.plan.factors[component] = factor
         return self._factors[component]

@@ -22,10 +22,11 @@ from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import Tree
 from ..structure.varying import Varying
-from .block import Block, Springs
+from .block import Block, Factor
 from .chunks import large_masks
 from .condensation import Chain, Condensation, chains, loaded, retained
 from .order import Order, Pattern, link, order
+from .progress import Springs
 from .stage import Forces, Matrix
 
 
@@ -55,18 +56,24 @@ class Plan:
         self._blocks: dict[int, Block] = {}
         self._orders_of: dict[int, tuple[Order, Order]] = {}
         self.solver: Any = None
+        self.factors: dict[int, Factor] = {}
         self.again = False
+
+    def __getstate__(self) -> dict[str, object]:
+        """What a copy or another process needs; it factorises again."""
+        return {**vars(self), "factors": {}}
 
     def reloaded(self, frame: Frame) -> Plan:
         """This plan for a frame that differs in its loads alone: numbers, matrix, orders and factors are shared."""
         twin = copy.copy(self)
-        twin.frame, twin.times, twin._blocks, twin.again = frame, {}, {}, True
+        twin.frame, twin.times, twin._blocks, twin.factors = frame, {}, {}, dict(self.factors)
+        twin.again = self.again or "solution" in self.times
         twin.knowns = Knowns(self.grid, self.knowns.geometry, self.knowns.values[: self._given])
         twin.topology = copy.copy(self.topology)
         object.__setattr__(twin.topology, "frame", frame)
         twin._forget("forces", "excited", "chains")
         if "chains" in vars(self) and twin.chains != self.chains:
-            twin._orders_of = {}
+            twin._orders_of, twin.factors = {}, {}
             twin._forget("condensed", "matrix")
         twin.solver = self.solver.reloaded(twin) if hasattr(self.solver, "reloaded") else None
         return twin

@@ -59,6 +59,12 @@ class Stage:
             row[j] = self.matrix.setdefault(j, {})[i] = {}
         return row[j]
 
+    def put(self, i: int, j: int, mask: int, value: Value) -> None:
+        """Add a term of the stiffness, whose rounding the diagonal carries."""
+        add(self.entry(i, j), mask, value)
+        if i == j:
+            add(self.scale.setdefault(i, {}), mask, value)
+
     def force(self, i: int, source: int) -> Parts:
         """Parts of the load on i for a unit of a source, made where there are none."""
         return self.forces.setdefault(i, {}).setdefault(source, {})

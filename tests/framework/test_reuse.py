@@ -4,28 +4,30 @@ from __future__ import annotations
 
 import gc
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
+from linkframe.framework.batched import block as block_module
 from linkframe.framework.batched import plan as plan_module
 from linkframe.framework.batched.broadcast import BroadcastSolver
+from linkframe.framework.batched.progress import Progress
 from linkframe.framework.solvers.lu import LUFactor
 from linkframe.framework.solvers.sparse import SparseSolver
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3, density=7850.0))
 
 
-def tower(levels: int, k: object = 1e6) -> Frame:
+def tower(levels: int, k: object = 1e6, bar: Beam = BAR) -> Frame:
     """A clamped mast with a compliant joint at its foot and an offset in it."""
     frame = Frame()
     frame.node("ground", (0.0, 0.0, 0.0))
     for i in range(levels + 1):
         frame.node(f"n{i}", (0.0, 0.1 * i * i, float(i)))
         if i:
-            frame.add(f"m{i}", BAR, f"n{i - 1}", f"n{i}")
+            frame.add(f"m{i}", bar, f"n{i - 1}", f"n{i}")
     frame.add("foot", Joint(stiffness=np.stack([np.asarray(k, dtype=float)] * 6, axis=-1)), "ground", "n0")
     frame.fix("ground")
     frame.offset("foot", ux=1e-3)
@@ -163,3 +165,56 @@ def test_factors_are_freed_at_once(method: str) -> None:
         assert [each() for each in kept] == [None] * 6
     finally:
         gc.enable()
+
+
+BATCHES: dict[str, Callable[[], Frame]] = {
+    **{name: SIZES[name] for name in ("few", "batch")},
+    "joints of a long batch": lambda: tower(4, np.linspace(1e6, 2e6, 3000)),
+    "members of a long batch": lambda: tower(4, bar=Beam(BAR.section, Material(E=np.linspace(1, 2, 40000), nu=0.3))),
+}
+
+
+@pytest.mark.parametrize("batch", BATCHES)
+def test_only_substitution_for_another_load(batch: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a factor is held, loads alone are carried through it; the same bits as of a frame never solved."""
+    done = 0
+    factorised = Progress.factorise
+
+    def counting(self: Progress, wanted: Sequence[bool], *, given: bool) -> None:
+        nonlocal done
+        done += 1
+        factorised(self, wanted, given=given)
+
+    monkeypatch.setattr(Progress, "factorise", counting)
+    frame, fresh = BATCHES[batch](), BATCHES[batch]()
+    for described in (frame, fresh):
+        described.load("n4", fy=2.0)
+    assert frame.solve().status.all()
+    first = done
+    for described in (frame, fresh):
+        described.load("n2", fy=-4.0, mz=1.0)
+        described.line_load("m2", fy=3.0)
+    again = frame.solve()
+    found = again.displacement("n3"), again.displacement("n4"), again.reaction("ground"), again.status
+    assert 0 < done == first
+    shared = "what the entries share of " if batch.startswith("joints") else ""
+    assert f"with {shared}the factor of the last solution" in again.explain()
+    anew = fresh.solve()
+    assert "with the factor" not in anew.explain()
+    for mine, theirs in zip(
+        found, (anew.displacement("n3"), anew.displacement("n4"), anew.reaction("ground"), anew.status), strict=True
+    ):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+def test_too_large_a_factor_is_not_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It goes with its solution, and the next one makes its own."""
+    monkeypatch.setattr(block_module, "HOLD", 0)
+    frame = tower(4)
+    first = frame.solve().displacement("n3")
+    assert frame.kept is not None
+    assert not frame.kept.factors
+    frame.load("n4", fx=10.0)
+    again = frame.solve()
+    assert np.abs(again.displacement("n3") - first).max() > 1e-6
+    assert "with the factor" not in again.explain()
