@@ -318,7 +318,7 @@ class LargeSolution:
         ndarray
             By component of `displacement`, (..., 6); rotation as a spin.
         """
-        number = self._known(node, self.model.topology.number, "node")
+        number = self._number(node)
         return self._shaped(self._trust.bound(number))
 
     @property

@@ -88,8 +88,8 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
         for link, opening in zip(state.kinematics.links, openings, strict=True)
         if link.edge.kind == "joint" and link.edge.name is not None
     }
-    number, forces = plan.topology.number, state.loads.forces
-    loaded = {node: forces[..., number[node], :] for node in plan.frame.nodes if np.any(forces[..., number[node], :])}
+    number, forces, frame = plan.topology.number, state.loads.forces, plan.frame
+    loaded = {node: forces[..., number[node], :] for node in frame.nodes if np.any(forces[..., number[node], :])}
     drive = np.sum(coordinates * residual, axis=(-1, -2))
     return FreeMotion(
         count=len(shapes),
@@ -97,7 +97,10 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
         work={node: np.sum(moved[..., number[node], :] * f, axis=-1).astype(np.float64) for node, f in loaded.items()},
         drive=drive.astype(np.float64),
         solvable=solvable,
-        _displacements={node: moved[..., number[node], :].astype(np.float64) for node in plan.frame.nodes},
+        _displacements={
+            name: moved[..., number[node], :].astype(np.float64)
+            for name, node in ({node: node for node in frame.nodes} | frame.aliases).items()
+        },
     )
 
 
@@ -126,7 +129,7 @@ def _shapes(plan: Plan, state: Equilibrium) -> Array:
 def _driven(shapes: Array, drive: Real) -> Array:
     """The motions turned among themselves so that all work is done on the first, and is positive."""
     weights = drive.astype(np.float64)
-    size = np.linalg.norm(weights)
+    size = np.hypot.reduce(weights)
     if not size > 0.0:
         return shapes
     turn, _ = np.linalg.qr(np.column_stack([weights / size, np.eye(len(weights))]))

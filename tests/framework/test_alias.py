@@ -42,6 +42,24 @@ def test_both_names_mean_one_node() -> None:
     assert list(aliased.nodes) == ["A", "B", "C"]
 
 
+def test_all_that_is_asked_by_node_takes_both_names() -> None:
+    """At large displacement, along a path, and in a motion that nothing resists."""
+    frame = cantilever("A", "B")
+    large, path = frame.solve(large=True), frame.path("tip", "uy", 1e-6)
+    for read in (large.displacement, large.error_bound, path.displacement, frame.buckling(1).shapes):
+        np.testing.assert_array_equal(read("tip"), read("B"))
+    np.testing.assert_array_equal(large.reaction("root"), large.reaction("A"))
+    loose = Frame()
+    loose.node("A", (0.0, 0.0, 0.0))
+    loose.alias("end", "A")
+    loose.load("end", fx=1e300, fy=1e300)
+    motion = loose.solve().free_motion()
+    np.testing.assert_array_equal(motion.displacement("end"), motion.displacement("A"))
+    np.testing.assert_allclose(motion.displacement("end")[0, :2], [1.0, 1.0])
+    with pytest.raises(FrameError, match="node 'X' is unknown"):
+        large.error_bound("X")
+
+
 def test_names_are_not_given_twice() -> None:
     frame = cantilever("A", "B")
     for again in ("A", "tip"):
