@@ -7,13 +7,12 @@ import sys
 import warnings
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .batch import Array, Shape, one_entry
+from .batch import Array, one_entry
 from .batched.broadcast import BroadcastSolver
 from .batched.plan import Plan
 from .batched.reuse import same_structure
@@ -21,6 +20,7 @@ from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
+from .results.base import Results
 from .results.recovery import Recovery
 from .solvers.method import BROADCAST, checked, choose
 from .solvers.sparse import SparseSolver
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from .results.singular import FreeMotion
 
 
-class Solution:
+class Solution(Results):
     """Displacements, reactions and forces of a solved frame, each of the frame's batch shape.
 
     Obtained from ``frame.solve()``. Entries that loads move without resistance hold NaN and say so in `status`; a
@@ -71,7 +71,7 @@ class Solution:
     def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
         self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
-        self._warned = self._told = False
+        self._warned = False
 
     @classmethod
     def of(cls, frame: Frame, method: str | None = None, *, clearance: bool = False) -> Solution:
@@ -105,13 +105,8 @@ class Solution:
         """What a copy or another process needs: description, plan, what has been read. The rest it computes again."""
         plan = copy.copy(self.plan)
         plan.solver = None
-        kept = ("frame", "clearances", "_known", "_warned", "_told")
+        kept = ("frame", "clearances", "_known", "_warned")
         return {name: getattr(self, name) for name in kept} | {"plan": plan}
-
-    @property
-    def shape(self) -> Shape:
-        """Batch shape."""
-        return self.frame.shape
 
     # -- displacements ----------------------------------------------------------------------------------------------
 
@@ -128,7 +123,7 @@ class Solution:
         ndarray
             ``ux uy uz rx ry rz``, (..., 6), length and radians.
         """
-        number = self._number(node)
+        number = self.plan.topology.number[self._node(node)]
         return self._read(("displacement", node), lambda: self._settled(self.plan.tree.global_rows(number)))
 
     def joint_displacement(self, joint: str) -> Array:
@@ -184,40 +179,6 @@ class Solution:
         self._member(member)
         return self._read(("ends", member), lambda: self._recovery.end_forces(member))
 
-    def forces(self, member: str, at: ArrayLike) -> Array:
-        """Internal forces along a member, which the part ahead exerts on the part behind; tension is positive.
-
-        Parameters
-        ----------
-        member
-            The member.
-        at
-            Distances from the member's start, (..., k); the batch may vary them.
-
-        Returns
-        -------
-        ndarray
-            ``N Vy Vz T My Mz`` in local axes, (..., k, 6).
-        """
-        return self._masked(self._recovery.forces(self._member(member), np.atleast_1d(at)))
-
-    def stress(self, member: str, at: ArrayLike) -> Array:
-        """Extreme stresses of the section along a member.
-
-        Parameters
-        ----------
-        member
-            The member.
-        at
-            Distances from the member's start, (..., k); the batch may vary them.
-
-        Returns
-        -------
-        ndarray
-            Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
-        """
-        return self._masked(self._recovery.stress(self._member(member), np.atleast_1d(at)))
-
     def reaction(self, node: str) -> Array:
         """Force and moment of a support on its node in global axes.
 
@@ -236,10 +197,7 @@ class Solution:
         FrameError
             If the node has no support.
         """
-        node = self.frame.aliases.get(node, node)
-        if node not in self.frame.supports:
-            supported = ", ".join(self.frame.supports) or "none"
-            raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
+        node = self._supported(node)
         return self._read(("reaction", node), lambda: self._recovery.reaction(node))
 
     def joint_force(self, joint: str) -> Array:
@@ -271,10 +229,8 @@ class Solution:
         FrameError
             If the joint has no clearance, or clearances were left out.
         """
-        name, known = self._joint(joint), [] if self.clearances is None else self.clearances.names
-        if self.clearances is None or name not in known:
-            told = ", ".join(known) or "none, or they were left out"
-            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {told}")
+        name = self._played(joint, [] if self.clearances is None else self.clearances.names)
+        assert self.clearances is not None
         return self.clearances.contact(name)
 
     # -- trust ------------------------------------------------------------------------------------------------------
@@ -465,40 +421,6 @@ class Solution:
 
         return explain(self)
 
-    def save(
-        self,
-        path: str | Path,
-        *,
-        entry: int | Sequence[int] | None = None,
-        axis: int | None = None,
-        times: ArrayLike | None = None,
-        stations: int = 8,
-    ) -> None:
-        """Write files for ParaView, whole or not at all; `linkframe.framework.paraview.export` says what they hold.
-
-        Parameters
-        ----------
-        path
-            ``name.vtu`` for one batch entry; ``name.pvd`` for those along a batch axis as a time series, with its
-            files in the folder ``name`` beside it. Folders that are missing are made.
-        entry
-            Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
-        axis
-            For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
-        times
-            For a .pvd, increasing times (or angles) of the entries, (n,); their numbers 0, 1, ... by default.
-        stations
-            Cells of a member, so that its curved shape shows.
-
-        Raises
-        ------
-        FrameError
-            If the name ends otherwise, the batch does not fit, or the folder cannot be written.
-        """
-        from .paraview.export import save
-
-        save(self, path, entry=entry, axis=axis, times=times, stations=stations)
-
     # -- inside -----------------------------------------------------------------------------------------------------
 
     @cached_property
@@ -600,8 +522,9 @@ class Solution:
         return found if self.idle is None else self._announced(found, self.idle.motions(rows))
 
     def _announced(self, found: Array, moved: Array) -> Array:
-        if self.idle is not None and self.idle.masked(found, moved) and not self._told:
-            self._told = True
+        # Where there are mechanisms as well, their warning tells of both.
+        if self.idle is not None and self.idle.masked(found, moved) and not (self._warned or self._singular.any()):
+            self._warned = True
             warnings.warn(self._loose(), MechanismWarning, stacklevel=_reader())
         return found
 
@@ -631,9 +554,11 @@ class Solution:
         if not singular.ndim:
             return f"the frame can move without resistance and its results are NaN: {self.mechanism()}"
         entry = tuple(int(k) for k in np.argwhere(singular)[0])
+        idle = 0 if self.idle is None else int(self.idle.mask.sum())
+        more = f", and {idle} more can move, though no load makes them, with displacements NaN that tell how far"
         return (
-            f"{singular.sum()} of {singular.size} batch entries can move without resistance and their results are NaN; "
-            f"the first, {entry}: {self.mechanism(*entry)}"
+            f"{singular.sum()} of {singular.size} batch entries can move without resistance and their results are NaN"
+            f"{more if idle else ''}; the first, {entry}: {self.mechanism(*entry)}"
         )
 
     def _loose(self) -> str:
@@ -643,22 +568,6 @@ class Solution:
             "the frame can move, though no load makes it, and displacements that depend on how far it has are NaN: "
             f"{self.mechanism(*entry)}"
         )
-
-    def _number(self, node: str) -> int:
-        node = self.frame.aliases.get(node, node)
-        if node not in self.plan.topology.number:
-            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
-        return self.plan.topology.number[node]
-
-    def _member(self, member: str) -> str:
-        if member not in self.frame.members:
-            raise FrameError(f"member {member!r} is unknown: known are {', '.join(self.frame.members) or 'none'}")
-        return member
-
-    def _joint(self, joint: str) -> str:
-        if joint not in self.frame.joints:
-            raise FrameError(f"joint {joint!r} is unknown: known are {', '.join(self.frame.joints) or 'none'}")
-        return joint
 
 
 def _reader() -> int:

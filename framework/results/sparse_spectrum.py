@@ -69,14 +69,10 @@ class SparsePencil:
         inverse = LinearOperator((size, size), matvec=lambda x: self._solved(x), dtype=float)
         start = np.random.default_rng(0).standard_normal(size)
         matrix = self.factor.scaled
-
-        def found(pencil: csr_matrix, number: int, which: str) -> tuple[Array, Array]:
-            values, vectors = eigsh(pencil, k=number, M=matrix, Minv=inverse, which=which, v0=start, tol=_LOOSE)
-            return values, vectors
-
-        largest = float(np.abs(found(other, 1, "LM")[0][0]))
+        rough = eigsh(other, k=1, M=matrix, Minv=inverse, which="LM", v0=start, tol=1e-3, return_eigenvectors=False)
         # All eigenvalues made positive: where none of them is, the greatest crowd at zero.
-        values, vectors = found(csr_matrix(other + largest * matrix), count, "LA")
+        positive = other + 1.01 * float(np.abs(rough[0])) * matrix
+        values, vectors = eigsh(positive, k=count, M=matrix, Minv=inverse, which="LA", v0=start, tol=_LOOSE)
         out: Array = vectors[:, np.argsort(-values)]
         return out
 

@@ -27,7 +27,8 @@ def zero_eigenvalue(size: int) -> float:
 def halves(matrix: Array) -> tuple[Array, Array]:
     """L of ``D matrix D = L L^T`` with unit diagonal, (..., n, n), and the diagonal of D, (..., n)."""
     scaled, root = dense.scaled(matrix)
-    return np.linalg.cholesky(scaled), root
+    half = np.linalg.cholesky(scaled)
+    return np.asarray(half, dtype=np.float64), root
 
 
 def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
@@ -60,8 +61,7 @@ def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[
     count
         How many.
     """
-    middle = other * root[..., :, None] * root[..., None, :]
-    left = np.linalg.solve(half, middle)
+    left = np.linalg.solve(half, other * root[..., :, None] * root[..., None, :])
     middle = np.linalg.solve(half, np.swapaxes(left, -1, -2))
     values, vectors = np.linalg.eigh((middle + np.swapaxes(middle, -1, -2)) / 2.0)
     chosen = np.argsort(-np.abs(values), axis=-1, kind="stable")[..., :count]

@@ -62,7 +62,10 @@ class Accuracy:
     @property
     def compliance(self) -> Array:
         """Displacement of P by the load on links and joints, (..., 3), linear; NaN where `status` is not regular."""
-        return self._cases.displacement("P")[0, ..., :3]
+        return self._regular(self._cases.displacement("P")[0, ..., :3])
+
+    def _regular(self, moved: Array) -> Array:
+        return np.where((self.status == "regular")[..., None], moved, np.nan)
 
     @property
     def clearance(self) -> Array:
@@ -71,7 +74,7 @@ class Accuracy:
         The frame's answer to the offsets of its joints; links and joints may deform where the linkage is not
         statically determinate.
         """
-        return self._cases.displacement("P")[1, ..., :3]
+        return self._regular(self._cases.displacement("P")[1, ..., :3])
 
     @cached_property
     def clearance_exact(self) -> Array:
@@ -107,7 +110,7 @@ class Accuracy:
     @cached_property
     def status(self) -> NDArray[np.str_]:
         """``"regular"``, ``"singular: coupler and rocker in line"``, or the frame's ``"mechanism"``, (...)."""
-        loose = np.broadcast_to(self._cases.status == "mechanism", (2, *self.shape)).any(axis=0)
+        loose = np.broadcast_to(self._cases.movable, (2, *self.shape)).any(axis=0)
         singular = np.broadcast_to(self.motion.singular, self.shape)
         return np.where(singular, SINGULAR, np.where(loose, "mechanism", "regular"))
 
