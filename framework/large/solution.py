@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..batch import Array, Shape
+from ..batch import Array
 from ..batched.plan import Plan
 from ..clearances.clearance import loose_joints
 from ..clearances.contact import Contact
 from ..errors import FrameError
+from ..results.base import Results
 from . import rotation
 from .equations import Equations
 from .found import Found
@@ -28,10 +28,9 @@ from .trust import Trust
 
 if TYPE_CHECKING:
     from ..frame import Frame
-    from ..solution import Solution
 
 
-class LargeSolution:
+class LargeSolution(Results):
     """Displacements and forces in an equilibrium at finite displacement and rotation, each of the frame's batch shape.
 
     Obtained from ``frame.solve(large=True)``. Loads keep their direction, moments their axis in space; line loads and
@@ -78,11 +77,6 @@ class LargeSolution:
             raise FrameError(f"steps is {steps!r}: give a whole number above zero")
         return cls(frame.copy(), int(steps), clearance)
 
-    @property
-    def shape(self) -> Shape:
-        """Batch shape."""
-        return self.frame.shape
-
     # -- displacements ----------------------------------------------------------------------------------------------
 
     def displacement(self, node: str) -> Array:
@@ -98,7 +92,7 @@ class LargeSolution:
         ndarray
             ``ux uy uz`` and the rotation vector, (..., 6), length and radians.
         """
-        number = self._number(node)
+        number = self.model.topology.number[self._node(node)]
         state = self.state
         return self._shaped(np.concatenate([state.moved[:, number], rotation.logarithm(state.turned[:, number])]))
 
@@ -117,7 +111,7 @@ class LargeSolution:
         ndarray
             ``ux uy uz`` and the rotation vector, (..., k, 6).
         """
-        return self._masked(self._stations.displacement(self._member(member), np.atleast_1d(at)))
+        return self._masked(self._recovery.displacement(self._member(member), np.atleast_1d(at)))
 
     def joint_displacement(self, joint: str) -> Array:
         """Displacement of a joint's second node relative to its first, in axes that follow the first.
@@ -150,41 +144,7 @@ class LargeSolution:
         ndarray
             Start before end, (..., 12), in axes that follow the chord of the piece (of ``segments``) at that end.
         """
-        return self._masked(self._stations.end_forces(self._member(member)))
-
-    def forces(self, member: str, at: ArrayLike) -> Array:
-        """Internal forces along a member, which the part ahead exerts on the part behind; tension is positive.
-
-        Parameters
-        ----------
-        member
-            The member.
-        at
-            Distances from the member's start before loading, (..., k); the batch may vary them.
-
-        Returns
-        -------
-        ndarray
-            ``N Vy Vz T My Mz``, (..., k, 6), in axes that follow the chord of the piece.
-        """
-        return self._masked(self._stations.forces(self._member(member), np.atleast_1d(at)))
-
-    def stress(self, member: str, at: ArrayLike) -> Array:
-        """Extreme stresses of the section along a member.
-
-        Parameters
-        ----------
-        member
-            The member.
-        at
-            Distances from the member's start before loading, (..., k); the batch may vary them.
-
-        Returns
-        -------
-        ndarray
-            Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
-        """
-        return self._masked(self._stations.stress(self._member(member), np.atleast_1d(at)))
+        return self._masked(self._recovery.end_forces(self._member(member)))
 
     def reaction(self, node: str) -> Array:
         """Force and moment of a support on its node in global axes.
@@ -199,10 +159,7 @@ class LargeSolution:
         ndarray
             ``fx fy fz mx my mz``, (..., 6), moments about the displaced node; zero where the node is not held.
         """
-        node = self.frame.aliases.get(node, node)
-        if node not in self.frame.supports:
-            supported = ", ".join(self.frame.supports) or "none"
-            raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
+        node = self._supported(node)
         number = self.model.topology.number[node]
         loops = [k for k, loop in enumerate(self.model.loops) if (loop.edge.kind, loop.edge.name) == ("support", node)]
         if loops:
@@ -247,12 +204,8 @@ class LargeSolution:
         """
         from .contact import contact
 
-        number = self._link(joint)
-        loose = loose_joints(self.frame) if self.model.clearance else []
-        if joint not in loose:
-            told = ", ".join(loose) or "none, or they were left out"
-            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {told}")
-        return contact(self, joint, number)
+        name = self._played(joint, loose_joints(self.frame) if self.model.clearance else [])
+        return contact(self, name, self._link(name))
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
@@ -318,7 +271,7 @@ class LargeSolution:
         ndarray
             By component of `displacement`, (..., 6); rotation as a spin.
         """
-        number = self._number(node)
+        number = self.model.topology.number[self._node(node)]
         return self._shaped(self._trust.bound(number))
 
     @property
@@ -343,21 +296,6 @@ class LargeSolution:
         from .explain import explain
 
         return explain(self, self._steps)
-
-    def save(self, path: str | Path, **options: Any) -> None:
-        """Write files for ParaView: ``.vtu`` for one entry, ``.pvd`` for a batch axis.
-
-        Parameters
-        ----------
-        path
-            File ``.vtu`` or ``.pvd``.
-        **options
-            See `linkframe.framework.paraview.export.save`.
-        """
-        from ..paraview.export import save
-
-        # what is asked of it, both kinds of solution answer
-        save(cast("Solution", self), path, **options)
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
@@ -402,7 +340,7 @@ class LargeSolution:
         return Trust(self._march.newton, self.equations, self.state)
 
     @cached_property
-    def _stations(self) -> Stations:
+    def _recovery(self) -> Stations:
         return Stations(self.model, self.equations, self.state)
 
     def _shaped(self, array: Array) -> Array:
@@ -414,24 +352,9 @@ class LargeSolution:
         absent = np.broadcast_to(self.frame.absent, self.shape)
         return np.where(absent.reshape(*self.shape, *(1,) * (array.ndim - absent.ndim)), np.nan, array)
 
-    def _number(self, node: str) -> int:
-        node = self.frame.aliases.get(node, node)
-        if node not in self.model.topology.number:
-            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
-        return self.model.topology.number[node]
-
-    def _known(self, name: str, known: dict[str, int], what: str) -> int:
-        if name not in known:
-            raise FrameError(f"{what} {name!r} is unknown: known are {', '.join(known) or 'none'}")
-        return known[name]
-
-    def _member(self, member: str) -> str:
-        self._known(member, {name: k for k, name in enumerate(self.frame.members)}, "member")
-        return member
-
     def _edge(self, number: int) -> Link:
         return self.model.edges[number].at(self.equations.where)
 
     def _link(self, joint: str) -> int:
-        links = {link.edge.name: k for k, link in enumerate(self.model.edges) if link.edge.kind == "joint"}
-        return self._known(joint, {str(name): k for name, k in links.items()}, "joint")
+        wanted = "joint", self._joint(joint)
+        return next(k for k, link in enumerate(self.model.edges) if (link.edge.kind, link.edge.name) == wanted)

@@ -17,11 +17,11 @@ from .scene import Part, beams, joints
 from .vtu import write_grid, write_names, write_series
 
 if TYPE_CHECKING:
-    from ..solution import Solution
+    from ..results.base import Results
 
 
 def save(
-    solution: Solution,
+    solution: Results,
     path: str | Path,
     *,
     entry: Entry | None = None,
@@ -95,19 +95,19 @@ def save(
         raise FrameError(f"{path.name} is neither .vtu (one pose) nor .pvd (a series of poses): choose one of them")
 
 
-def _save_pose(solution: Solution, path: Path, index: Index, stations: int) -> None:
+def _save_pose(solution: Results, path: Path, index: Index, stations: int) -> None:
     with whole_or_nothing(path.parent) as stage:
         write_grid(stage / path.name, _parts(solution, index, stations), 0)
         write_names(stage / path.name, _names(solution))
 
 
-def _save_series(solution: Solution, path: Path, index: Index, times: Sequence[float], stations: int) -> None:
+def _save_series(solution: Results, path: Path, index: Index, times: Sequence[float], stations: int) -> None:
     with whole_or_nothing(path.parent) as stage:
         write_series(stage / path.name, _parts(solution, index, stations), times)
         write_names(stage / path.name, _names(solution))
 
 
-def _parts(solution: Solution, index: Index, stations: int) -> list[Part]:
+def _parts(solution: Results, index: Index, stations: int) -> list[Part]:
     frame = solution.frame
     parts = [beams(solution, index, stations)] if frame.members else []
     parts += [joints(solution, index)] if frame.joints else []
@@ -116,7 +116,7 @@ def _parts(solution: Solution, index: Index, stations: int) -> list[Part]:
     return parts
 
 
-def _names(solution: Solution) -> dict[str, list[str]]:
+def _names(solution: Results) -> dict[str, list[str]]:
     frame = solution.frame
     return {"member": list(frame.members), "link": list(frame.bodies), "joint": list(frame.joints)}
 

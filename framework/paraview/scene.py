@@ -14,7 +14,7 @@ from ..errors import FrameError
 from .entries import Index
 
 if TYPE_CHECKING:
-    from ..solution import Solution
+    from ..results.base import Results
 
 Array = NDArray[Any]
 
@@ -45,7 +45,7 @@ class Part:
     cell_data: Mapping[str, Array]
 
 
-def beams(solution: Solution, index: Index, stations: int) -> Part:
+def beams(solution: Results, index: Index, stations: int) -> Part:
     """Members at the batch entries `index`, each as `stations` line cells.
 
     Members share no points, so that section forces may jump from one to the next. Points carry
@@ -83,7 +83,7 @@ def beams(solution: Solution, index: Index, stations: int) -> Part:
     )
 
 
-def joints(solution: Solution, index: Index) -> Part:
+def joints(solution: Results, index: Index) -> Part:
     """Joints at the batch entries `index`, each as a vertex cell at its first node.
 
     Points carry, in global axes, ``displacement`` and ``rotation`` of the first node, ``gap`` and
@@ -114,7 +114,7 @@ def joints(solution: Solution, index: Index) -> Part:
     )
 
 
-def _stress(solution: Solution, member: str, at: Array) -> Array:
+def _stress(solution: Results, member: str, at: Array) -> Array:
     """Extreme stresses at stations; NaN where the section does not tell where its material lies."""
     try:
         return solution.stress(member, at)
@@ -122,24 +122,24 @@ def _stress(solution: Solution, member: str, at: Array) -> Array:
         return np.full((*solution.shape, at.shape[-1], 3), np.nan)
 
 
-def _link(solution: Solution, start: str, end: str) -> int:
+def _link(solution: Results, start: str, end: str) -> int:
     """Number of the body that carries both nodes, -1 if none does."""
     nodes, bodies = solution.frame.nodes, list(solution.frame.bodies)
     body = nodes[start].body
     return bodies.index(body) if body is not None and body == nodes[end].body else -1
 
 
-def taken(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
+def taken(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
     """Entries `index` of arrays (..., k, c), stacked to (T, len(arrays), k, c)."""
     return np.stack([np.broadcast_to(a, solution.shape + a.shape[-2:])[index] for a in arrays], axis=1)
 
 
-def solved(solution: Solution, index: Index) -> Array:
+def solved(solution: Results, index: Index) -> Array:
     """Which of the entries have a solution, (T,)."""
     return np.broadcast_to(~np.isin(solution.status, ("mechanism", "absent")), solution.shape)[index]
 
 
-def results(solution: Solution, index: Index, arrays: Sequence[Array]) -> Array:
+def results(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
     """As `taken`, with zeros for a mechanism: a viewer cannot place NaN, and `solved` tells."""
     return np.where(solved(solution, index)[:, None, None, None], taken(solution, index, arrays), 0.0)
 
@@ -168,7 +168,7 @@ def _section(force: Array, stress: Array) -> dict[str, Array]:
     }
 
 
-def _labels(solution: Solution, index: Index, **numbers: Array) -> dict[str, Array]:
+def _labels(solution: Results, index: Index, **numbers: Array) -> dict[str, Array]:
     """Numbers of the cells, the same at every pose, and `solved`, the same on every cell."""
     flags = solved(solution, index)[:, None]
     shape = (len(flags), len(next(iter(numbers.values()))))

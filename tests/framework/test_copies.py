@@ -92,6 +92,26 @@ def test_a_copied_frame_is_loaded_alone(way: Callable[[Frame], Frame]) -> None:
     assert np.abs(twin.solve().displacement("D") - before).max() > 1e-6
 
 
+@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, lambda frame: pickle.loads(pickle.dumps(frame))])
+@pytest.mark.parametrize("method", [None, "banded", "sparse", "iterative"])
+def test_a_solved_frame_travels(way: Callable[[Frame], Frame], method: str | None) -> None:
+    """What it keeps of its solution, which may hold a factor that cannot travel, stays behind."""
+    frame = bent()
+    solution = frame.solve(method)
+    wanted = solution.displacement("D")
+    twin = way(frame)
+    assert twin.kept is None
+    np.testing.assert_array_equal(twin.solve(method).displacement("D"), wanted)
+    np.testing.assert_array_equal(frame.solve(method).displacement("D"), wanted)
+
+
+def test_entries_left_out_are_not_the_array_that_was_given() -> None:
+    frame, left = bent(), np.array([True, False])
+    frame.exclude(left)
+    left[...] = False
+    assert frame.solve().status.tolist() == ["absent", "regular"]
+
+
 def test_frames_are_equal_to_themselves_alone() -> None:
     frame = bent()
     assert frame == frame

@@ -1,0 +1,183 @@
+"""What every solution of a frame answers, whether its displacements are small or large."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..batch import Array, Shape
+from ..errors import FrameError
+
+if TYPE_CHECKING:
+    from ..frame import Frame
+
+
+class Recovered(Protocol):
+    """What is known at stations (..., k) along a member."""
+
+    def forces(self, member: str, at: Array) -> Array:
+        """Internal forces (..., k, 6)."""
+        ...
+
+    def stress(self, member: str, at: Array) -> Array:
+        """Extreme stresses (..., k, 3)."""
+        ...
+
+
+class Results(ABC):
+    """Results by name, each of the frame's batch shape.
+
+    Attributes
+    ----------
+    frame
+        The description as it was when solved.
+    """
+
+    frame: Frame
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        return self.frame.shape
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.frame!r}>"
+
+    # -- of each kind its own ---------------------------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def status(self) -> NDArray[np.str_]:
+        """What is to be said of each batch entry, (...)."""
+
+    @abstractmethod
+    def displacement(self, node: str) -> Array:
+        """Displacement and rotation of a node in global axes, (..., 6)."""
+
+    @abstractmethod
+    def displacement_along(self, member: str, at: ArrayLike) -> Array:
+        """Displacement and rotation along a member in global axes, (..., k, 6)."""
+
+    @abstractmethod
+    def joint_displacement(self, joint: str) -> Array:
+        """Displacement of a joint's second node relative to its first, (..., 6)."""
+
+    @abstractmethod
+    def joint_force(self, joint: str) -> Array:
+        """Force and moment that a joint exerts on its first node, (..., 6)."""
+
+    @property
+    @abstractmethod
+    def _recovery(self) -> Recovered: ...
+
+    @abstractmethod
+    def _masked(self, array: Array) -> Array: ...
+
+    # -- the same for all -------------------------------------------------------------------------------------------
+
+    def forces(self, member: str, at: ArrayLike) -> Array:
+        """Internal forces along a member, which the part ahead exerts on the part behind; tension is positive.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start before loading, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            ``N Vy Vz T My Mz``, (..., k, 6), in local axes; at large displacement in those that follow the chord of
+            the piece (of ``segments``).
+        """
+        return self._masked(self._recovery.forces(self._member(member), np.atleast_1d(at)))
+
+    def stress(self, member: str, at: ArrayLike) -> Array:
+        """Extreme stresses of the section along a member.
+
+        Parameters
+        ----------
+        member
+            The member.
+        at
+            Distances from the member's start before loading, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
+        """
+        return self._masked(self._recovery.stress(self._member(member), np.atleast_1d(at)))
+
+    def save(
+        self,
+        path: str | Path,
+        *,
+        entry: int | Sequence[int] | None = None,
+        axis: int | None = None,
+        times: ArrayLike | None = None,
+        stations: int = 8,
+    ) -> None:
+        """Write files for ParaView, whole or not at all; `linkframe.framework.paraview.export` says what they hold.
+
+        Parameters
+        ----------
+        path
+            ``name.vtu`` for one batch entry; ``name.pvd`` for those along a batch axis as a time series, with its
+            files in the folder ``name`` beside it. Folders that are missing are made.
+        entry
+            Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
+        axis
+            For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
+        times
+            For a .pvd, increasing times (or angles) of the entries, (n,); their numbers 0, 1, ... by default.
+        stations
+            Cells of a member, so that its curved shape shows.
+
+        Raises
+        ------
+        FrameError
+            If the name ends otherwise, the batch does not fit, or the folder cannot be written.
+        """
+        from ..paraview.export import save
+
+        save(self, path, entry=entry, axis=axis, times=times, stations=stations)
+
+    # -- names ------------------------------------------------------------------------------------------------------
+
+    def _node(self, node: str) -> str:
+        """The name of a node in the description."""
+        node = self.frame.aliases.get(node, node)
+        if node not in self.frame.nodes:
+            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
+        return node
+
+    def _supported(self, node: str) -> str:
+        node = self.frame.aliases.get(node, node)
+        if node not in self.frame.supports:
+            supported = ", ".join(self.frame.supports) or "none"
+            raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
+        return node
+
+    def _member(self, member: str) -> str:
+        if member not in self.frame.members:
+            raise FrameError(f"member {member!r} is unknown: known are {', '.join(self.frame.members) or 'none'}")
+        return member
+
+    def _joint(self, joint: str) -> str:
+        if joint not in self.frame.joints:
+            raise FrameError(f"joint {joint!r} is unknown: known are {', '.join(self.frame.joints) or 'none'}")
+        return joint
+
+    def _played(self, joint: str, known: Sequence[str]) -> str:
+        """The name of a joint that is among those whose clearances are taken into account."""
+        if self._joint(joint) not in known:
+            told = ", ".join(known) or "none, or they were left out"
+            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {told}")
+        return joint
