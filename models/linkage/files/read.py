@@ -22,8 +22,7 @@ SECTIONS: dict[str, type[CrossSection]] = {
     "i": ISection,
     "properties": Section,
 }
-# What a kind of joint cannot do without, and what only it knows.
-NEEDED = {"prismatic": ("axis",), "universal": ("axis", "second"), "screw": ("axis", "pitch")}
+# What only one kind of joint knows.
 OWN = {"second": "universal", "pitch": "screw"}
 TABLES = ("title", "points", "links", "joints", "springs", "loads", "gravity", "beams", "sections", "materials")
 # Tables of the job of `linkframe run`, which the linkage does not know.

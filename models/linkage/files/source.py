@@ -15,8 +15,6 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from .toml import Path, line_of
 
-Data = Mapping[str, Any]
-
 
 class Source:
     """A TOML file.
