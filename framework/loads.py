@@ -21,6 +21,11 @@ class LineLoad:
     span: tuple[float, float] | None
     local: bool
 
+    @property
+    def forces(self) -> tuple[Array, ...]:
+        """What may vary over the batch, (..., 3) each."""
+        return self.start, self.end
+
     def clipped(self, lower: Array, upper: Array, length: Array) -> tuple[Array, Array]:
         """Ends of the loaded stretch, measured from the start of the member, within `lower` ... `upper`."""
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
@@ -47,6 +52,11 @@ class PointLoad:
     at: float
     force: Array = field(metadata=_VECTORS)
     local: bool
+
+    @property
+    def forces(self) -> tuple[Array, ...]:
+        """What may vary over the batch, (..., 6)."""
+        return (self.force,)
 
     def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:
         """The load itself where `at` lies between `lower` and `upper`, the member's end included; else nothing."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +82,7 @@ def force_entries(topology: Topology, knowns: Knowns) -> Forces:
 
 def _member_shares(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
     """Loads on members by DOF, gathered slice by slice of the batch: on the way they take many times the memory."""
-    if grid.sizes[-1] <= _SLICE:
+    if math.prod(topology.loaded_shape) <= _SLICE:
         yield from _shares(topology, grid)
         return
     axis, slices = grid.slices(_SLICE)

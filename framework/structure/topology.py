@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..batch import Array, aligned, cutting
+from ..batch import Array, Shape, aligned, cutting
 from ..dofs import DISPLACEMENTS
 from ..protocol import LineElement, changed
 from .group import Group, Index
@@ -121,6 +121,18 @@ class Topology:
             codes = np.array([keys.setdefault(key, len(keys)) for key in where], dtype=np.int64)
         members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
         return [self._group(numbers, chords) for numbers in members if len(numbers)]
+
+    @property
+    def loaded_shape(self) -> Shape:
+        """Batch shape over which members and what acts on them vary; none where nothing does."""
+        frame = self.frame
+        weight = [] if frame.weight is None else [frame.weight]
+        given = [array for loads in frame.member_loads.values() for load in loads for array in load.forces] + weight
+        if not given:
+            return ()
+        shapes = {array.shape[:-1] for array in given} | {group.stiffness_shape for group in self.groups}
+        shapes |= {group.body.shape[:-2] for group in self.groups if group.body is not None}
+        return np.broadcast_shapes(*shapes)
 
     def cut(self, axis: int, indices: slice) -> Topology:
         """Members and what acts on them at some indices of a batch axis."""
