@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...framework.results.validity import LINEAR
 from ..job.tables import aligned, markdown, readable
 from ..spread import Spread
 from .accuracy import accuracy
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 HEADING = ("θ", *(f"{name} {way}" for way in ("linear", "large") for name in ("μ_x", "μ_y", "σ_x", "σ_y")), "status")
-# Share of the true spread by which linear means and spreads may be off before a pose is listed.
-APART = 0.1
 EXPLAINED = """\
 Mean and standard deviation of the position of P over the samples, in metres, by linear mechanics and at large
 displacement, at the poses that are singular or at which the two differ by a tenth of the spread. Large displacement
@@ -53,8 +50,7 @@ def rows(result: Result) -> Iterator[tuple[list[float], str]]:
     """Angle, linear and large means and deviations, and the status of the poses that need the large ones."""
     columns = (result.mean, result.std, result.rigid + result.large.mean, result.large.std)
     mean, spread, true_mean, true_spread = (column[:, :2] for column in columns)
-    apart = (np.abs(mean - true_mean) + np.abs(spread - true_spread) > APART * true_spread).any(axis=1)
-    needed = ~(result.regular & (result.nonlinearity < LINEAR)) | apart
+    needed = result.marked_status != "regular"
     numbers = np.column_stack([result.degrees, mean, spread, true_mean, true_spread])
     yield from zip(numbers[needed].tolist(), result.marked_status[needed].tolist(), strict=True)
 

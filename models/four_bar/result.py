@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Share of the true spread by which linear means and spreads may be off before a pose is marked.
+APART = 0.1
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
 
@@ -78,10 +80,28 @@ class Result:
 
     @property
     def marked_status(self) -> NDArray[np.str_]:
-        """`status`, and ``"beyond linear: off by 20 %"`` where the linear displacements do not hold, (poses,)."""
-        beyond = self.regular & ~(self.nonlinearity < LINEAR)
-        marks = [f"beyond linear: off by {100 * each:.2g} %" for each in self.nonlinearity]
-        return np.where(beyond, marks, self.status)
+        """`status`, marked where what linear mechanics says does not hold, (poses,).
+
+        ``"beyond linear: off by 20 %"`` where that goes for the displacements under the mean load already, and
+        ``"beyond linear: off by 20 % of the spread"`` where the samples' mean and standard deviation differ from those
+        at large displacement.
+        """
+        by_load = self.regular & ~(self.nonlinearity < LINEAR)
+        by_spread = self.regular & (self.apart > APART)
+        loads = [f"beyond linear: off by {100 * each:.2g} %" for each in self.nonlinearity]
+        spreads = [f"beyond linear: off by {100 * each:.2g} % of the spread" for each in self.apart]
+        return np.where(by_load, loads, np.where(by_spread, spreads, self.status))
+
+    @cached_property
+    def apart(self) -> Array:
+        """By how many true standard deviations mean and deviation of P are off for being linear, in x or y, (poses,).
+
+        What is true is large displacement; NaN where a pose has no statistics.
+        """
+        mean, spread = (self.rigid + self.large.mean)[:, :2], self.large.std[:, :2]
+        off = np.abs(self.mean[:, :2] - mean) + np.abs(self.std[:, :2] - spread)
+        apart: Array = np.divide(off, spread, out=np.zeros_like(off), where=spread > 0.0).max(axis=1)
+        return np.where(self.regular, apart, np.nan)
 
     @cached_property
     def error_bound(self) -> Array:

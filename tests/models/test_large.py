@@ -12,6 +12,7 @@ from linkframe.models.four_bar.inputs import Inputs
 from linkframe.models.four_bar.large import as_markdown, as_text
 from linkframe.models.four_bar.result import Result, compute
 from linkframe.models.four_bar.table import as_csv
+from linkframe.models.four_bar.table import as_text as table_text
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +54,18 @@ def test_table_lists_the_poses_that_need_it(result: Result) -> None:
     )
     assert "1.000" not in text
     assert len(as_markdown(result).splitlines()) == len(listed) + 2
+
+
+def test_every_table_marks_the_poses_that_need_it(result: Result) -> None:
+    """No pose is printed as regular in one table and listed as beyond linear mechanics in another."""
+    listed = [line.split("°")[0].strip() for line in as_text(result).splitlines()[1:]]
+    table = {line.split()[0]: line for line in table_text(result).splitlines()[1:]}
+    assert not any(table[pose].endswith("regular") for pose in listed)
+    assert all(line.endswith("regular") for pose, line in table.items() if pose not in listed)
+    for pose in np.flatnonzero(result.regular):
+        true, linear = result.large.samples[pose, :, :2], result.samples[pose, :, :2]
+        off = np.abs(linear.mean(axis=0) - true.mean(axis=0)) + np.abs(linear.std(axis=0) - true.std(axis=0))
+        assert result.apart[pose] == pytest.approx((off / true.std(axis=0)).max(), rel=0.1)
 
 
 def test_csv_holds_both_columns(result: Result) -> None:
