@@ -390,7 +390,8 @@ class Solution(Results):
     def nonlinearity(self) -> Array:
         """Estimated relative error of the displacements by their being linear, (...); inf where a mechanism.
 
-        From the forces out of balance in the displaced shape, see `linkframe.framework.results.validity`.
+        From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
+        `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.
         """
         from .results.validity import nonlinearity
 
@@ -491,11 +492,6 @@ class Solution(Results):
         """Estimates of the error of results."""
         from .error_bounds.bounds import Bounds
 
-        if self.clearances is not None:
-            raise FrameError(
-                "bounds, refinement and sensitivities are those of a linear solution, and this one has contacts in its "
-                "joints' clearances: ask frame.solve(clearance=False), with frame.offset where the journals rest"
-            )
         return Bounds(self)
 
     @cached_property
@@ -532,6 +528,11 @@ class Solution(Results):
         """The name in the description of what is asked for, and the result."""
         from .error_bounds.asked import checked
 
+        if self.clearances is not None:
+            raise FrameError(
+                "bounds, refinement and sensitivities are those of a linear solution, and this one has contacts in its "
+                "joints' clearances: ask frame.solve(clearance=False), with frame.offset where the journals rest"
+            )
         result: Array = getattr(self, checked(of))(name)
         return self.frame.aliases.get(name, name) if of in ("displacement", "reaction") else name, result
 

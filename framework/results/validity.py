@@ -5,7 +5,8 @@ In the displaced shape the internal forces of each member go with its chord. Wha
 step of an iteration to large displacement, with f taken as dead. Its size in the energy norm over that of the solution,
 ``sqrt(g . K^-1 g / u . K u)``, is the relative error by which the linear result is off, to first order; and a chord
 that turns by psi draws its end back by half of psi times what it moves (Crisfield, *Non-linear Finite Element Analysis
-of Solids and Structures* 1, 1991, ch. 7, for the forces that go with the chord).
+of Solids and Structures* 1, 1991, ch. 7, for the forces that go with the chord). The displaced shape includes what
+journals move within their clearances, which turns links however small the load is.
 """
 
 from __future__ import annotations
