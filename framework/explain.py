@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 # Operations a second of one core on arrays that its cache holds, as order of magnitude for the estimate.
 RATE = 1e9
+# Nodes of what is skipped that are named.
+_NAMED = 4
 
 
 def explain(solution: Solution) -> str:
@@ -27,7 +29,7 @@ def explain(solution: Solution) -> str:
     plan, solver = solution.plan, solution.solver
     lines = [*_described(plan), *_coordinates(plan)]
     if isinstance(solver, BroadcastSolver):
-        lines += _components(plan, solver)
+        lines += [f"Method: {plan.method.reason}.", *_components(plan, solver)]
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
     lines += _clearances(solution)
@@ -36,7 +38,12 @@ def explain(solution: Solution) -> str:
 
 def _described(plan: Plan) -> list[str]:
     frame, grid = plan.frame, plan.grid
-    again = ["Only loads have changed since the last solution: its plan is used again."] if plan.again else []
+    again = ["Nothing but loads has changed since the last solution: its plan is used again."] if plan.again else []
+    stacks: dict[str, int] = {}
+    for group in plan.topology.groups:
+        later = ", chunk by chunk" if plan.varies(group) else ""
+        told = f"stiffness at batch shape {group.stiffness_shape}{later}"
+        stacks[told] = stacks.get(told, 0) + len(group.pieces)
     interior = len(plan.topology.number) - len(frame.nodes)
     spared = sum(member.element.segments for member in frame.members.values()) - len(plan.topology.pieces)
     return [
@@ -46,7 +53,7 @@ def _described(plan: Plan) -> list[str]:
         f"Members are cut into {len(plan.topology.pieces)} pieces ({interior} interior nodes), "
         f"evaluated as {len(plan.topology.groups)} stacks"
         + (f"; {spared} more segments are skipped: in statics one piece of a member is exact:" if spared else ":"),
-        *(f"  {len(g.pieces)} pieces, stiffness at batch shape {g.stiffness_shape}" for g in plan.topology.groups),
+        *(f"  {count} pieces, {told}" for told, count in stacks.items()),
     ]
 
 
@@ -69,23 +76,41 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
             f"{len(condensed.nodes)} nodes that only members in line are on are condensed before all others, once for "
             f"the whole batch: {len(condensed.chains)} chains, {condensed.operations} operations at most."
         )
-    for name in sorted(plan.components):
-        unknowns = plan.members_of(name)
-        if name not in plan.excited:
-            why = "no load, offset or support motion reaches them"
-            lines.append(f"Skipped: {len(unknowns)} unknowns ({_kinds(unknowns)}); {why}.")
-            continue
+    asked = {name for name in plan.excited if solver.solved(name)} or plan.excited
+    for name in sorted(asked):
+        unknowns, origin = plan.members_of(name), solver.origin(name)
         orders = plan.block(name).orders
-        origin = solver.origin(name)
         again = f", with {origin} of the last solution" if origin else ""
         lines.append(f"Solved: {len(unknowns)} unknowns ({_kinds(unknowns)}) by broadcasting LDL^T{again}.")
         for title, order in zip(("in the links, condensed", "at the joints"), orders, strict=True):
             lines += _steps(title, order, plan.grid)
         lines.append(_estimate(plan.grid, orders))
-        skipped = solver.negligible(name)
-        if skipped:
-            lines.append(f"  {skipped} couplings turned out to be less than rounding and were skipped.")
-    return lines
+        negligible = solver.negligible(name)
+        if negligible:
+            lines.append(f"  {negligible} couplings turned out to be less than rounding and were skipped.")
+    lines += _skipped(plan, plan.excited - asked, "nothing that was read depends on them")
+    return lines + _skipped(plan, plan.components - plan.excited, "no load, offset or support motion reaches them")
+
+
+def _skipped(plan: Plan, names: set[int], why: str) -> list[str]:
+    """Components left out, those of the same displacements, or at the same nodes, in one line."""
+    kinds: dict[str, list[int]] = {}
+    for k in sorted(plan.unknowns):
+        if plan.component[k] in names:
+            kinds.setdefault(_kinds(plan.members_of(plan.component[k])), []).append(k)
+    places: dict[str, list[int]] = {}
+    for unknowns in kinds.values():
+        places.setdefault(_nodes(plan, unknowns), []).extend(unknowns)
+    return [
+        f"Skipped: {len(unknowns)} unknowns ({_kinds(set(unknowns))}) at {where}: {why}."
+        for where, unknowns in places.items()
+    ]
+
+
+def _nodes(plan: Plan, unknowns: list[int]) -> str:
+    names = [plan.topology.names[number] for number in sorted({k // 6 for k in unknowns})]
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more nodes" if more > 0 else "")
 
 
 def _steps(title: str, order: Order, grid: Grid) -> list[str]:

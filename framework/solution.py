@@ -21,6 +21,7 @@ from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
 from .results.base import Results
+from .results.parts import of_joint, of_member, of_node, of_part
 from .results.recovery import Recovery
 from .solvers.method import BROADCAST, checked, choose
 from .solvers.sparse import SparseSolver
@@ -39,7 +40,8 @@ class Solution(Results):
 
     Obtained from ``frame.solve()``. Entries that loads move without resistance hold NaN and say so in `status`; a
     `MechanismWarning` tells so when they are first read. Where no load does work on a free motion, only displacements
-    that it has a part in are NaN.
+    that it has a part in are NaN. A part of the frame that no member, joint or tie
+    connects with what moves keeps its results.
 
     Attributes
     ----------
@@ -71,6 +73,7 @@ class Solution(Results):
     def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
         self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
+        self._parts: dict[Plan, Solution] = {}
         self._warned = False
 
     @classmethod
@@ -106,10 +109,11 @@ class Solution(Results):
         plan = copy.copy(self.plan)
         plan.solver = None
         kept = ("frame", "clearances", "_known", "_warned")
-        return {name: getattr(self, name) for name in kept} | {"plan": plan}
+        return {name: getattr(self, name) for name in kept} | {"plan": plan, "_parts": {}}
 
     # -- displacements ----------------------------------------------------------------------------------------------
 
+    @of_part(of_node)
     def displacement(self, node: str) -> Array:
         """Displacement and rotation of a node in global axes.
 
@@ -126,6 +130,7 @@ class Solution(Results):
         number = self.plan.topology.number[self._node(node)]
         return self._read(("displacement", node), lambda: self._settled(self.plan.tree.global_rows(number)))
 
+    @of_part(of_joint)
     def joint_displacement(self, joint: str) -> Array:
         """Displacement of a joint's second node relative to its first, in the joint's axes.
 
@@ -142,6 +147,7 @@ class Solution(Results):
         self._joint(joint)
         return self._read(("joint", joint), lambda: self._settled(self._recovery.joint_rows(joint)))
 
+    @of_part(of_member)
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
         """Displacement and rotation along a member in global axes, exact between its nodes.
 
@@ -163,6 +169,10 @@ class Solution(Results):
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
+    forces = of_part(of_member)(Results.forces)
+    stress = of_part(of_member)(Results.stress)
+
+    @of_part(of_member)
     def end_forces(self, member: str) -> Array:
         """Forces and moments on the ends of a member in its local axes.
 
@@ -179,6 +189,7 @@ class Solution(Results):
         self._member(member)
         return self._read(("ends", member), lambda: self._recovery.end_forces(member))
 
+    @of_part(of_node)
     def reaction(self, node: str) -> Array:
         """Force and moment of a support on its node in global axes.
 
@@ -200,6 +211,7 @@ class Solution(Results):
         node = self._supported(node)
         return self._read(("reaction", node), lambda: self._recovery.reaction(node))
 
+    @of_part(of_joint)
     def joint_force(self, joint: str) -> Array:
         """Force and moment that a joint exerts on its first node, in the joint's axes.
 
@@ -240,9 +252,9 @@ class Solution(Results):
         """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance, as far as extended
         precision can tell (`distance_to_singularity` is rounding, 1e-15, where it is so); ``idle`` where it can
         move but no load does so: forces hold, and displacements but those that depend on how far it has moved, which
-        are NaN (a `MechanismWarning` tells so); ``free`` where joints can move within their clearances without
-        any force, and the results are one choice of many; ``unresolved`` where rounding hides a contact; ``absent``
-        where it was left out."""
+        are NaN (a `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can
+        move within their clearances without any force, and the results are one choice of many; ``unresolved`` where
+        rounding hides a contact; ``absent`` where it was left out."""
         idle = self.solver.singular(excited=False)
         status = np.where(idle if self.idle is None else idle | self.idle.mask, "idle", "regular")
         if self.clearances is not None:
@@ -435,6 +447,25 @@ class Solution(Results):
             plan.solver = SparseSolver(plan)
         solver: SparseSolver = plan.solver
         return solver
+
+    def part(self, node: str | None) -> Solution:
+        """The solution of the part of the frame that a node is in; this one where loads reach no other part.
+
+        Parameters
+        ----------
+        node
+            The node.
+        """
+        number = self.plan.topology.number.get(node or "")
+        if number is None or not isinstance(self.solver, BroadcastSolver):
+            return self
+        plan = self.plan.part(number)
+        if plan is self.plan:
+            return self
+        if plan not in self._parts:
+            part = self._parts[plan] = Solution(self.frame, plan, self.clearances)
+            part._known, part.solver = self._known, self.solver.only(plan)
+        return self._parts[plan]
 
     def stacked(self, rows: Sequence[Row]) -> Array:
         """Values of combinations of unknowns and known numbers as one array of the batch shape.

@@ -30,6 +30,12 @@ class BroadcastSolver:
         self.plan = plan
         self._factors: dict[int, Factor] = {}
 
+    def only(self, plan: Plan) -> BroadcastSolver:
+        """The same for a plan of a part, with the same factors."""
+        twin = BroadcastSolver(plan)
+        twin._factors = self._factors
+        return twin
+
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
         rows = [self.plan.retained(row) for row in rows]
@@ -67,6 +73,10 @@ class BroadcastSolver:
         for name in self.plan.excited:
             out |= ~(self.factor(name).margin() > SUSPECT)
         return out
+
+    def solved(self, component: int) -> bool:
+        """Whether a component has been factorised."""
+        return component in self._factors
 
     def negligible(self, component: int) -> int:
         """Couplings that a factorisation left out; 0 before it is made."""

@@ -20,7 +20,7 @@ from ..solvers.method import LARGE, Method, choose
 from ..structure.assembly import force_entries, stiffness_entries
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
-from ..structure.tree import Tree
+from ..structure.tree import GROUND, Tree
 from ..structure.varying import Varying
 from .block import Block, Factor
 from .chunks import large_masks
@@ -57,16 +57,18 @@ class Plan:
         self._orders_of: dict[int, tuple[Order, Order]] = {}
         self.solver: Any = None
         self.factors: dict[int, Factor] = {}
+        self._parts: dict[int, Plan] = {}
         self.again = False
 
     def __getstate__(self) -> dict[str, object]:
         """What a copy or another process needs; it factorises again."""
-        return {**vars(self), "factors": {}}
+        return {**vars(self), "factors": {}, "_parts": {}}
 
     def reloaded(self, frame: Frame) -> Plan:
         """This plan for a frame that differs in its loads alone: numbers, matrix, orders and factors are shared."""
         twin = copy.copy(self)
         twin.frame, twin.times, twin._blocks, twin.factors = frame, {}, {}, dict(self.factors)
+        twin._parts = {}
         twin.again = self.again or "solution" in self.times
         twin.knowns = Knowns(self.grid, self.knowns.geometry, self.knowns.values[: self._given])
         twin.topology = copy.copy(self.topology)
@@ -115,7 +117,7 @@ class Plan:
     @cached_property
     def varying(self) -> Varying:
         """Members whose stiffness is left to the chunks."""
-        groups = [group for group in self.topology.groups if self._varies(group)]
+        groups = [group for group in self.topology.groups if self.varies(group)]
         with timed(self.times, "pattern"):
             return Varying.of(groups, self.grid)
 
@@ -123,7 +125,7 @@ class Plan:
     def matrix(self) -> Matrix:
         """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
         varying = self.varying
-        groups = [group for group in self.topology.groups if not self._varies(group)]
+        groups = [group for group in self.topology.groups if not self.varies(group)]
         with timed(self.times, "assembly"):
             return stiffness_entries(groups, self.grid, self.condensed, varying)
 
@@ -191,6 +193,29 @@ class Plan:
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
         return {self.component[k] for k in reached}
 
+    @cached_property
+    def islands(self) -> Index:
+        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
+        joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
+        first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
+        size = len(self.topology.number)
+        graph = csr_matrix((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
+        return connected_components(graph, directed=False)[1].astype(np.int64)
+
+    def part(self, node: int) -> Plan:
+        """The plan of that part of the frame alone which a node is in; this one where loads reach no other."""
+        if len(self.excited) < 2:
+            return self
+        island = int(self.islands[node])
+        if island not in self._parts:
+            inside = {name for name in self.excited if self.islands[name // 6] == island}
+            if len(inside) == len(self.excited):
+                return self
+            twin = self._parts[island] = copy.copy(self)
+            twin.factors = self.factors
+            vars(twin)["excited"] = inside
+        return self._parts[island]
+
     def members_of(self, component: int) -> set[int]:
         """Unknowns of a component."""
         return {k for k, name in self.component.items() if name == component}
@@ -207,7 +232,8 @@ class Plan:
                 self._blocks[component] = self._assembled(component)
         return self._blocks[component]
 
-    def _varies(self, group: Group) -> bool:
+    def varies(self, group: Group) -> bool:
+        """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
         shape = group.stiffness_shape
         return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
 

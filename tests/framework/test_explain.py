@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Rectangle
-from linkframe.framework import Frame
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame, MechanismWarning, Solution
 from linkframe.framework.batched import stage
+from linkframe.framework.batched.block import Block, Factor
 from linkframe.framework.structure.parts import Parts, Value
 from linkframe.models import FourBar
 
@@ -104,3 +106,96 @@ def test_closed_loops_are_told() -> None:
     text = frame.explain()
     assert numbers(text, r"(\d+) held components are absent") != []
     assert "batch shape (), 1 entries" in text
+
+
+def apart(both: bool = True) -> Frame:
+    """Two cantilevers that nothing connects, both loaded."""
+    frame = Frame()
+    for name, y in (("a", 0.0), ("p", 5.0))[: 1 + both]:
+        for i in range(4):
+            frame.node(f"{name}{i}", (float(i), y + 0.3 * (i % 2), 0.2 * i))
+        for i in range(3):
+            frame.add(f"{name}m{i}", BAR, f"{name}{i}", f"{name}{i + 1}")
+        frame.fix(f"{name}0")
+        frame.load(f"{name}3", fy=1.0)
+    return frame
+
+
+READS: dict[str, Callable[[Solution], object]] = {
+    "displacement": lambda solution: solution.displacement("a3"),
+    "along": lambda solution: solution.displacement_along("am1", [0.1]),
+    "end forces": lambda solution: solution.end_forces("am0"),
+    "forces": lambda solution: solution.forces("am0", [0.1]),
+    "stress": lambda solution: solution.stress(at=[0.1], member="am0"),
+    "reaction": lambda solution: solution.reaction("a0"),
+}
+
+
+@pytest.mark.parametrize("read", READS)
+def test_only_what_is_read_is_solved(read: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part of the frame that nothing connects with what is read is not factorised, and is said not to be."""
+    made: list[int] = []
+    factorised = Factor.__init__
+
+    def counting(self: Factor, block: Block, *rest: int) -> None:
+        made.append(len(block.orders[0].pivots) + len(block.orders[1].pivots))
+        factorised(self, block, *rest)
+
+    monkeypatch.setattr(Factor, "__init__", counting)
+    solution, alone = apart().solve(), apart(both=False).solve()
+    np.testing.assert_array_equal(READS[read](solution), READS[read](alone))
+    assert made == [18, 18]
+    text = solution.explain()
+    assert numbers(text, r"Solved: (\d+) unknowns") == [18]
+    assert "Skipped: 18 unknowns (ux uy uz rx ry rz) at p1, p2, p3: nothing that was read depends on them." in text
+    solution.displacement("p3")
+    assert made == [18] * 3
+    assert "Skipped" not in solution.explain()
+    assert str(solution.status) == "regular"
+    assert made == [18] * 3
+
+
+def test_a_part_beside_a_mechanism_keeps_its_results() -> None:
+    """Status tells of the whole frame; what hangs together with the mechanism is NaN, the rest is not."""
+    frame = apart()
+    frame.node("hinge", (3.0, 5.3, 0.6))
+    frame.add("free", Joint(stiffness=(1e6, 1e6, 1e6, 0.0, 0.0, 0.0)), "p3", "hinge")
+    frame.load("hinge", mz=1.0)
+    solution = frame.solve()
+    np.testing.assert_array_equal(solution.displacement("a3"), apart().solve().displacement("a3"))
+    assert np.isfinite(solution.reaction("a0")).all()
+    with pytest.warns(MechanismWarning):
+        assert np.isnan(solution.displacement("p3")).all()
+    assert str(solution.status) == "mechanism"
+    assert np.isfinite(solution.displacement("a2")).all()
+
+
+def test_the_reason_is_told() -> None:
+    """Why the batch is solved so; that it was asked for where it was."""
+    frame = apart()
+    assert "Method: broadcasting LDL^T, as 36 unknowns are no more than 100." in frame.explain()
+    assert "Method: broadcast, as asked for." in frame.solve("broadcast").explain()
+    assert "as the stiffness varies over the batch" in four_bar(fy=1.0).explain()
+
+
+def test_equal_lines_are_one() -> None:
+    """Members of six kinds but one batch shape make one line; so do unknowns that nothing moves."""
+    frame = apart()
+    for k in range(6):
+        frame.node(f"s{k}", (float(k), 9.0, 0.0))
+        if k:
+            bar = Beam(Rectangle(y=0.02, z=0.01 * k), Material(E=200e9, nu=0.3))
+            frame.add(f"sm{k}", bar, f"s{k - 1}", f"s{k}")
+    text = frame.explain()
+    assert numbers(text, r"  (\d+) pieces, stiffness at batch shape \(\)\n") == [11]
+    assert numbers(text, r"Skipped: (\d+) unknowns \(ux uy uz rx ry rz\) at s0, s1, s2, s3 and 2 more nodes") == [36]
+    assert text.count("Skipped") == 1
+
+
+def test_a_first_solution_takes_nothing_up() -> None:
+    """Neither an empty frame nor one that was only explained has a last solution."""
+    for frame in (Frame(), apart()):
+        frame.explain()
+        assert "last solution" not in frame.solve().explain()
+    frame.solve().displacement("a3")
+    assert "Nothing but loads has changed since the last solution" in frame.explain()

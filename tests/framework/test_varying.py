@@ -116,7 +116,7 @@ def chain(r: Array, *, planar: bool = False) -> Frame:
 
 
 def test_memory_is_that_of_results_and_a_chunk() -> None:
-    """A displacement of 40 times as many samples takes memory for itself and what is found for each pivot."""
+    """A displacement of four times as many samples takes memory for itself and what is given."""
     peaks = {}
     for count in (50_000, 200_000):
         frame = chain(np.linspace(1.0, 1.1, count))

@@ -1,0 +1,48 @@
+"""What is asked of one part of a frame leaves the others alone: neither solved nor looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from inspect import signature
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from ..batch import Array
+
+if TYPE_CHECKING:
+    from ..frame import Frame
+    from ..solution import Solution
+
+Result = TypeVar("Result", bound=Callable[..., Array])
+
+
+def of_part(node: Callable[[Frame, str], str | None]) -> Callable[[Result], Result]:
+    """A result by name as that of the part of the frame which the name is in, as told by one of its nodes."""
+
+    def decorate(result: Result) -> Result:
+        first = list(signature(result).parameters)[1]
+
+        @wraps(result)
+        def found(self: Solution, *given: Any, **named: Any) -> Array:
+            name = given[0] if given else named.get(first)
+            at = node(self.frame, name) if isinstance(name, str) else None
+            return result(self.part(at), *given, **named)
+
+        return cast("Result", found)
+
+    return decorate
+
+
+def of_node(frame: Frame, name: str) -> str | None:
+    """The node itself."""
+    return frame.aliases.get(name, name)
+
+
+def of_member(frame: Frame, name: str) -> str | None:
+    """Start of a member; None where it is unknown."""
+    return frame.members[name].start if name in frame.members else None
+
+
+def of_joint(frame: Frame, name: str) -> str | None:
+    """First node of a joint; None where it is unknown."""
+    return frame.joints[name].first if name in frame.joints else None
