@@ -1,7 +1,7 @@
 """Displacement by clearance beyond the range of linear mechanics is marked, as that by load is.
 
-A rod of length L leans from a journal bearing with clearance ε to a vertical guide at the distance b. A load on the guide
-presses the journal along the rod, whose far end goes down to ``sqrt((L - ε)^2 - b^2)``: exactly, however flat it is.
+A rod of length L leans from a journal bearing with clearance ε to a vertical guide at the distance b. A load there
+presses the journal along the rod, and its far end goes down to ``sqrt((L - ε)^2 - b^2)``: exactly, however flat it is.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def test_the_estimate_follows_the_true_error(rise: float, force: float) -> None:
     assert solution.status.tolist() == ["regular"] * 6
     ratio = solution.nonlinearity() / off
     assert np.all((ratio > 0.25) & (ratio < 8.0))
-    assert not solution.linear[off > 0.05].any()
+    assert not solution.linear[off > 0.06].any()
     assert solution.linear[off < 0.005].all()
 
 
