@@ -21,6 +21,8 @@ _REGULAR = 1e-12
 # The shift that makes their stiffness regular is narrowed down to the first elastic mode in so many steps, each of
 # which finds squared frequencies down to this share of the shift.
 _NARROWINGS = 4
+# Restarts that are enough for that where the frame is large.
+_CRUDE = 2
 _NOISE = 1e-6
 
 
@@ -93,7 +95,7 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
     if solver.singular(excited=True).any() or solver.singular(excited=False).any():
         shift = float(solver.stiffness.diagonal().sum() / solver.mass.diagonal().sum())
         for _ in range(_NARROWINGS):
-            squared = 1.0 / SparsePencil(solver, shift).greatest(solver.mass, count + 6)[0] - shift
+            squared = 1.0 / SparsePencil(solver, shift).greatest(solver.mass, count + 6, _CRUDE)[0] - shift
             shift = min([shift, *squared[squared > _NOISE * shift]])
     values, vectors = SparsePencil(solver, shift).greatest(solver.mass, count)
     return _elastic(1.0 / values - shift, np.asarray(shift)), vectors / np.sqrt(values)

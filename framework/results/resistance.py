@@ -43,17 +43,9 @@ def resisted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
     return kinematics.reduced(unknowns, kinematics.generalised(inner, pulls))
 
 
-def energies(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
-    """Twice the strain energy of each motion, and of two with each other, (motions, motions), summed over the batch."""
-    out: Real = extended(np.zeros((len(motions), len(motions))))
-    for found in _weighed(frame, unknowns, motions):
-        flat = found.reshape(len(motions), -1)
-        out = out + np.einsum("ik,jk->ij", flat, flat)
-    return out
-
-
-def _weighed(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Real]:
-    """Deformations by the root of their stiffness."""
+def weighed(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Real]:
+    """Deformations in motions (motions, ..., n) by the root of their stiffness, (motions, ...): their squares add up to
+    twice the energy."""
     coordinates, moved = displaced(frame, unknowns, motions)
     for each in frame.springs:
         yield np.sqrt(each.stiffness) * each.of(moved, coordinates)

@@ -1,9 +1,10 @@
-"""Eigenvalues of one large frame: by Lanczos' method, then as exact as the deformations of their shapes.
+"""Eigenvalues of one large frame: by block Krylov spaces, then as exact as the deformations of their shapes.
 
 In double precision K forgets what is softer than rounding of its stiffest part: of n members in line their softest
-bending loses n^4 roundings. So shapes from the factor are improved by one inverse iteration whose solution is refined
-with residuals in extended precision, and their eigenvalues are Rayleigh-Ritz values with energies from deformations,
-which err by the square of the error of the shapes (Parlett, *The Symmetric Eigenvalue Problem*, 1998, ch. 11).
+bending loses n^4 roundings. So the space in which shapes are sought grows with a factor of K, but what it holds is told
+by their deformations (Rayleigh-Ritz, which errs by the square of the error of the shapes: Parlett, *The Symmetric
+Eigenvalue Problem*, 1998, ch. 11), and shapes that have settled are improved by an inverse iteration, refined with
+residuals in extended precision.
 """
 
 from __future__ import annotations
@@ -11,23 +12,24 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eigh
-from scipy.sparse import csr_matrix, diags
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse import csr_matrix
 
 from ..batch import Array
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.kinematics import extended
-from .resistance import energies, resisted
+from .resistance import resisted, weighed
 
 if TYPE_CHECKING:
     from ..solvers.sparse import SparseSolver
 
-# Eigenvalues sought beyond those asked for: the last ones of a group of equal ones come late.
+# Shapes sought beyond those asked for; blocks of a Krylov space; restarts with the best shapes that it holds, and the
+# share of the largest eigenvalue by which the wanted ones change no more.
 _MORE = 4
+_DEPTH = 8
+_RESTARTS = 40
+_SETTLED = 1e-11
+# Steps of refinement.
 _STEPS = 2
-# Relative error of the eigenvalues from which the shapes are improved.
-_LOOSE = 1e-11
 
 
 class SparsePencil:
@@ -48,7 +50,7 @@ class SparsePencil:
         matrix = solver.stiffness if self.mass is None else csr_matrix(solver.stiffness + shift * self.mass)
         self.factor = solver.direct(matrix)
 
-    def greatest(self, other: csr_matrix, count: int) -> tuple[Array, Array]:
+    def greatest(self, other: csr_matrix, count: int, restarts: int = _RESTARTS) -> tuple[Array, Array]:
         """The `count` greatest eigenvalues mu, (count,), the greatest first, and vectors (n, count).
 
         Parameters
@@ -57,52 +59,66 @@ class SparsePencil:
             Symmetric (n, n).
         count
             How many.
+        restarts
+            Of the search, at most.
         """
-        scaled = csr_matrix(diags(self.factor.root) @ other @ diags(self.factor.root))
-        vectors = self.factor.root[:, None] * self._lanczos(scaled, min(count + _MORE, len(self.unknowns) - 1))
-        values, better = self._improved(other, vectors)
-        return values[:count], better[:, :count]
+        root, size = self.factor.root[:, None], len(self.unknowns)
+        width = min(count + _MORE, size)
+        vectors = root * np.random.default_rng(0).standard_normal((size, width))
+        values = np.full(count, np.inf)
+        for _ in range(restarts if other.nnz else 0):
+            before = values
+            values, vectors = self._ritz(other, root * self._krylov(other, vectors / root), width)
+            if np.max(np.abs(values[:count] - before[:count])) <= _SETTLED * np.max(np.abs(values)):
+                break
+        better = self._refined(other @ vectors)
+        values, vectors = self._ritz(other, root * _orthonormal(np.linalg.qr(vectors / root)[0], better / root), width)
+        return values[:count], vectors[:, :count]
 
-    def _lanczos(self, other: csr_matrix, count: int) -> Array:
-        """Vectors of the greatest eigenvalues of the scaled pencil, (n, count)."""
-        size = len(self.unknowns)
-        inverse = LinearOperator((size, size), matvec=lambda x: self._solved(x), dtype=float)
-        start = np.random.default_rng(0).standard_normal(size)
-        matrix = self.factor.scaled
-        rough = eigsh(other, k=1, M=matrix, Minv=inverse, which="LM", v0=start, tol=1e-3, return_eigenvectors=False)
-        # All eigenvalues made positive: where none of them is, the greatest crowd at zero.
-        positive = other + 1.01 * float(np.abs(rough[0])) * matrix
-        values, vectors = eigsh(positive, k=count, M=matrix, Minv=inverse, which="LA", v0=start, tol=_LOOSE)
-        out: Array = vectors[:, np.argsort(-values)]
-        return out
+    def _krylov(self, other: csr_matrix, block: Array) -> Array:
+        """Orthonormal basis (n, m), scaled, of a block (n, k) and of what repeated inverse iteration makes of it."""
+        root, size = self.factor.root[:, None], len(self.unknowns)
+        basis = np.linalg.qr(block)[0]
+        newest = basis
+        while basis.shape[1] < min(_DEPTH * block.shape[1], size - block.shape[1] + 1):
+            step = self.factor.solve(other @ (root * newest)) / root
+            larger = _orthonormal(basis, step)
+            newest, basis = larger[:, basis.shape[1] :], larger
+        return basis
 
-    def _solved(self, load: Array) -> Array:
-        found = self.factor.unscaled(load.reshape(-1, 1))
-        return np.full_like(load, np.nan) if found is None else found[:, 0]
+    def _ritz(self, other: csr_matrix, basis: Array, count: int) -> tuple[Array, Array]:
+        """The greatest eigenvalues (count,) in the space of a basis (n, m), and vectors (n, count)."""
+        flat = [
+            each.reshape(basis.shape[1], -1).T for each in weighed(self.statics, self.unknowns, self._spread(basis))
+        ]
+        stretched = np.concatenate(flat).astype(np.float64)
+        if self.mass is not None:
+            inertia = np.linalg.cholesky(basis.T @ (self.mass @ basis)).T
+            stretched = np.concatenate([stretched, np.sqrt(self.shift) * inertia])
+        back = basis @ np.linalg.inv(np.linalg.qr(stretched, mode="r"))
+        values, turn = np.linalg.eigh(back.T @ (other @ back))
+        return values[::-1][:count], back @ turn[:, ::-1][:, :count]
 
-    def _improved(self, other: csr_matrix, vectors: Array) -> tuple[Array, Array]:
-        """Ritz values and vectors (n, count) of `vectors` after one refined inverse iteration."""
-        load = other @ vectors
-        better = extended(self.factor.solve(load))
+    def _refined(self, load: Array) -> Array:
+        """Displacements (n, k) for loads (n, k), after refinement."""
+        out = extended(self.factor.solve(load))
         for _ in range(_STEPS):
-            left = load - self._resisted(better)
-            better = better + self.factor.solve(left.astype(np.float64))
-        better = better / np.sqrt(np.abs(np.diagonal(self._energies(better))))
-        stiff, rough = self._energies(better), better.astype(np.float64)
-        values, turn = eigh(rough.T @ (other @ rough), stiff)
-        order = np.argsort(-values)
-        return values[order], rough @ turn[:, order]
-
-    def _resisted(self, motions: Array) -> Array:
-        found = resisted(self.statics, self.unknowns, self._spread(motions)).reshape(motions.shape[::-1]).T
-        return found if self.mass is None else found + self.shift * (self.mass @ motions.astype(np.float64))
-
-    def _energies(self, motions: Array) -> Array:
-        found = energies(self.statics, self.unknowns, self._spread(motions)).astype(np.float64)
-        rough = motions.astype(np.float64)
-        return found if self.mass is None else found + self.shift * (rough.T @ (self.mass @ rough))
+            found = resisted(self.statics, self.unknowns, self._spread(out)).reshape(out.shape[::-1]).T
+            if self.mass is not None:
+                found = found + self.shift * (self.mass @ out.astype(np.float64))
+            out = out + self.factor.solve((load - found).astype(np.float64))
+        return out.astype(np.float64)
 
     def _spread(self, motions: Array) -> Array:
         """Columns (n, count) as motions (count, ..., n)."""
         ndim = len(self.statics.plan.frame.shape)
         return np.ascontiguousarray(motions.T).reshape(motions.shape[1], *(1,) * ndim, len(motions))
+
+
+def _orthonormal(basis: Array, more: Array) -> Array:
+    """An orthonormal basis (n, m) with more columns (n, k) made orthonormal to it and each other, twice to be sure."""
+    for _ in range(2):
+        size = np.linalg.norm(more, axis=0)
+        more = more / np.where(size > 0.0, size, 1.0)
+        more = np.linalg.qr(more - basis @ (basis.T @ more))[0]
+    return np.hstack([basis, more])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Rectangle
+from linkframe.elements import Beam, Circle, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from numpy.testing import assert_allclose
 
@@ -46,3 +46,88 @@ def test_what_nothing_holds_has_frequency_zero() -> None:
 
 def test_the_motion_of_a_regular_frame_is_none_in_words() -> None:
     assert bracket(np.eye(3), (1.0, 0.0, 0.0)).solve().mechanism() == ""
+
+
+def column(count: int, held: str = "") -> Frame:
+    """A round column of `count` members in a direction of no axis, clamped at its foot and pressed at its top.
+
+    `held` says what holds its top: nothing, a ``pin`` on a slide, or a ``clamp`` on a slide.
+    """
+    frame = Frame()
+    rod = Beam(Circle(diameter=0.01), Material(E=200e9, nu=0.3, density=7850.0))
+    frame.body("column", axes=TURN)
+    for i in range(count + 1):
+        frame.node(f"n{i}", (2.0 * i / count, 0.0, 0.0), body="column")
+    for i in range(count):
+        frame.add(f"m{i}", rod, f"n{i}", f"n{i + 1}")
+    frame.fix("n0")
+    springs = {"": None, "pin": (0.0, np.inf, np.inf, np.inf, 0.0, 0.0), "clamp": (0.0, *[np.inf] * 5)}[held]
+    if springs is not None:
+        frame.node("slide", (2.0, 0.0, 0.0), body="column")
+        frame.fix("slide")
+        frame.add("top", Joint(stiffness=springs, axes=TURN), f"n{count}", "slide")
+    frame.load(f"n{count}", **dict(zip(("fx", "fy", "fz"), TURN @ [-1.0, 0.0, 0.0], strict=True)))
+    return frame
+
+
+# Half the wave length of the shape over the length: Timoshenko & Gere, Theory of Elastic Stability, 1961, pp. 48-54.
+EULER = {"": 0.5, "pin": 4.493409457909064 / np.pi, "clamp": 2.0}
+INERTIA = np.pi * 0.01**4 / 64.0
+
+
+@pytest.mark.parametrize("held", EULER)
+def test_eulers_columns(held: str) -> None:
+    """The error falls with the fourth power of the length of members, down to 1e-11, and pairs are equal to 1e-9."""
+    counts = np.array([10, 20, 40, 100, 400])
+    found = np.array([column(count, held).buckling(2).factors for count in counts])
+    exact = EULER[held] ** 2 * np.pi**2 * 200e9 * INERTIA / 2.0**2
+    assert_allclose(found[:, 1], found[:, 0], rtol=1e-9)
+    error = np.abs(found[:, 0] / exact - 1.0)
+    assert_allclose(np.diff(np.log(error[:3])) / np.diff(np.log(counts[:3])), -4.0, atol=0.15)
+    assert error[0] < 3e-4
+    assert np.all(error < 1.1 * error[0] * (10.0 / counts) ** 4 + 1e-11)
+
+
+def test_load_cases_of_a_large_column() -> None:
+    """Pressed, pressed twice as much, pulled, and not at all: each for itself."""
+    frame = column(100)
+    frame.loads.clear()
+    push = TURN @ [-1.0, 0.0, 0.0]
+    for name, part in zip(("fx", "fy", "fz"), push, strict=True):
+        frame.load("n100", **{name: part * np.array([[1.0, 2.0], [-1.0, 0.0]])})
+    factors = frame.buckling(2).factors
+    euler = np.pi**2 * 200e9 * INERTIA / 16.0
+    assert_allclose(factors[0], [[euler, euler], [euler / 2.0, euler / 2.0]], rtol=1e-9)
+    assert np.isinf(factors[1]).all()
+    assert frame.buckling(2).shapes("n100").shape == (2, 2, 2, 6)
+
+
+def test_what_is_pressed_less_than_something_is_pulled() -> None:
+    """A stay pulled a million times as hard as the column is pressed does not hide that it buckles."""
+    frame = column(100)
+    frame.node("stay", TURN @ np.array([0.0, 1.0, 0.0]))
+    frame.add("stay", Beam(Circle(diameter=0.01), Material(E=200e9, nu=0.3)), "n0", "stay")
+    frame.supports.pop("n0")
+    frame.fix("n0")
+    frame.load("stay", **dict(zip(("fx", "fy", "fz"), TURN @ [0.0, 1e6, 0.0], strict=True)))
+    assert_allclose(frame.buckling(1).factors, np.pi**2 * 200e9 * INERTIA / 16.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("count", [10, 60, 100, 400])
+def test_frequencies_of_a_fine_cantilever_come_in_pairs(count: int) -> None:
+    """A round rod bends in both planes alike; the first frequency is Bernoulli's but for the inertia of rotation."""
+    frequencies = column(count).modes(6).frequencies
+    assert_allclose(frequencies[1::2], frequencies[::2], rtol=1e-9)
+    bernoulli = 1.8751040687119611**2 / (2.0 * np.pi * 4.0) * np.sqrt(200e9 * 0.01**2 / 16.0 / 7850.0)
+    assert_allclose(frequencies[0], bernoulli * (1.0 - 3.6e-6), rtol=2e-6)
+
+
+def test_frequencies_of_a_large_frame_that_floats() -> None:
+    """Six zeros, then pairs: bending between free ends, Blevins, Formulas for Natural Frequency, 1979, p. 108."""
+    frame = column(100)
+    frame.supports.clear()
+    found = frame.modes(10).frequencies
+    assert found[:6].tolist() == [0.0] * 6
+    assert_allclose(found[7::2], found[6::2], rtol=1e-8)
+    roots = np.array([4.730040744862704, 7.853204624095838])
+    assert_allclose(found[6::2], roots**2 / (8.0 * np.pi) * np.sqrt(200e9 * 0.01**2 / 16.0 / 7850.0), rtol=1e-4)

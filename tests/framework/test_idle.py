@@ -1,0 +1,234 @@
+"""Frames that can move though no load makes them: forces hold, and displacements but those that tell how far."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame, MechanismWarning
+from linkframe.framework.batch import Array
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+STEEL = Material(E=200e9, nu=0.3)
+SECTION = Rectangle(y=0.02, z=0.03)
+BAR = Beam(SECTION, STEEL)
+HINGE = (np.inf,) * 5 + (0.0,)
+
+
+def swinging(turn: Array, release: bool, scale: float = 1.0, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Frame:
+    """A cantilever AB of 1 along x with a bar BC of 1 along x behind a hinge about z, turned in space and moved."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 1.0, "C": 2.0}.items():
+        frame.node(name, turn @ (np.array([scale * x, 0.0, 0.0]) + at))
+    up = tuple(turn @ [0.0, 0.0, 1.0])
+    bar = Beam(Rectangle(y=0.02 * scale, z=0.03 * scale), STEEL, up=up)
+    frame.add("AB", bar, "A", "B")
+    if release:
+        frame.add("BC", Beam(bar.section, STEEL, up=up, release=("start rz",)), "B", "C")
+    else:
+        frame.node("end", turn @ (np.array([scale, 0.0, 0.0]) + at))
+        frame.add("hinge", Joint(stiffness=HINGE, axes=turn), "B", "end")
+        frame.add("BC", bar, "end", "C")
+    frame.fix("A")
+    return frame
+
+
+def loaded(frame: Frame, node: str, turn: Array, force: tuple[float, float, float], moment: float = 0.0) -> Frame:
+    """With a force and a moment about z, both turned."""
+    fx, fy, fz = turn @ force
+    mx, my, mz = turn @ [0.0, 0.0, moment]
+    frame.load(node, fx=fx, fy=fy, fz=fz, mx=mx, my=my, mz=mz)
+    return frame
+
+
+def silently(read: Callable[[], Array]) -> Array:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)
+        return read()
+
+
+def turns(count: int) -> list[Array]:
+    """The identity, and random rotations."""
+    return [np.eye(3), *Rotation.random(count, rng=np.random.default_rng(4)).as_matrix()]
+
+
+@pytest.mark.parametrize("release", [True, False], ids=["release", "joint"])
+@pytest.mark.parametrize("turn", turns(6))
+def test_a_cantilever_with_an_idle_bar(turn: Array, release: bool) -> None:
+    """B moves as if the bar were not there, ``F L^3 / 3 E I``; C as far as the hinge has no say in it."""
+    frame = loaded(swinging(turn, release), "B", turn, (1e3, 20.0, -30.0), 7.0)
+    solution = frame.solve()
+    assert solution.status == "idle"
+    z, y = (200e9 * inertia for inertia in (SECTION.Iz, SECTION.Iy))
+    slope, sink = 20.0 / (2.0 * z) + 7.0 / z, -30.0 / (3.0 * y)
+    expected = [1e3 / (200e9 * SECTION.A), 20.0 / (3.0 * z) + 7.0 / (2.0 * z), sink, 0.0, 30.0 / (2.0 * y), slope]
+    found = solution.displacement("B").reshape(2, 3) @ turn
+    assert_allclose(found.reshape(6), expected, rtol=1e-11, atol=1e-13 * abs(sink))
+    assert_allclose(solution.reaction("A").reshape(2, 3) @ turn, [[-1e3, -20.0, 30.0], [0.0, -30.0, -27.0]], atol=1e-9)
+    assert_allclose(solution.end_forces("BC"), 0.0, atol=1e-9)
+    assert solution.free_motion().solvable
+    assert np.isinf(solution.error_bound("B")).all()
+    with pytest.warns(MechanismWarning, match="though no load makes it.*C"):
+        swung = solution.displacement("C")
+    assert_allclose(np.isnan(swung), np.abs(solution.free_motion().displacement("C")[0]) > 1e-9)
+    if turn[0, 0] == 1.0:
+        assert_allclose(np.isnan(swung), [False, True, False, False, False, True])
+        assert_allclose(swung[[0, 2]], [expected[0], sink - 30.0 / (2.0 * y)], rtol=1e-11)
+
+
+@pytest.mark.parametrize("release", [True, False], ids=["release", "joint"])
+@pytest.mark.parametrize("turn", turns(6))
+def test_a_bar_pulled_along_itself(turn: Array, release: bool) -> None:
+    """A pull through the hinge does no work on it: the bar carries it."""
+    solution = loaded(swinging(turn, release), "C", turn, (1e3, 0.0, 0.0)).solve()
+    assert solution.status == "idle"
+    assert_allclose(solution.end_forces("BC")[[0, 6]], [-1e3, 1e3], rtol=1e-11)
+    assert_allclose(solution.reaction("A")[:3] @ turn, [-1e3, 0.0, 0.0], atol=1e-8)
+    if not release:
+        assert_allclose(solution.joint_force("hinge"), [1e3, 0.0, 0.0, 0.0, 0.0, 0.0], atol=1e-8)
+        found = silently(lambda: solution.joint_displacement("hinge"))
+        reached = turn[0, 0] != 1.0  # along x the load reaches nothing that turns, and what it does not reach rests
+        assert_allclose(found, [0.0] * 5 + [np.nan if reached else 0.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("release", [True, False], ids=["release", "joint"])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("load", [1e-12, 1.0, 1e12])
+def test_a_small_load_that_works_is_not_idle(release: bool, scale: float, load: float) -> None:
+    """However large the one that does not work beside it, and whatever the units."""
+    for turn in turns(3):
+        frame = loaded(swinging(turn, release, scale), "B", turn, (load, load, load), load * scale)
+        assert frame.solve().status == "idle"
+        loaded(frame, "C", turn, (0.0, 1e-9 * load, 0.0))
+        assert frame.solve().status == "mechanism"
+        assert not frame.solve().free_motion().solvable
+
+
+@pytest.mark.parametrize("turn", turns(3))
+def test_far_from_the_origin(turn: Array) -> None:
+    """Coordinates are rounded by their distance from the origin, and with them the direction of the bar."""
+    far = (1e5, -2e5, 3e5)
+    frame = loaded(swinging(turn, True, at=far), "C", turn, (1.0, 0.0, 0.0))
+    assert frame.solve().status == "idle"
+    assert loaded(frame, "C", turn, (0.0, 1e-6, 0.0)).solve().status == "mechanism"
+
+
+def test_a_batch_of_idle_regular_and_driven_entries() -> None:
+    """Each for itself, and one warning for all."""
+    frame = swinging(np.eye(3), False)
+    spring = np.broadcast_to(HINGE, (3, 6)).copy()
+    spring[1, 5] = 1e3
+    other = Frame()
+    for name, node in frame.nodes.items():
+        other.node(name, node.coordinates)
+    other.add("AB", BAR, "A", "B")
+    other.add("hinge", Joint(stiffness=spring), "B", "end")
+    other.add("BC", BAR, "end", "C")
+    other.fix("A")
+    other.load("B", fy=5.0)
+    other.load("C", fy=[0.0, 1.0, 1.0])
+    solution = other.solve()
+    assert solution.status.tolist() == ["idle", "regular", "mechanism"]
+    with pytest.warns(MechanismWarning, match="1 of 3 .* and 1 more can move, though no load") as told:
+        moved = solution.displacement("C")
+    tip = solution.displacement("B")
+    assert len(told) == 1
+    z = 200e9 * SECTION.Iz
+    assert_allclose(tip[:2, 1], [5.0 / (3.0 * z), 6.0 / (3.0 * z) + 1.0 / (2.0 * z)], rtol=1e-10)
+    assert np.isnan(tip[2]).all()
+    assert np.isnan(moved[[0, 0, 2], [1, 5, 1]]).all()
+    assert np.isfinite(moved[1]).all()
+    assert np.isfinite(solution.error_bound("B")[1]).all()
+
+
+def test_along_an_idle_bar() -> None:
+    """At its hinge it moves with the cantilever, beyond it across it as it likes."""
+    solution = loaded(swinging(np.eye(3), True), "B", np.eye(3), (0.0, 1.0, 0.0)).solve()
+    found = silently(lambda: solution.displacement_along("BC", [0.0, 0.5, 1.0]))
+    assert np.isfinite(found[0, :5]).all()
+    assert np.isnan(found[1:, 1]).all()
+    assert_allclose(found[:, [0, 2]], 0.0, atol=1e-15)
+    assert_allclose(solution.forces("BC", [0.0, 0.5]), 0.0, atol=1e-12)
+
+
+def test_many_idle_rods() -> None:
+    """Rods between balls turn about themselves; a tripod of them carries its load by their axes alone."""
+    frame = Frame()
+    frame.node("top", (0.0, 0.0, 1.0))
+    feet = np.array([[np.cos(a), np.sin(a), 0.0] for a in 2.0 * np.pi * np.arange(3) / 3.0])
+    for k, foot in enumerate(feet):
+        frame.node(f"foot{k}", foot)
+        frame.node(f"end{k}", (0.0, 0.0, 1.0))
+        frame.add(f"rod{k}", BAR, f"foot{k}", f"end{k}")
+        frame.add(f"ball{k}", Joint(stiffness=(1e9,) * 3 + (0.0,) * 3), "top", f"end{k}")
+        frame.fix(f"foot{k}", "ux", "uy", "uz")
+    frame.fix("top", "rx", "ry", "rz")
+    frame.load("top", fz=-300.0)
+    solution = frame.solve()
+    assert solution.status == "idle"
+    assert solution.free_motion().count == 3
+    pressed = 100.0 * np.sqrt(2.0)
+    for k in range(3):
+        assert_allclose(solution.end_forces(f"rod{k}")[[0, 6]], [pressed, -pressed], rtol=1e-11)
+    shortened = pressed * np.sqrt(2.0) / (200e9 * SECTION.A)
+    assert solution.displacement("top")[2] < -shortened
+
+
+def lattice(side: int, support: bool = True) -> Frame:
+    """A cubic space frame, one corner of which may carry an idle bar."""
+    frame = Frame()
+    names = {}
+    for place in np.ndindex(side, side, side):
+        names[place] = str(place)
+        frame.node(names[place], np.array(place, dtype=float))
+        for axis in range(3):
+            if place[axis]:
+                before = tuple(np.array(place) - np.eye(3, dtype=int)[axis])
+                frame.add(f"{before} {place}", BAR, names[before], names[place])
+        if support and place[2] == 0:
+            frame.fix(names[place])
+    return frame
+
+
+@pytest.mark.parametrize("method", ["banded", "sparse", "cholesky", "iterative"])
+def test_an_idle_bar_on_a_lattice(method: str) -> None:
+    """The lattice moves as without it, in every way of solving; a force on the bar makes it a mechanism."""
+    frame = lattice(4)
+    frame.load("(3, 3, 3)", fx=1e3, mz=5.0)
+    expected = frame.solve(method).displacement("(3, 3, 3)")
+    frame.node("pivot", (3.0, 3.0, 3.0))
+    frame.node("tip", (3.5, 3.7, 3.9))
+    frame.add("hinge", Joint(stiffness=HINGE), "(3, 3, 3)", "pivot")
+    frame.add("bar", BAR, "pivot", "tip")
+    solution = frame.solve(method)
+    assert solution.status == "idle"
+    assert_allclose(solution.displacement("(3, 3, 3)"), expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+    found = silently(lambda: solution.displacement("tip"))
+    assert_allclose(np.isnan(found), [True, True, False, False, False, True])
+    assert_allclose(solution.end_forces("bar"), 0.0, atol=1e-7)
+    frame.load("tip", fx=1e-6)
+    assert frame.solve(method).status == "mechanism"
+
+
+@pytest.mark.parametrize("method", ["banded", "sparse", "cholesky", "iterative", "broadcast"])
+def test_a_lattice_without_supports_names_six_motions(method: str) -> None:
+    """All rigid, in every way of solving."""
+    frame = lattice(3 if method == "broadcast" else 6, support=False)
+    frame.load("(0, 0, 0)", fx=1.0, fz=2.0)
+    solution = frame.solve(method)
+    with pytest.warns(MechanismWarning, match="free motion 6"):
+        assert np.isnan(solution.displacement("(0, 0, 0)")).all()
+    motion = solution.free_motion()
+    assert motion.count == 6
+    assert not motion.solvable
+    names = ["(0, 0, 0)", "(1, 0, 0)", "(1, 2, 2)"]
+    moved = {name: motion.displacement(name) for name in names}
+    assert np.linalg.matrix_rank(np.hstack([moved[name] for name in names])) == 6
+    for name in names[1:]:
+        arm = frame.nodes[name].coordinates
+        rigid = moved[names[0]][:, :3] + np.cross(moved[names[0]][:, 3:], arm)
+        assert_allclose(moved[name][:, :3], rigid, atol=1e-9)
