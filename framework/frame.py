@@ -15,6 +15,7 @@ from .batch import Array, Shape, joined, rotation, turned, unvaried, vector
 from .dofs import DISPLACEMENTS, FORCES, components, values
 from .errors import FrameError
 from .loads import LineLoad, MemberLoad, PointLoad
+from .names import found, new, plain
 from .protocol import JointElement, LineElement, PointElement
 
 if TYPE_CHECKING:
@@ -178,7 +179,7 @@ class Frame:
         axes
             Its axes as columns in global components, (..., 3, 3); the global axes where None.
         """
-        name = _new("body", name, self.bodies)
+        name = new("body", name, self.bodies)
         place = vector(origin, f"origin of body {name!r}")
         turn = np.eye(3) if axes is None else rotation(axes, f"axes of body {name!r}")
         self._join({f"origin of body {name!r}": place.shape[:-1], f"axes of body {name!r}": turn.shape[:-2]})
@@ -196,11 +197,9 @@ class Frame:
         body
             Body that carries the node.
         """
-        name = _new("node", name, self.nodes, self.aliases)
+        name = new("node", name, self.nodes, self.aliases)
         if body is not None:
-            body = _name("body", body)
-            if body not in self.bodies:
-                raise FrameError(f"node {name!r} is on body {body!r}, which is unknown: {_known(self.bodies)}")
+            body = found(f"node {name!r}: body", body, self.bodies)
         place = vector(coordinates, f"coordinates of node {name!r}")
         self._join({f"node {name!r}": place.shape[:-1]})
         self.nodes[name] = Node(place, body)
@@ -217,7 +216,7 @@ class Frame:
         node
             The node.
         """
-        name = _new("node", name, self.nodes, self.aliases)
+        name = new("node", name, self.nodes, self.aliases)
         self.aliases[name] = self._node(node)
 
     def position(self, node: str) -> Array:
@@ -270,7 +269,7 @@ class Frame:
         *nodes
             Names of its nodes, start (first) before end (second).
         """
-        name = _new("element", name, self.members, self.joints, self.masses)
+        name = new("element", name, self.members, self.joints, self.masses)
         if not isinstance(element, (LineElement, JointElement, PointElement)):
             raise FrameError(f"element {name!r} is {element!r}: give a beam, a joint or a mass, such as Beam(...)")
         wanted = 1 if isinstance(element, PointElement) else 2
@@ -330,8 +329,8 @@ class Frame:
         *names
             Global displacement components ``ux uy uz rx ry rz``.
         """
-        node, held = self._node(node, "support"), components(names)
-        self.supports.setdefault(node, {}).update({index: np.zeros(()) for index in held})
+        node, zeros = self._node(node, "support"), {index: np.zeros(()) for index in components(names)}
+        self.supports.setdefault(node, {}).update(zeros)
 
     def prescribe(self, node: str, **displacement: ArrayLike) -> None:
         """Prescribe displacement components of a node, such as a settlement.
@@ -360,9 +359,7 @@ class Frame:
         **displacement
             Displacement of the second node relative to the first by component.
         """
-        joint = _name("joint", joint)
-        if joint not in self.joints:
-            raise FrameError(f"offset in joint {joint!r}, which is unknown: {_known(self.joints)}")
+        joint = found("offset joint", joint, self.joints)
         given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
         self._join({f"offset {DISPLACEMENTS[k]} of {joint!r}": value.shape for k, value in given.items()})
         self.offsets.setdefault(joint, {}).update(given)
@@ -606,17 +603,11 @@ class Frame:
     # -- checks -----------------------------------------------------------------------------------------------------
 
     def _node(self, name: str, of: str = "") -> str:
-        name = _name("node", name)
-        name = self.aliases.get(name, name)
-        if name not in self.nodes:
-            raise FrameError(f"{of} node {name!r} is unknown: {_known(self.nodes)}".strip())
-        return name
+        what = f"{of} node".strip()
+        return found(what, self.aliases.get(plain(what, name), name), self.nodes)
 
     def _member(self, name: str, of: str = "") -> str:
-        name = _name("member", name)
-        if name not in self.members:
-            raise FrameError(f"{of} member {name!r} is unknown: {_known(self.members)}".strip())
-        return name
+        return found(f"{of} member".strip(), name, self.members)
 
     def _join(self, given: Mapping[str, Shape]) -> None:
         """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
@@ -667,31 +658,9 @@ class Frame:
         self.ties.extend(Tie(master, slave, held, rigid) for slave in others)
 
 
-def _name(what: str, given: str) -> str:
-    """A name as plain text, whatever kind of string it was given as, such as one out of an array."""
-    if not isinstance(given, str) or not given:
-        raise FrameError(f"{what} is named {given!r}: give a non-empty string")
-    return str(given)
-
-
-def _new(what: str, given: str, *known: Mapping[str, object]) -> str:
-    """The name of something new."""
-    name = _name(what, given)
-    if any(name in names for names in known):
-        raise FrameError(f"{what} {name!r} exists already: choose another name")
-    return name
-
-
 def _stacked(given: Mapping[int, Array], size: int) -> Array:
     """Values by component as one array (..., size), zero where none is given."""
     return np.stack(np.broadcast_arrays(*(given.get(k, np.zeros(())) for k in range(size))), axis=-1)
-
-
-def _known(names: Mapping[str, object]) -> str:
-    listed = [repr(name) for name in names]
-    if not listed:
-        return "none is defined yet"
-    return f"known are {', '.join(listed[:12])}{' ...' if len(listed) > 12 else ''}"
 
 
 def _check_ideal(name: str, element: JointElement) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array, Shape
 from ..errors import FrameError
+from ..names import found, plain
 
 if TYPE_CHECKING:
     from ..frame import Frame
@@ -153,31 +154,25 @@ class Results(ABC):
 
     def _node(self, node: str) -> str:
         """The name of a node in the description."""
-        node = self.frame.aliases.get(node, node)
-        if node not in self.frame.nodes:
-            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
-        return node
+        return found("node", self.frame.aliases.get(plain("node", node), node), self.frame.nodes)
 
     def _supported(self, node: str) -> str:
-        node = self.frame.aliases.get(node, node)
+        node = self._node(node)
         if node not in self.frame.supports:
             supported = ", ".join(self.frame.supports) or "none"
             raise FrameError(f"node {node!r} has no support: reactions are at {supported}")
         return node
 
     def _member(self, member: str) -> str:
-        if member not in self.frame.members:
-            raise FrameError(f"member {member!r} is unknown: known are {', '.join(self.frame.members) or 'none'}")
-        return member
+        return found("member", member, self.frame.members)
 
     def _joint(self, joint: str) -> str:
-        if joint not in self.frame.joints:
-            raise FrameError(f"joint {joint!r} is unknown: known are {', '.join(self.frame.joints) or 'none'}")
-        return joint
+        return found("joint", joint, self.frame.joints)
 
     def _played(self, joint: str, known: Sequence[str]) -> str:
         """The name of a joint that is among those whose clearances are taken into account."""
-        if self._joint(joint) not in known:
+        name = self._joint(joint)
+        if name not in known:
             told = ", ".join(known) or "none, or they were left out"
-            raise FrameError(f"contact in joint {joint!r}, which has no clearance: those with one are {told}")
-        return joint
+            raise FrameError(f"contact in joint {name!r}, which has no clearance: those with one are {told}")
+        return name

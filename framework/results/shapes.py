@@ -9,6 +9,7 @@ import numpy as np
 from ..batch import Array
 from ..batched.plan import Plan
 from ..errors import FrameError
+from ..names import found, plain
 from . import dense
 
 
@@ -38,10 +39,8 @@ class Shapes:
         FrameError
             If the node is unknown.
         """
-        number = self._plan.topology.number
-        name = self._plan.frame.aliases.get(node, node)
-        if name not in number:
-            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self._plan.frame.nodes)}")
+        frame, number = self._plan.frame, self._plan.topology.number
+        name = found("node", frame.aliases.get(plain("node", node), node), frame.nodes)
         return np.swapaxes(dense.global_substitution(self._plan, [number[name]]) @ self._vectors, -1, -2)
 
 

@@ -33,17 +33,17 @@ def solved(large: bool, force: object = 1.0) -> Solution | LargeSolution:
 
 
 QUESTIONS: dict[str, tuple[Callable[[Solution | LargeSolution], object], str]] = {
-    "displacement": (lambda s: s.displacement("X"), "node 'X' is unknown: known are A, B, C, D"),
-    "displacement along": (lambda s: s.displacement_along("pin", 0.5), "member 'pin' is unknown: known are AB, CD"),
-    "forces": (lambda s: s.forces("X", 0.5), "member 'X' is unknown: known are AB, CD"),
-    "stress": (lambda s: s.stress("X", 0.5), "member 'X' is unknown: known are AB, CD"),
-    "end forces": (lambda s: s.end_forces("X"), "member 'X' is unknown: known are AB, CD"),
-    "joint displacement": (lambda s: s.joint_displacement("AB"), "joint 'AB' is unknown: known are pin"),
-    "joint force": (lambda s: s.joint_force("AB"), "joint 'AB' is unknown: known are pin"),
+    "displacement": (lambda s: s.displacement("X"), "node 'X' is unknown: known are 'A', 'B', 'C', 'D'"),
+    "displacement along": (lambda s: s.displacement_along("pin", 0.5), "member 'pin' is unknown: known are 'AB', 'CD'"),
+    "forces": (lambda s: s.forces("X", 0.5), "member 'X' is unknown: known are 'AB', 'CD'"),
+    "stress": (lambda s: s.stress("X", 0.5), "member 'X' is unknown: known are 'AB', 'CD'"),
+    "end forces": (lambda s: s.end_forces("X"), "member 'X' is unknown: known are 'AB', 'CD'"),
+    "joint displacement": (lambda s: s.joint_displacement("AB"), "joint 'AB' is unknown: known are 'pin'"),
+    "joint force": (lambda s: s.joint_force("AB"), "joint 'AB' is unknown: known are 'pin'"),
     "reaction": (lambda s: s.reaction("tip"), "node 'D' has no support: reactions are at A"),
-    "contact of no joint": (lambda s: s.contact("AB"), "joint 'AB' is unknown: known are pin"),
+    "contact of no joint": (lambda s: s.contact("AB"), "joint 'AB' is unknown: known are 'pin'"),
     "contact": (lambda s: s.contact("pin"), "no clearance: those with one are none, or they were left out"),
-    "bound": (lambda s: s.error_bound("X"), "node 'X' is unknown: known are A, B, C, D"),
+    "bound": (lambda s: s.error_bound("X"), "node 'X' is unknown: known are 'A', 'B', 'C', 'D'"),
 }
 
 
@@ -54,6 +54,21 @@ def test_both_refuse_what_is_unknown_in_the_same_words(question: str, large: boo
     with pytest.raises(FrameError) as error:
         ask(solved(large))
     assert told in str(error.value)
+
+
+@pytest.mark.parametrize("large", [False, True])
+@pytest.mark.parametrize("reader", ["displacement", "end_forces", "joint_force", "joint_displacement", "reaction"])
+def test_names_are_strings_of_any_kind(reader: str, large: bool) -> None:
+    """NumPy's strings are told as what they say; what is no string is refused as such."""
+    read = getattr(solved(large), reader)
+    known = {"end_forces": "AB", "joint_force": "pin", "joint_displacement": "pin"}.get(reader, "A")
+    assert_allclose(read(np.array([known])[0]), read(known), rtol=0.0)
+    with pytest.raises(FrameError, match="unknown: known are") as error:
+        read(np.str_("X"))
+    assert "str_" not in str(error.value)
+    for wrong in (["A"], 0, None):
+        with pytest.raises(FrameError, match="give a non-empty string"):
+            read(wrong)
 
 
 @pytest.mark.parametrize("large", [False, True])

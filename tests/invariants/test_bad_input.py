@@ -186,16 +186,16 @@ FRAMES: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
 }
 
 READINGS: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
-    "displacement of an unknown node": (lambda f: f.solve().displacement("X"), ("'X'", "known are A, B")),
+    "displacement of an unknown node": (lambda f: f.solve().displacement("X"), ("'X'", "known are 'A', 'B'")),
     "reaction of an unknown node": (lambda f: f.solve().reaction("X"), ("'X'",)),
     "reaction where there is no support": (lambda f: f.solve().reaction("B"), ("'B'", "support")),
-    "end forces of a joint": (lambda f: f.solve().end_forces("pin"), ("'pin'", "known are AB")),
-    "force of a member as a joint": (lambda f: f.solve().joint_force("AB"), ("'AB'", "known are pin")),
+    "end forces of a joint": (lambda f: f.solve().end_forces("pin"), ("'pin'", "known are 'AB'")),
+    "force of a member as a joint": (lambda f: f.solve().joint_force("AB"), ("'AB'", "known are 'pin'")),
     "bound of an unknown result": (lambda f: f.solve().error_bound("C", "stress"), ("'stress'", "displacement")),
     "sensitivity of the status": (lambda f: f.solve().sensitivity("C", "ux", "status"), ("'status'", "displacement")),
     "sensitivity of a file": (lambda f: f.solve().sensitivity("C.vtu", "ux", "save"), ("'save'", "displacement")),
-    "mode shape of an unknown node": (lambda f: massive(f).modes(1).shapes("X"), ("'X'", "known are A, B")),
-    "buckling shape of an unknown node": (lambda f: f.buckling(1).shapes("X"), ("'X'", "known are A, B")),
+    "mode shape of an unknown node": (lambda f: massive(f).modes(1).shapes("X"), ("'X'", "known are 'A', 'B'")),
+    "buckling shape of an unknown node": (lambda f: f.buckling(1).shapes("X"), ("'X'", "known are 'A', 'B'")),
     "half a mode": (lambda f: massive(f).modes(1.5), ("modes", "1.5", "whole number")),  # type: ignore[arg-type]
     "modes in digits": (lambda f: massive(f).modes("2"), ("modes", "'2'", "whole number")),  # type: ignore[arg-type]
     "no buckling at all": (lambda f: f.buckling(0), ("buckling", "0", "whole number")),

@@ -1,0 +1,36 @@
+"""Names by which the parts of a frame are called."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from .errors import FrameError
+
+# Names that a message tells at most.
+_MOST = 12
+
+
+def plain(what: str, given: str) -> str:
+    """A name as plain text, whatever kind of string it was given as, such as one out of an array."""
+    if not isinstance(given, str) or not given:
+        raise FrameError(f"{what} is named {given!r}: give a non-empty string")
+    return str(given)
+
+
+def new(what: str, given: str, *known: Collection[str]) -> str:
+    """The name of something new."""
+    name = plain(what, given)
+    if any(name in names for names in known):
+        raise FrameError(f"{what} {name!r} exists already: choose another name")
+    return name
+
+
+def found(what: str, given: str, known: Collection[str]) -> str:
+    """The name of something that is there."""
+    name = plain(what, given)
+    if name not in known:
+        listed = [repr(name) for name in known]
+        more = " ..." if len(listed) > _MOST else ""
+        told = f"known are {', '.join(listed[:_MOST])}{more}" if listed else "none is defined yet"
+        raise FrameError(f"{what} {name!r} is unknown: {told}")
+    return name
