@@ -32,7 +32,7 @@ def explain(solution: Solution) -> str:
         lines += [f"Method: {plan.method.reason}.", *_components(plan, solver)]
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
-    lines += _clearances(solution)
+    lines += _idle(solution) + _clearances(solution)
     return "\n".join([*lines, *_left_out(), *_times(plan)])
 
 
@@ -132,6 +132,17 @@ def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
     chunks = -(-grid.shape[axis] // step) if any(large_masks(grid)) else 1
     where = f"in {chunks} chunks along axis {axis}" if chunks > 1 else "in one go"
     return f"  About {1e3 * seconds:.2g} ms of arithmetic, {where}."
+
+
+def _idle(solution: Solution) -> list[str]:
+    """Once it is known."""
+    idle = vars(solution).get("idle")
+    if idle is None:
+        return []
+    return [
+        f"Idle: {int(idle.mask.sum())} entries can move, though no load makes them. They are solved anew, an unknown "
+        f"held for each of {len(idle.motions([]))} free motions at most, which takes no force; what these move is NaN."
+    ]
 
 
 def _clearances(solution: Solution) -> list[str]:

@@ -82,7 +82,7 @@ class Recovery:
             group, position = self._where[piece]
             ends = np.zeros((*self.solution.shape, 12))
             ends[idle.mask] = idle.motions(self._rows(piece))[motion]
-            local = (group.transform[position] @ ends[..., None])[..., 0]
+            local = group.local(position, ends)
             shapes = group.element.shape_functions(group.length[position], x)
             moved = np.einsum("...ij,...j->...i", shapes, local)
             return turned(np.swapaxes(group.level[position], -1, -2), moved)
@@ -98,8 +98,7 @@ class Recovery:
         group, position = self._where[piece]
         nodal = self.solution.stacked(self._rows(piece))
         with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
-            local: Array = (group.transform[position] @ nodal[..., None])[..., 0]
-        return local
+            return group.local(position, nodal)
 
     def piece_forces(self, piece: int) -> Array:
         """Forces on both ends of a piece in its local axes, (..., 12)."""

@@ -2,9 +2,8 @@
 
 In double precision K forgets what is softer than rounding of its stiffest part: of n members in line their softest
 bending loses n^4 roundings. So the space in which shapes are sought grows with a factor of K, but what it holds is told
-by their deformations (Rayleigh-Ritz, which errs by the square of the error of the shapes: Parlett, *The Symmetric
-Eigenvalue Problem*, 1998, ch. 11), and shapes that have settled are improved by an inverse iteration, refined with
-residuals in extended precision.
+by their deformations: Rayleigh-Ritz values err by the square of the error of the shapes (Parlett, *The Symmetric
+Eigenvalue Problem*, 1998, ch. 11).
 """
 
 from __future__ import annotations
@@ -16,8 +15,7 @@ from scipy.sparse import csr_matrix
 
 from ..batch import Array
 from ..error_bounds.equilibrium import Statics
-from ..error_bounds.kinematics import extended
-from .resistance import resisted, weighed
+from .resistance import weighed
 
 if TYPE_CHECKING:
     from ..solvers.sparse import SparseSolver
@@ -28,8 +26,6 @@ _MORE = 4
 _DEPTH = 8
 _RESTARTS = 40
 _SETTLED = 1e-11
-# Steps of refinement.
-_STEPS = 2
 
 
 class SparsePencil:
@@ -71,8 +67,6 @@ class SparsePencil:
             values, vectors = self._ritz(other, root * self._krylov(other, vectors / root), width)
             if np.max(np.abs(values[:count] - before[:count])) <= _SETTLED * np.max(np.abs(values)):
                 break
-        better = self._refined(other @ vectors)
-        values, vectors = self._ritz(other, root * _orthonormal(np.linalg.qr(vectors / root)[0], better / root), width)
         return values[:count], vectors[:, :count]
 
     def _krylov(self, other: csr_matrix, block: Array) -> Array:
@@ -98,16 +92,6 @@ class SparsePencil:
         back = basis @ np.linalg.inv(np.linalg.qr(stretched, mode="r"))
         values, turn = np.linalg.eigh(back.T @ (other @ back))
         return values[::-1][:count], back @ turn[:, ::-1][:, :count]
-
-    def _refined(self, load: Array) -> Array:
-        """Displacements (n, k) for loads (n, k), after refinement."""
-        out = extended(self.factor.solve(load))
-        for _ in range(_STEPS):
-            found = resisted(self.statics, self.unknowns, self._spread(out)).reshape(out.shape[::-1]).T
-            if self.mass is not None:
-                found = found + self.shift * (self.mass @ out.astype(np.float64))
-            out = out + self.factor.solve((load - found).astype(np.float64))
-        return out.astype(np.float64)
 
     def _spread(self, motions: Array) -> Array:
         """Columns (n, count) as motions (count, ..., n)."""

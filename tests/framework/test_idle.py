@@ -143,6 +143,7 @@ def test_a_batch_of_idle_regular_and_driven_entries() -> None:
     assert np.isnan(moved[[0, 0, 2], [1, 5, 1]]).all()
     assert np.isfinite(moved[1]).all()
     assert np.isfinite(solution.error_bound("B")[1]).all()
+    assert "Idle: 1 entries can move" in solution.explain()
 
 
 def test_along_an_idle_bar() -> None:
