@@ -38,7 +38,8 @@ def main() -> int:
     """Run what is asked for; the exit status tells whether a bound lied."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("stress-results"), help="folder for the results")
-    parser.add_argument("--axes", nargs="*", default=[*(axis.name for axis in AXES), "chain"], help="some axes only")
+    names = [*(axis.name for axis in AXES), "chain"]
+    parser.add_argument("--axes", nargs="+", choices=names, default=names, metavar="AXIS", help=", ".join(names))
     parser.add_argument("--models", type=int, default=1_000_000, help="random models")
     parser.add_argument("--seed", type=int, default=0, help="of the random models")
     given = parser.parse_args()
