@@ -167,8 +167,8 @@ class SparseSolver:
             local = vector if axes is None else turned(np.swapaxes(axes, -1, -2), vector)
             out[6 * node : 6 * node + 6] += self._flat(local[None])[0].T
         for group, positions, local in member_loads(topology):
-            nodal = (np.swapaxes(group.transform[positions], -1, -2) @ local[..., None])[..., 0]
-            np.add.at(out, group.dofs[positions], np.swapaxes(self._flat(nodal), -1, -2))
+            nodal = self._flat(group.nodal(positions, local))
+            np.add.at(out, group.dofs[positions], np.swapaxes(nodal, -1, -2))
         return out
 
     def _shifts(self) -> Array:
