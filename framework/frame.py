@@ -204,7 +204,7 @@ class Frame:
         self._join({f"node {name!r}": place.shape[:-1]})
         self.nodes[name] = Node(place, body)
         if body is None or self.bodies[body].far + float(np.linalg.norm(place, axis=-1).max(initial=0.0)) > self.size:
-            self.size = max(self.size, float(np.abs(self.position(name)).max()))
+            self.size = max(self.size, float(np.abs(self.position(name)).max(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
         """Give a node another name, by which it is loaded, held and asked for results as well.
@@ -613,8 +613,6 @@ class Frame:
         """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
         whole, known = self._shape, self._shapes
         for name, shape in given.items():
-            if 0 in shape:
-                raise FrameError(f"{name} has batch shape {shape}, which has no entries: give one at least")
             if shape:
                 whole = joined(name, shape, known)
                 known = {**known, name: np.broadcast_shapes(shape, known.get(name, ()))}
@@ -633,7 +631,7 @@ class Frame:
             raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
-        gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max())
+        gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max(initial=0.0))
         if gap > max(COINCIDENT * self.size, self.tolerance):
             raise FrameError(
                 f"joint {name!r} joins nodes {first!r} and {second!r}, which are {gap:.6g} apart: "
@@ -642,7 +640,7 @@ class Frame:
 
     def _least_length(self, member: str) -> float:
         """The length of a member over which loads may lie: the least of the batch, and the rounding in it."""
-        return float(self.length(member).min()) * (1.0 + 1e-12)
+        return float(self.length(member).min(initial=np.inf)) * (1.0 + 1e-12)
 
     def _span(self, member: str, span: tuple[float, float]) -> tuple[float, float]:
         ends, length = unvaried(span, (2,)), self._least_length(member)

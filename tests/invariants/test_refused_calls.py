@@ -57,20 +57,6 @@ CALLS: dict[str, tuple[Callable[[Frame], object], tuple[str, ...]]] = {
         lambda f: f.add("second", Joint(stiffness=ONES((2, 6))), "C", "B"),
         ("joint 'second'", "(2,)", "(3,)", "fx at 'B'"),
     ),
-    "node of no entries": (lambda f: f.node("Z", ONES((0, 3))), ("node 'Z'", "(0,)", "no entries", "one at least")),
-    "body of no entries": (lambda f: f.body("link", ONES((0, 3))), ("origin of body 'link'", "(0,)", "no entries")),
-    "member of no entries": (
-        lambda f: f.add("BD", Beam(Rectangle(y=ONES(0), z=0.02), Material(E=200e9, nu=0.3)), "B", "D"),
-        ("member 'BD'", "(0,)", "no entries"),
-    ),
-    "joint of no entries": (
-        lambda f: f.add("second", Joint(stiffness=ONES((0, 6))), "C", "B"),
-        ("joint 'second'", "(0,)", "no entries"),
-    ),
-    "load of no entries": (lambda f: f.load("D", fy=[]), ("fy at 'D'", "(0,)", "no entries")),
-    "line load of no entries": (lambda f: f.line_load("AB", fy=[]), ("fy at the start", "'AB'", "(0,)", "no entries")),
-    "point load of no entries": (lambda f: f.point_load("AB", at=0.5, mz=[]), ("mz", "'AB'", "(0,)", "no entries")),
-    "gravity of no entries": (lambda f: f.gravity(ONES((0, 3))), ("gravity", "(0,)", "no entries")),
     "rigid links of which one is unknown": (lambda f: f.rigid("A", "B", "X"), ("'X'", "unknown")),
     "rigid links of which one is its own": (lambda f: f.rigid("A", "B", "A"), ("'A'", "itself")),
 }
