@@ -82,7 +82,8 @@ class Newton:
         return self.flat.space(state)
 
     def solve(self, where: Where, state: Place, factor: float) -> Found:
-        """Equilibria at a share `factor` of the loads; given up at once where the tangent at `state` is singular."""
+        """Equilibria at a share `factor` of the loads; given up at once where the tangent at `state` is singular, or where
+        the energy falls from there, if loads have one."""
         found = Found.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
@@ -93,7 +94,8 @@ class Newton:
             factors = self.factor(at)
             positive = (factors.pivots > self.zero).all(axis=0)
             step = self.step(at, balance.lag(state), factors.solve)
-            usable = np.isfinite(step).all(axis=0) & (positive | (iteration > 0))
+            regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.zero).all(axis=0)
+            usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
             share = self.limited(step)
             close = usable & (share == 1.0) & self.is_close(at, step)

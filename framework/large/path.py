@@ -134,8 +134,8 @@ def _told(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: str, 
     points = int(np.isfinite(ways).sum())
     which = f" (entry {tuple(int(k) for k in entry)} of {int(lost.sum())} such)" if lost.shape else ""
     return (
-        f"the path to {name} = {to:g} of {node!r} ended after {points} points at {ways[points - 1]:.6g}{which}: allow more "
-        "steps, or begin with another first"
+        f"the path to {name} = {to:g} of {node!r} ended after {points} points at {ways[points - 1]:.6g}{which}: allow "
+        "more steps, or begin with another first"
     )
 
 

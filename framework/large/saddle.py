@@ -11,13 +11,14 @@ import numpy as np
 from ..batch import Array
 from .descent import Descent
 from .elimination import LARGE
-from .found import Balance, Found, Linear, Place
+from .found import Balance, Found, Linear, Mask, Place
 from .newton import CLOSE, Newton
 from .numbers import Where
 
-# Amounts, in radians or sizes of the frame, and iterations for each.
-_AMOUNTS = (0.03, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.25, 1.5, 1.8, 2.1, 2.5, 3.0)
-_ITERATIONS = 12
+# Steps of the amount, in radians or sizes of the frame: the first, the longest, and one at which the way is given up.
+_BEGIN, _LONGEST, _LEAST = 0.03, 0.3, 1e-3
+# How steps grow where they succeed and shrink where not; the whole amount, steps at most, and iterations for each.
+_GROWTH, _SHRINK, _WHOLE, _STEPS, _ITERATIONS = 2.0, 0.2, 3.0, 40, 12
 
 
 class Saddle:
@@ -42,17 +43,22 @@ class Saddle:
         found.left[:] = True
         waiting = np.isfinite(mode).all(axis=0)
         state, done, pull = state.taken(np.arange(count)), np.zeros(count), np.zeros(count)
-        for amount in _AMOUNTS:
-            state, done, pull, held = self._held(balance, state, mode, amount - done, pull, found)
-            turned = np.flatnonzero(waiting & held & (pull > 0.0))
-            waiting &= held & (pull <= 0.0)
+        more = np.full(count, _BEGIN)
+        for _ in range(_STEPS):
+            ahead, force, held = self._held(balance, state, mode, np.where(waiting, more, 0.0), pull, found)
+            on = np.flatnonzero(waiting & held)
+            state.put(on, ahead.taken(on))
+            done[on], pull[on] = done[on] + more[on], force[on]
+            turned = on[pull[on] > 0.0]
+            waiting[turned] = False
             if len(turned):
                 there = tuple(k[turned] for k in where)
                 end = self.newton.solve(there, state.taken(turned), factor)
                 found.take(turned, end, end.good)
+            more = np.where(held, np.minimum(_GROWTH * more, _LONGEST), _SHRINK * more)
+            waiting &= (more > _LEAST) & (done < _WHOLE)
             if not waiting.any():
                 break
-            done = np.full(count, amount)
         return found
 
     def _mode(self, at: Linear) -> Array:
@@ -71,7 +77,7 @@ class Saddle:
 
     def _held(
         self, balance: Balance, state: Place, mode: Array, more: Array, pull: Array, found: Found
-    ) -> tuple[Place, Array, Array, np.ndarray]:
+    ) -> tuple[Place, Array, Mask]:
         """Equilibria with `more` of the mode, the force `pull` along it, and whether they were found."""
         weight = self.newton.elimination.diagonal(self._start(balance, state)) * mode
         weight = weight / np.einsum("im,im->m", weight, mode)
@@ -97,7 +103,7 @@ class Saddle:
             held |= (work <= CLOSE**0.5 * at.energy) & (np.abs(left) < 1e-6)
             if held.all():
                 break
-        return state, left, pull, held
+        return state, pull, held
 
     @staticmethod
     def _start(balance: Balance, state: Place) -> Array:

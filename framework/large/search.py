@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from .descent import Descent
-from .found import Found, Index, Place
+from .found import Found, Index, Mask, Place
 from .newton import Newton
 from .numbers import Where
 from .saddle import Saddle
 
-# Into how many steps a load step is cut where one is too long.
-_CUTS = (4, 16)
+# Into how many steps a load step is cut where one is too long, and how often it is halved where that is still so.
+_CUTS, _HALVINGS = (4, 16), 6
 # Iterations of the descent before the fast way is tried again; doubled each time, up to.
 _FIRST, _LAST = 3, 200
 
@@ -32,21 +32,22 @@ class Search:
         """Equilibria at a share `high` of the loads, from the equilibria `begin` at `low`.
 
         Newton's method at once; where that fails but the tangent was regular, in smaller steps; out of an unstable
-        equilibrium along its mode; and else down the energy.
+        equilibrium along its mode; by way of smaller and smaller loads, in all these ways; and else down the energy.
         """
         found = self.newton.solve(where, begin, high)
+        regular = found.iterations > 1
         for cuts in _CUTS:
-            bad = np.flatnonzero(~found.good & (found.iterations > 1))
+            bad = np.flatnonzero(~found.good & regular)
             if len(bad):
                 again = self._stepped(_part(where, bad), begin.taken(bad), low, high, cuts)
                 found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
-        if self.newton.held:  # the energy is no guide where constraints have multipliers
-            return found
-        bad = np.flatnonzero(found.converged & ~found.stable)
+        self._leave(where, found, high)
+        bad = np.flatnonzero(self._worth(found) & regular)
         if len(bad):
-            again = self.saddle.leave(_part(where, bad), found.state.taken(bad), high)
-            found.take(bad, again, again.good)
-        self._descend(where, begin, high, found)
+            again = self._halved(_part(where, bad), begin.taken(bad), low, high, _HALVINGS)
+            found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
+        if not self.newton.held:  # the energy is no guide where constraints have multipliers
+            self._descend(where, begin, high, found)
         return found
 
     def _stepped(self, where: Where, begin: Place, low: float, high: float, cuts: int) -> Found:
@@ -58,10 +59,50 @@ class Search:
                 found.take(going, self.newton.solve(_part(where, going), found.state.taken(going), factor))
         return found
 
+    def _leave(self, where: Where, found: Found, factor: float) -> None:
+        """Leave unstable equilibria."""
+        bad = np.flatnonzero(found.converged & ~found.stable)
+        if len(bad) and not self.newton.held:
+            again = self.saddle.leave(_part(where, bad), found.state.taken(bad), factor)
+            found.take(bad, again, again.good)
+
+    def _worth(self, found: Found) -> Mask:
+        """Entries worth more search: only where loads have an energy is there always a stable equilibrium to find."""
+        return ~found.good if self.newton.model.symmetric else ~found.converged
+
+    def _halved(self, where: Where, begin: Place, low: float, high: float, depth: int) -> Found:
+        """Equilibria by way of half the load, and of half of that where it must be."""
+        half = 0.5 * (low + high)
+        found = self._through(where, begin, low, half, depth)
+        going = np.flatnonzero(~self._worth(found))
+        found.converged[self._worth(found)] = False
+        if len(going):
+            found.take(going, self._through(_part(where, going), found.state.taken(going), half, high, depth))
+        return found
+
+    def _through(self, where: Where, begin: Place, low: float, high: float, depth: int) -> Found:
+        found = self.newton.solve(where, begin, high)
+        regular = found.iterations > 1
+        self._leave(where, found, high)
+        bad = np.flatnonzero(self._worth(found) & regular)
+        if depth and len(bad):
+            again = self._halved(_part(where, bad), begin.taken(bad), low, high, depth - 1)
+            found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
+        return found
+
     def _descend(self, where: Where, begin: Place, factor: float, found: Found) -> None:
+        """Down the energy, from the beginning; an equilibrium that is unstable stays where no other is found."""
+        index = np.flatnonzero(self._worth(found))
+        known, had = found.state.taken(index), found.converged[index]
+        self._fall(where, begin, factor, found)
+        lost = had & ~found.converged[index]
+        found.state.put(index[lost], known.taken(lost))
+        found.converged[index[lost]] = True
+
+    def _fall(self, where: Where, begin: Place, factor: float, found: Found) -> None:
         iterations = _FIRST
         while iterations <= _LAST:
-            bad = np.flatnonzero(~found.good)
+            bad = np.flatnonzero(self._worth(found))
             if not len(bad):
                 break
             start = begin.taken(bad) if iterations == _FIRST else found.state.taken(bad)
