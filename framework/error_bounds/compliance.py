@@ -106,11 +106,7 @@ class DenseCompliance(Compliance):
     ) -> None:
         size, rounding = len(unknowns), float(np.finfo(kind).eps) / 2.0
         self.greatest = float(size)
-        rows, sizes = _rows(kinematics, springs, unknowns, kind)
-        none = np.zeros((*(1,) * (rows.ndim - 2), 0), kind)
-        k = _together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness])
-        used = np.flatnonzero(_any(k) & _any(sizes))
-        k, sizes, columns = k[..., used], sizes[..., used], np.moveaxis(rows[..., used], 0, -1)
+        columns, sizes, k = by_unknowns(kinematics, springs, stiffness, unknowns, kind)
         matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
         diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
         root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
@@ -212,6 +208,23 @@ class SparseCompliance(Compliance):
         flat = (displacement.astype(np.float64) / self.root).reshape(-1, displacement.shape[-1]).T
         out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
         return out
+
+
+def by_unknowns(
+    kinematics: Kinematics,
+    springs: list[Springs],
+    stiffness: list[Array],
+    unknowns: Sequence[int],
+    kind: type[np.floating[Any]],
+) -> tuple[Real, Real, Array]:
+    """Deformations of members and openings of links by the unknowns (..., e, n), sizes of their parts (n, ..., e) and
+    their stiffness (..., e), without those that resist nothing."""
+    rows, sizes = _rows(kinematics, springs, unknowns, kind)
+    none = np.zeros((*(1,) * (rows.ndim - 2), 0), kind)
+    k = _together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness])
+    used = np.flatnonzero(_any(k) & _any(sizes))
+    k, sizes, columns = k[..., used], sizes[..., used], np.moveaxis(rows[..., used], 0, -1)
+    return columns, sizes, k
 
 
 def _rows(

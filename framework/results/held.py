@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, aligned
-from ..error_bounds.compliance import DenseCompliance
+from ..error_bounds.compliance import DenseCompliance, by_unknowns
 from ..error_bounds.equilibrium import Equilibrium, Statics
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real, extended
@@ -90,10 +90,10 @@ def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[Held]:
     unknowns = excited(statics.plan)
     for index in groups(suspects):
         start = hard_state(statics, index, unknowns)
-        found = DenseCompliance(start.double, start.double_springs, start.stiffness, unknowns)
         count = 1 if index is None else len(index[0])
-        bases, ranks = _free(found.scaled, count)
-        root = np.broadcast_to(found.root, (count, len(unknowns)))
+        scaled, root = _scaled(start)
+        bases, ranks = _free(scaled, count)
+        root = np.broadcast_to(root, (count, len(unknowns)))
         for take, basis, held in _alike(bases, ranks):
             part = None if index is None else tuple(each[take] for each in index)
             shapes = np.moveaxis(basis * root[take][:, None], 1, 0)
@@ -153,6 +153,19 @@ class _Factored:
         flat = load.astype(np.float64).reshape(-1, load.shape[-1]).T
         out: Array = self.factor.solve(flat).T.reshape(load.shape)
         return out
+
+
+def _scaled(state: Equilibrium) -> tuple[Array, Array]:
+    """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one (..., e, n), or zero
+    where they are rounding; and what takes them to that length (..., n)."""
+    columns, sizes, k = by_unknowns(state.double, state.double_springs, state.stiffness, state.unknowns, np.float64)
+    weight = np.sqrt(k)[..., None]
+    weighed = weight * columns
+    length = np.sqrt(np.sum(weighed**2, axis=-2))
+    parts = np.sqrt(np.sum((weight * np.moveaxis(sizes, 0, -1)) ** 2, axis=-2))
+    none = length <= ZERO * parts
+    root: Array = 1.0 / np.where(none, np.where(parts > 0.0, parts, 1.0), length)
+    return np.where(none[..., None, :], 0.0, weighed * root[..., None, :]), root
 
 
 def _free(scaled: Array, count: int) -> tuple[Array, Index]:

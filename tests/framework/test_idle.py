@@ -233,3 +233,25 @@ def test_a_lattice_without_supports_names_six_motions(method: str) -> None:
         arm = frame.nodes[name].coordinates
         rigid = moved[names[0]][:, :3] + np.cross(moved[names[0]][:, 3:], arm)
         assert_allclose(moved[name][:, :3], rigid, atol=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e9, np.inf])
+def test_a_load_whose_parts_balance_about_the_hinge(stiffness: float) -> None:
+    """A force and a couple that do no work together, at any orientation; a billionth more of the force does."""
+    for seed, turn in enumerate(turns(12)):
+        rng = np.random.default_rng(seed)
+        way, force = rng.normal(size=(2, 3))
+        way /= np.linalg.norm(way)
+        frame = Frame()
+        for name, place in {"A": np.zeros(3), "B": np.eye(3)[0], "end": np.eye(3)[0], "C": np.eye(3)[0] + way}.items():
+            frame.node(name, turn @ place)
+        frame.add("AB", BAR, "A", "B")
+        frame.add("hinge", Joint(stiffness=(stiffness,) * 5 + (0.0,), axes=turn), "B", "end")
+        frame.add("BC", BAR, "end", "C")
+        frame.fix("A")
+        loaded(frame, "C", turn, tuple(force), -np.cross(way, force)[2])
+        solution = frame.solve()
+        assert solution.status == "idle"
+        assert_allclose(solution.reaction("A")[:3] @ turn, -force, atol=1e-8)
+        across = np.cross([0.0, 0.0, 1.0], way)
+        assert loaded(frame, "C", turn, tuple(1e-9 * across)).solve().status == "mechanism"
