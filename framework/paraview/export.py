@@ -83,6 +83,8 @@ def save(
     path = Path(path)
     if stations not in range(1, 1001):
         raise FrameError(f"{path.name} was given {stations!r} stations a member: give a whole number from 1 to 1000")
+    if 0 in solution.shape:
+        raise FrameError(f"{path.name}: the batch shape is {solution.shape}, without entries: save one that has some")
     if path.suffix == ".vtu":
         if axis is not None or times is not None:
             raise FrameError(f"{path.name} holds one pose, without axis or times: save as .pvd for a series of poses")

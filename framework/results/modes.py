@@ -79,7 +79,7 @@ def modes(frame: Frame, count: int) -> Modes:
 
 def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
     stiffness, mass = dense.stiffness(plan), dense.mass(plan)
-    _check(bool(np.any(mass)))
+    _check(bool(np.any(mass)) or not mass.size)
     shift = _shift(stiffness, mass)
     half, root = halves(stiffness + shift[..., None, None] * mass) if shift.any() else stiffness_halves(plan)
     values, vectors = inverse_pencil(half, root, mass, count)

@@ -7,6 +7,7 @@ parts are added up only when the sum is needed, so that most arithmetic happens 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -66,7 +67,8 @@ class Grid:
 
     def components(self, array: Array, trailing: int = 1) -> list[Value]:
         """The entries of `array` (..., n) or (..., n, m) by component, exact zeros as 0.0."""
-        flat = array.reshape(*array.shape[: array.ndim - trailing], -1)
+        batch = array.ndim - trailing
+        flat = array.reshape(*array.shape[:batch], math.prod(array.shape[batch:]))
         used = (flat != 0.0).reshape(-1, flat.shape[-1]).any(axis=0)
         return [self.value(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
 

@@ -257,7 +257,7 @@ def edges_of(topology: Topology, knowns: Knowns) -> list[Edge]:
 
 def _joints(frame: Frame, knowns: Knowns, number: dict[str, int]) -> list[Edge]:
     links = frame.joints.values()
-    ideal = np.array([np.isinf(link.element.stiffness.reshape(-1)[:6]) for link in links])
+    ideal = np.array([np.isinf(link.element.stiffness.reshape(-1, 6)[:1]).any(axis=0) for link in links])
     held = [tuple(k for k in _SIX if row[k]) for row in ideal.tolist()]
     edges = []
     for (name, link), components in zip(frame.joints.items(), held, strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -190,3 +191,29 @@ def test_a_held_node_alone(place: float) -> None:
         assert_allclose(solution.displacement("A"), [1.0, 0.0, 0.0, 0.0, 0.0, 1.0], atol=1e-15)
         assert_allclose(solution.reaction("A"), [0.0, -2.0, 0.0, 0.0, 0.0, 0.0], atol=1e-15)
         assert not solution.error_bound("A")[1:5].any()
+
+
+@pytest.mark.parametrize("vary", ["section", "joint", "clearance", "place"])
+def test_empty_batches_of_elements(vary: str, tmp_path: Path) -> None:
+    """Elements without entries, under loads on members; what needs an entry says so."""
+    none = np.zeros(0)
+    beam = Beam(Rectangle(y=none + 0.02 if vary == "section" else 0.02, z=0.01), BAR.material)
+    stiffness = np.full((0, 6), 1e8) if vary == "joint" else (1e8,) * 6
+    frame = Frame()
+    for name, place in {"A": (0, 0, 0), "B": (1, 0, 0), "C": (1, 0, 0), "D": (1, 1, 0)}.items():
+        frame.node(name, np.array(place) + (none[:, None] if vary == "place" else 0.0))
+    frame.add("AB", beam, "A", "B")
+    frame.add("pin", Joint(stiffness=stiffness, clearance=none if vary == "clearance" else 0.0), "B", "C")
+    frame.add("CD", beam, "C", "D")
+    frame.fix("A")
+    frame.load("C", fy=1.0)
+    frame.line_load("AB", fy=1.0, span=(0.2, 0.5))
+    frame.point_load("AB", at=0.3, fz=1.0)
+    solution = frame.solve()
+    assert solution.displacement("C").shape == solution.joint_force("pin").shape == (0, 6)
+    assert solution.forces("AB", [0.1, 0.2]).shape == (0, 2, 6)
+    assert frame.solve(large=True).displacement("C").shape == (0, 6)
+    assert frame.modes(2).frequencies.shape == (0, 2)
+    for name in ("pose.vtu", "series.pvd"):
+        with pytest.raises(FrameError, match=r"batch shape is \(0,\), without entries"):
+            solution.save(tmp_path / name)
