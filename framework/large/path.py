@@ -20,6 +20,7 @@ from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..dofs import component
 from ..errors import FrameError, PathWarning
+from ..names import found, plain
 from . import rotation
 from .found import Linear, Mask, Place
 from .march import March
@@ -76,10 +77,8 @@ class EquilibriumPath:
         node
             The node.
         """
-        node = self.frame.aliases.get(node, node)
-        if node not in self._model.topology.number:
-            raise FrameError(f"node {node!r} is unknown: known are {', '.join(self.frame.nodes)}")
-        number = self._model.topology.number[node]
+        name = found("node", self.frame.aliases.get(plain("node", node), node), self.frame.nodes)
+        number = self._model.topology.number[name]
         parts = [np.concatenate([s.moved[:, number], rotation.logarithm(s.turned[:, number])]) for s in self._states]
         shaped = np.moveaxis(np.stack(parts), 1, -1).reshape(len(parts), *self.shape, 6)
         return np.where(np.isnan(self.factor)[..., None], np.nan, shaped)
@@ -97,9 +96,7 @@ class EquilibriumPath:
 
 def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: float) -> EquilibriumPath:
     """Follow the path from rest until a displacement component passes `to`; see `Frame.path`."""
-    node = frame.aliases.get(node, node)
-    if node not in frame.nodes:
-        raise FrameError(f"node {node!r} is unknown: known are {', '.join(frame.nodes)}")
+    node = found("node", frame.aliases.get(plain("node", node), node), frame.nodes)
     if to == 0.0 or not np.isfinite(to):
         raise FrameError(f"path to {name} = {to!r} of {node!r}: give a displacement that is not zero")
     if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
@@ -129,8 +126,9 @@ def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: flo
 
 def _told(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: str, to: float) -> str:
     """Where paths ended that did not reach what they were to."""
-    entry = np.unravel_index(int(np.argmax(lost)), lost.shape)
-    ways = path.displacement(node)[(slice(None), *entry, component(name))]
+    first = int(np.argmax(lost))
+    entry = np.unravel_index(first, lost.shape)
+    ways = path.displacement(node)[..., component(name)].reshape(len(path.factor), -1)[:, first]
     points = int(np.isfinite(ways).sum())
     which = f" (entry {tuple(int(k) for k in entry)} of {int(lost.sum())} such)" if lost.shape else ""
     return (
@@ -197,10 +195,10 @@ class _Tracer:
     def _begin(self, where: Where) -> None:
         """Go to the equilibrium under the first share of the load at once."""
         begin = start(self.newton, where, len(self.factor), self.first)
-        found = Search(self.newton).solve(where, begin, 0.0, self.first)
-        self.going &= found.converged
-        self.state, self.factor = found.state, np.where(self.going, self.first, 0.0)
-        self._add(found.stable)
+        there = Search(self.newton).solve(where, begin, 0.0, self.first)
+        self.going &= there.converged
+        self.state, self.factor = there.state, np.where(self.going, self.first, 0.0)
+        self._add(there.stable)
 
     def _add(self, stable: Mask) -> None:
         """One more point where the entries are now; those that have come far enough end there."""
@@ -296,9 +294,9 @@ def _limits(factors: Array) -> Array:
     """Extreme values of factors along a path, by the parabola through the three points about each."""
     change = np.diff(factors)
     turns = np.flatnonzero(change[1:] * change[:-1] < 0.0) + 1
-    found = []
+    limits = []
     for k in turns:
         # in the number of the point; exact enough where steps are even
         a, b, c = factors[k - 1 : k + 2]
-        found.append(b - (c - a) ** 2 / (8.0 * (a - 2.0 * b + c)))
-    return np.array(found)
+        limits.append(b - (c - a) ** 2 / (8.0 * (a - 2.0 * b + c)))
+    return np.array(limits)
