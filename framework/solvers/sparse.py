@@ -124,9 +124,13 @@ class SparseSolver:
         """
         if self._adrift.size:
             return self._adrift
-        if self.excited.all():
-            return self.freedom.motions
-        return self._freedom(np.ones(len(self.unknown), dtype=bool)).motions
+        parts = [(self.excited, self.freedom), (~self.excited, self._freedom(~self.excited))]
+        out = []
+        for where, free in parts:
+            motions = np.zeros((len(where), free.motions.shape[1]))
+            motions[where] = free.motions
+            out.append(motions)
+        return np.hstack(out)
 
     @cached_property
     def freedom(self) -> Freedom:
