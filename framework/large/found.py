@@ -105,11 +105,12 @@ class Found:
     iterations: Index
 
     @classmethod
-    def nothing(cls, state: Place) -> Found:
-        """Before the first iteration."""
+    def nothing(cls, state: Place, *, copied: bool = True) -> Found:
+        """Before the first iteration; what is found is put into the state, or a copy of it."""
         count = state.moved.shape[-1]
         no = np.zeros(count, dtype=bool)
-        return cls(state.taken(np.arange(count)), no.copy(), no.copy(), no.copy(), np.zeros(count, dtype=np.int64))
+        place = state.taken(np.arange(count)) if copied else state
+        return cls(place, no.copy(), no.copy(), no.copy(), np.zeros(count, dtype=np.int64))
 
     @property
     def good(self) -> Mask:

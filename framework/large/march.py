@@ -55,10 +55,10 @@ class March:
     def run(self) -> tuple[Found, History]:
         """Final equilibria and what happened on the way."""
         factors = np.arange(1, self.steps + 1) / self.steps
-        whole = Found.nothing(State.start(self.model, self.count))
+        whole = Found.nothing(State.start(self.model, self.count), copied=False)
         history = self._history()
         for index in self._pieces():
-            found = Found.nothing(start(self.newton, self.where(index), len(index), factors[0]))
+            found = Found.nothing(start(self.newton, self.where(index), len(index), factors[0]), copied=False)
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
                 old = found.state

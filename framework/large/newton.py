@@ -82,23 +82,24 @@ class Newton:
         return self.flat.space(state)
 
     def solve(self, where: Where, state: Place, factor: float) -> Found:
-        """Equilibria at a share `factor` of the loads; given up at once where the tangent at `state` is singular, or where
-        the energy falls from there, if loads have one."""
+        """Equilibria at a share `factor` of the loads.
+
+        Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls from there.
+        """
         found = Found.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
         stresses: list[Array] | None = None
-        state = state.taken(active)
         for iteration in range(_ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)
-            positive = (factors.pivots > self.zero).all(axis=0)
+            positive: Mask = np.asarray((factors.pivots > self.zero).all(axis=0))
             step = self.step(at, balance.lag(state), factors.solve)
             regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.zero).all(axis=0)
             usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
             share = self.limited(step)
-            close = usable & (share == 1.0) & self.is_close(at, step)
+            close = usable & (share == 1.0) & self.is_close(at, step, first=iteration == 0)
             found.iterations[active] += 1
             state = balance.advanced(state, share * step)
             stresses = balance.step_stresses(at, share * step)
@@ -154,12 +155,14 @@ class Newton:
         out: Array = (np.abs(step) * self.scale[:, None]).max(axis=0, initial=0.0)
         return out
 
-    def is_close(self, at: Linear, step: Array) -> Mask:
+    def is_close(self, at: Linear, step: Array, *, first: bool = False) -> Mask:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.
 
-        Both are so small that what the step leaves open, of second order, lies below rounding.
+        Both are so small that what the step leaves open, of second order, lies below rounding. A `first` step, however
+        small, is all that there is of a displacement, and holds the rounding of the factors: another one follows it.
         """
+        nothing = 0.0 if first else _NOTHING
         work = np.abs(np.einsum("im,im->m", at.forces, step))
         there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= _NOTHING * min(1.0, self.size)
-        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= _NOTHING)
+        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= nothing)
         return near

@@ -41,7 +41,7 @@ class Saddle:
         mode = self._mode(at)
         found = Found.nothing(state)
         found.left[:] = True
-        waiting = np.isfinite(mode).all(axis=0)
+        waiting: Mask = np.asarray(np.isfinite(mode).all(axis=0))
         state, done, pull = state.taken(np.arange(count)), np.zeros(count), np.zeros(count)
         more = np.full(count, _BEGIN)
         for _ in range(_STEPS):
