@@ -12,9 +12,16 @@ from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Conta
 from ..clearances.resting import UNLOADED
 from . import rotation
 from .numbers import batch_first
+from .start import TOUCHING
+from .state import State
 
 if TYPE_CHECKING:
+    from .equations import Equations
     from .solution import LargeSolution
+
+
+# Largest unbalanced force over the largest force of an equilibrium that is beyond doubt.
+_BALANCED = 1e-6
 
 
 def contact(solution: LargeSolution, name: str, number: int) -> Contact:
@@ -24,8 +31,9 @@ def contact(solution: LargeSolution, name: str, number: int) -> Contact:
     gap = _vector(solution, play, _beyond(solution, number)[play])
     force = _vector(solution, play, -solution.linear.own[play, number])
     radius = np.broadcast_to(joint.element.clearance, frame.shape)
-    length, press = (np.linalg.norm(vector, axis=-1) for vector in (gap, force))
-    closed = _closed(solution, number, length > radius)
+    length, press = (np.hypot.reduce(vector, axis=-1) for vector in (gap, force))
+    largest = np.abs(solution.linear.nodal[:3]).max(axis=(0, 1)).reshape(press.shape)
+    closed = _closed(solution, number, (length >= radius * (1.0 - TOUCHING)) & (press > UNLOADED * largest))
     state = np.where(closed, CLOSED, OPEN)
     state = np.where(solution.converged, state, UNRESOLVED)
     state = state if frame.absent is None else np.where(frame.absent, ABSENT, state)
@@ -42,6 +50,47 @@ def contact(solution: LargeSolution, name: str, number: int) -> Contact:
     )
 
 
+def touched(equations: Equations, state: State) -> State:
+    """The state, and journals whose springs give way to a small force by less than rounding on their circles."""
+    model, forces = equations.model, None
+    for number, joint in enumerate(model.joints):
+        if joint.law is None or joint.rigid:
+            continue
+        play, radius = list(joint.play), joint.clearance.at(equations.where)
+        beyond = state.own[play, number] - equations.factor * joint.offset.at(equations.where)[play]
+        length = np.hypot.reduce(beyond, axis=0)
+        near = (length <= radius) & (length >= radius * (1.0 - TOUCHING)) & (radius > 0.0)
+        if near.any():
+            forces = equations.linearised(state) if forces is None else forces
+            pressed = np.hypot.reduce(forces.own[play, number], axis=0)
+            near &= pressed > UNLOADED * np.abs(forces.nodal[:3]).max(axis=(0, 1))
+            state.own[play, number] += np.where(near, 2.0 * TOUCHING * beyond, 0.0)
+    if forces is not None:
+        equations.follow(state)
+    return state
+
+
+def unbalanced(solution: LargeSolution) -> NDArray[np.bool_]:
+    """Where forces are left that are not small, and more than rounding or with a journal not pressed, (entries,).
+
+    Nothing resists such a journal, and forces below the rounding of others may still drive it.
+    """
+    poor = np.asarray(solution.residual > _BALANCED).reshape(-1)
+    if not poor.any():
+        return poor
+    model, trust, at = solution.model, solution.trust, solution.linear
+    own = np.setdiff1d(np.arange(model.free), model.multipliers)
+    # what is wrong is what is unbalanced, and the rounding in it
+    more: NDArray[np.bool_] = (2.0 * np.abs(trust.at.forces) > trust.wrong)[own].any(axis=0)
+    for number, joint in enumerate(model.edges):
+        if joint.law is not None:
+            play = list(joint.play)
+            length, press = (np.hypot.reduce(v[play], axis=0) for v in (_beyond(solution, number), at.own[:, number]))
+            more |= length < joint.clearance.at(solution.equations.where) * (1.0 - TOUCHING)
+            more |= press <= UNLOADED * np.abs(at.nodal[:3]).max(axis=(0, 1))
+    return poor & more
+
+
 def _beyond(solution: LargeSolution, number: int) -> Array:
     """Displacement of a joint beyond its imposed offset (6, m)."""
     equations = solution.equations
@@ -54,7 +103,7 @@ def _closed(solution: LargeSolution, number: int, beyond: NDArray[np.bool_]) -> 
         return beyond
     force = solution.state.grip.force[:, solution.model.contacts[number]]
     largest = np.abs(solution.linear.nodal[:3]).max(axis=(0, 1))
-    pressed: NDArray[np.bool_] = np.sqrt((force**2).sum(axis=0)) > UNLOADED * largest
+    pressed: NDArray[np.bool_] = np.hypot.reduce(force, axis=0) > UNLOADED * largest
     return pressed.reshape(beyond.shape)
 
 

@@ -83,5 +83,5 @@ class Pressing:
 
 def _length(vector: Array) -> Array:
     """Length of vectors (n, m)."""
-    out: Array = np.sqrt((vector**2).sum(axis=0))
+    out: Array = np.hypot.reduce(vector, axis=0)
     return out

@@ -15,6 +15,7 @@ from ..clearances.contact import Contact
 from ..errors import FrameError
 from ..results.base import Results
 from . import rotation
+from .contact import contact, touched, unbalanced
 from .equations import Equations
 from .found import Found
 from .links import Link
@@ -202,8 +203,6 @@ class LargeSolution(Results):
         FrameError
             If the joint has no clearance, or clearances were left out.
         """
-        from .contact import contact
-
         name = self._played(joint, loose_joints(self.frame) if self.model.clearance else [])
         return contact(self, name, self._link(name))
 
@@ -217,7 +216,7 @@ class LargeSolution(Results):
         found = self._found
         stable = np.where(found.left, "stable beyond a saddle", "stable")
         held = np.where(self.stable.reshape(-1), stable, "unstable")
-        status = np.where(found.converged, held, "not converged").reshape(self.shape)
+        status = np.where(self.converged.reshape(-1), held, "not converged").reshape(self.shape)
         return status if self.frame.absent is None else np.where(self.frame.absent, "absent", status)
 
     @cached_property
@@ -230,15 +229,18 @@ class LargeSolution(Results):
         semitangential moments do: any motion then takes work, which is enough for stability (Hill, J. Mech. Phys.
         Solids 6 (1958) 236-249)."""
         found = self._found
-        out = found.converged & found.stable
+        out = self.converged.reshape(-1) & found.stable
         if len(self.model.components) < 6:
             out &= definite_in_space(self._march, self.state, self.model)
         return out.reshape(self.shape)
 
-    @property
+    @cached_property
     def converged(self) -> NDArray[np.bool_]:
         """Whether an equilibrium was found, (...)."""
-        return self._found.converged.reshape(self.shape)
+        found = self._found.converged
+        if found.any() and any(joint.law is not None for joint in self.model.edges):
+            found = found & ~unbalanced(self)
+        return found.reshape(self.shape)
 
     @property
     def iterations(self) -> NDArray[np.int64]:
@@ -272,7 +274,7 @@ class LargeSolution(Results):
             By component of `displacement`, (..., 6); rotation as a spin.
         """
         number = self.model.topology.number[self._node(node)]
-        return self._shaped(self._trust.bound(number))
+        return self._shaped(self.trust.bound(number))
 
     @property
     def load_factor(self) -> Array:
@@ -318,7 +320,7 @@ class LargeSolution(Results):
     @cached_property
     def state(self) -> State:
         """Displacements and quaternions of all nodes, and of joints, batch flattened and behind."""
-        return self._march.newton.space(self._found.state)
+        return touched(self.equations, self._march.newton.space(self._found.state))
 
     @cached_property
     def equations(self) -> Equations:
@@ -336,7 +338,8 @@ class LargeSolution(Results):
         return self.linear.nodal, self.linear.own
 
     @cached_property
-    def _trust(self) -> Trust:
+    def trust(self) -> Trust:
+        """Bounds on the numerical error of displacements."""
         return Trust(self._march.newton, self.equations, self.state)
 
     @cached_property

@@ -15,6 +15,8 @@ from .numbers import Where
 from .search import Search
 from .state import State
 
+# Share of a clearance within which a journal counts as touching its circle: a few roundings.
+TOUCHING = 4.0 * float(np.finfo(np.float64).eps)
 # Stiffness by which a rigid contact is found, in units of what it meets.
 _STIFFER = 10.0
 # Clearance, in sizes of the frame or radians, below which it does not soften what a journal meets.
@@ -49,8 +51,11 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
 def _place(state: State, number: int, joint: Joint, forces: Array, radius: Array) -> None:
     play = list(joint.play)
     push = forces[play, number]
-    size = np.sqrt((push**2).sum(axis=0))
-    state.own[play, number] += radius * push / np.where(size > 0.0, size, 1.0)
+    size = np.hypot.reduce(push, axis=0)
+    if not joint.rigid:
+        # in contact, though the springs give way to a small force by less than rounding
+        radius = radius * (1.0 + TOUCHING)
+    state.own[play, number] += radius * (push / np.where(size > 0.0, size, 1.0))
 
 
 def _guess(newton: Newton, equations: Equations, state: State, forces: Array) -> Grip:
@@ -66,7 +71,7 @@ def _guess(newton: Newton, equations: Equations, state: State, forces: Array) ->
         radius = np.maximum(joint.clearance.at(equations.where), _SMALL * (1.0 if turns else newton.size))
         nodes = [joint.child] if number < len(model.joints) else slice(None)
         columns = model.columns[3:] if turns else model.columns[:3]
-        pressed = np.sqrt((force[:, place] ** 2).sum(axis=0)) / radius
+        pressed = np.hypot.reduce(force[:, place], axis=0) / radius
         most = np.maximum(met[columns[:, nodes]].max(axis=(0, 1)), pressed)
         stiffness[place] = _STIFFER * np.where(most > 0.0, most, 1.0)
     return Grip(force, stiffness)

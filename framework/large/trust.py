@@ -53,7 +53,8 @@ class Trust:
         for k in range(6):
             load = np.zeros((self.model.free, self.equations.count))
             load[chain[inside]] = rows[k, inside]
-            out[k] = np.einsum("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
+            worst = np.einsum("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
+            out[k] = np.where(np.isnan(worst), np.inf, worst)  # nothing is known where something moves freely
         size = np.concatenate([self.state.moved[:, node], rotation.logarithm(self.state.turned[:, node])])
         return np.asarray(out + 2.0 * _EPS * np.abs(size))
 
@@ -62,10 +63,12 @@ class Trust:
         model, count = self.model, self.equations.count
         nodal = np.zeros((6 * model.count, count))
         angle = np.abs(rotation.logarithm(self.state.turned))
+        hung = self._hung()
         for k, (stack, pieces) in enumerate(zip(model.stacks, self.equations.pieces, strict=True)):
             at = self.equations.motions(self.state)[k]
             first, second = stack.ends.T
             apart = np.sqrt(((self.state.moved[:, second] - self.state.moved[:, first]) ** 2).sum(axis=0))
+            apart = apart + hung[first] + hung[second]
             turned = (angle[:, first] + angle[:, second]).sum(axis=0) + apart / pieces.length
             off = np.concatenate([apart[None], np.repeat(turned[None], 6, axis=0)])
             stiffness = np.abs(corotation.stiffness(pieces, at.deformation, self.at.stresses[k][0]))
@@ -85,6 +88,15 @@ class Trust:
         plain = np.flatnonzero(model.plain)
         np.add.at(out, model.columns[:, plain].T.reshape(-1), merged(forces[:, plain].swapaxes(0, 1), 0, 1))
         return out[:-1]
+
+    def _hung(self) -> Array:
+        """Size of what displacements of nodes that hang on others are the sum of (nodes, m); zero for the others."""
+        state, out = self.state, np.zeros((self.model.count, self.equations.count))
+        for number, joint in enumerate(self.model.joints):
+            out[joint.child] = np.abs(state.own[:3, number]).sum(axis=0)
+            if joint.parent != GROUND:
+                out[joint.child] += out[joint.parent] + np.abs(state.moved[:, joint.parent]).sum(axis=0)
+        return out
 
     def _add_edge(self, number: int, nodal: Array, out: Array) -> None:
         """Rounding in the force of a link, on its coordinates, or of a loop, on its nodes and multipliers."""
