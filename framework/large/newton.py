@@ -84,7 +84,7 @@ class Newton:
     def solve(self, where: Where, state: Place, factor: float) -> Found:
         """Equilibria at a share `factor` of the loads.
 
-        Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls from there.
+        Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
         """
         found = Found.nothing(state)
         active = np.arange(len(found.stable))
