@@ -171,15 +171,11 @@ def targets(plane: list[Row], space: list[Row]) -> list[Target]:
     told = f"{decades:.1f} decades ({max(ours.values()):.1g} against {min(theirs):.1g} to {max(theirs):.1g})"
     spatial = [r for r in plane if "plane model" not in r["contender"]]
     found = [
-        ratio(
-            plane, STACKED, 40, "loaded in plane: 40 times faster than numpy stacked, 36 x 36, assembled or bare"
-        ),
+        ratio(plane, STACKED, 40, "loaded in plane: 40 times faster than numpy stacked, 36 x 36, assembled or bare"),
         ratio(spatial, "openseespy", 60, "loaded in plane: 60 times faster than openseespy's fastest way in space"),
         ratio(plane, "PyNite", 5000, "loaded in plane: 5000 times faster than PyNite"),
         Target("1 the paper's job", "error at least four decades below all others", told, decades >= 4, AT_LEAST),
-        ratio(
-            space, STACKED, 15, "loaded in space: 15 times faster than numpy stacked, 36 x 36, assembled or bare"
-        ),
+        ratio(space, STACKED, 15, "loaded in space: 15 times faster than numpy stacked, 36 x 36, assembled or bare"),
     ]
     return [each for each in found if each is not None]
 
