@@ -67,7 +67,7 @@ def test_drives_that_do_not_agree_are_counted():
 
 def rounded(exact: Linkage, digits: int, unit: float, turn: Rotation = PLANAR) -> Linkage:
     """The hinges of a linkage as a drawing with few digits has them."""
-    linkage = Linkage({name: unit * np.round(turn.apply(place), digits) for name, place in exact.points.items()})
+    linkage = Linkage({name: unit * np.round(turn.apply(place.copy()), digits) for name, place in exact.points.items()})
     for name, link in exact.links.items():
         linkage.link(name, *link.points)
     for name, joint in exact.joints.items():
