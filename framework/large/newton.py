@@ -102,15 +102,16 @@ class Newton:
             close = usable & (share == 1.0) & self.is_close(at, step, first=iteration == 0)
             found.iterations[active] += 1
             state = balance.advanced(state, share * step)
-            stresses = balance.step_stresses(at, share * step)
             done = close | ~usable
             if done.any():
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
                 found.stable[active[done]] = (close & self.definite(at.values, positive))[done]
                 active = active[~done]
-                if not len(active):
-                    break
+            if not len(active):
+                break
+            stresses = balance.step_stresses(at, share * step)
+            if done.any():
                 state, stresses = state.taken(~done), [stress[..., ~done] for stress in stresses]
                 balance = self.equations(tuple(k[active] for k in where), len(active), factor)
         return found
