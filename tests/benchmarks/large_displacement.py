@@ -265,20 +265,30 @@ def run(out: Path, quick: bool) -> list[Target]:
 
 
 def targets(found: list[Row]) -> list[Target]:
-    """Ten times faster than exudyn at equal error."""
-    ours = next(row for row in found if row["contender"] == OURS)
-    told = f"{ours['microseconds']:.3g} us, error {ours['error']:.1g}"
-    out = [Target("9 large displacement", "one piece a member: error below 1e-5", told, ours["error"] < 1e-5)]
+    """Ten times faster than exudyn at equal error, with one piece a member and with two."""
+    ours = [row for row in found if row["contender"] == OURS]
+    told = f"{ours[0]['microseconds']:.3g} us, error {ours[0]['error']:.1g}"
+    out = [Target("9 large displacement", "one piece a member: error below 1e-5", told, ours[0]["error"] < 1e-5)]
     for peer in ("exudyn, planar cables, reused", "openseespy, corotational, plane"):
         rivals = [row for row in found if row["contender"] == peer]
         if rivals:
-            # the fastest that is as exact as we are, or the most exact
-            equal = [row for row in rivals if row["error"] <= 1.5 * ours["error"]]
-            rival = min(equal, key=lambda row: row["microseconds"]) if equal else min(rivals, key=lambda r: r["error"])
-            times = rival["microseconds"] / ours["microseconds"]
-            told = f"{times:.3g} times ({rival['microseconds']:.3g} us, error {rival['error']:.1g})"
-            out.append(Target("9 large displacement", f"ten times faster than {peer}", told, times >= 10.0))
+            pairs = [(row, _rival(row, rivals)) for row in ours]
+            times = [rival["microseconds"] / row["microseconds"] for row, rival in pairs]
+            each = [
+                f"{t:.3g} times ({row['microseconds']:.3g} against {rival['microseconds']:.3g} us, "
+                f"errors {row['error']:.1g} and {rival['error']:.1g})"
+                for t, (row, rival) in zip(times, pairs, strict=True)
+            ]
+            out.append(
+                Target("9 large displacement", f"ten times faster than {peer}", "; ".join(each), min(times) >= 10.0)
+            )
     return out
+
+
+def _rival(ours: Row, rivals: list[Row]) -> Row:
+    """The fastest that is as exact as we are, or the most exact."""
+    equal = [row for row in rivals if row["error"] <= 1.5 * ours["error"]]
+    return min(equal, key=lambda row: row["microseconds"]) if equal else min(rivals, key=lambda row: row["error"])
 
 
 def draw(out: Path, found: list[Row]) -> None:
