@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 TABLE = """\
 Position `x`, `y`, `z` of {point} with rigid links and no clearance; `u` its displacement by compliance of links and
 joints, and clearance; `σ` the standard deviation over the samples; forces or moments of the drives. All points and all
-parts of the displacement at full precision: `table.csv`; all joint forces: `reactions.csv`. SI units."""
+parts of the displacement at full precision: `table.csv`; all joint forces: `reactions.csv`. SI units. *Beyond linear*
+marks poses whose displaced shape is out of balance: there `frame.solve(large=True)` has the numbers."""
 
 PARAVIEW = """\
 Open `trajectory.pvd`: one step a pose; time is {time}. {how}"""

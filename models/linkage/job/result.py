@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError, MechanismWarning
+from ....framework.results.validity import LINEAR
 from ....framework.solution import Solution
 from ...propagation import Propagation, propagate
 from ...spread import Spread
@@ -98,9 +99,13 @@ class Result:
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """That of the motion, or where it is regular that of the frame, (poses,)."""
+        """That of the motion, or where it is regular that of the frame, marked where linear results do not hold."""
         frame = np.broadcast_to(self.main.status, self.motion.shape)
-        return np.where(self.motion.status == "regular", frame, self.motion.status)
+        moved = np.where(self.motion.status == "regular", frame, self.motion.status)
+        off = np.broadcast_to(self.solution.nonlinearity(), self.motion.shape)
+        told = np.array([f"beyond linear: off by {100.0 * each:.2g} %" for each in off.flat]).reshape(off.shape)
+        marked = np.where(moved == "regular", told, np.char.add(np.char.add(moved, "; "), told))
+        return np.where((frame == "regular") & ~(off < LINEAR), marked, moved)
 
     @cached_property
     def plane(self) -> tuple[int, int] | None:
