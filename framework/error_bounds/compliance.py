@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array, merged
 from .deformations import Springs
 from .kinematics import Kinematics, Real, extended
+from .resistance import resisted
 
 if TYPE_CHECKING:
     from ..solvers.factor import Factor
@@ -154,7 +155,25 @@ class DenseCompliance(Compliance):
         return out
 
 
-class SparseCompliance(Compliance):
+class Factored:
+    """A sparse factor, for loads with the batch before.
+
+    Parameters
+    ----------
+    factor
+        The factor.
+    """
+
+    def __init__(self, factor: Factor) -> None:
+        self.factor, self.root = factor, factor.root
+
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
+        flat = load.astype(np.float64).reshape(-1, load.shape[-1]).T
+        return self.factor.solve(flat).T.reshape(load.shape)
+
+
+class SparseCompliance(Factored, Compliance):
     """One large matrix with its factor; the least eigenvalue by inverse iteration, with a margin for what that misses.
 
     Parameters
@@ -173,7 +192,8 @@ class SparseCompliance(Compliance):
     """
 
     def __init__(self, factor: Factor, coupled: int, rest: Equilibrium) -> None:
-        self.factor, self.root, self.greatest = factor, factor.root, float(coupled)
+        super().__init__(factor)
+        self.greatest = float(coupled)
         size = len(self.root)
         vector = np.random.default_rng(0).standard_normal((size, 2))
         growth = 0.0
@@ -192,16 +212,11 @@ class SparseCompliance(Compliance):
     def _resistance(self, rest: Equilibrium) -> float:
         """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
         motion = extended(self.root * self.softest)
-        return float(np.max(motion @ np.moveaxis(rest.resisted(motion), -1, 0).reshape(len(motion), -1)))
+        return float(np.max(resisted(rest, rest.unknowns, motion) @ motion))
 
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, estimated, ()."""
         return np.asarray(1.0 / np.sqrt(self._growth))
-
-    def solve(self, load: Array) -> Array:
-        """Displacements (..., n) for loads (..., n)."""
-        flat = load.astype(np.float64).reshape(-1, load.shape[-1]).T
-        return self.factor.solve(flat).T.reshape(load.shape)
 
     def apply(self, displacement: Array) -> Array:
         """Loads (..., n) for displacements (..., n)."""

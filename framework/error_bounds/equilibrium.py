@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -20,12 +20,18 @@ from .deformations import Springs, springs
 from .hanging import MEMBER, hanging
 from .kinematics import Change, Kinematics, Link, Real, extended
 
-if TYPE_CHECKING:
-    from .compliance import Compliance
-
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 # Roundings of extended precision in a deformation or a force, for the size of what it is made of.
 _FINE = 24.0 * float(np.finfo(Extended).eps)
+
+
+class Solver(Protocol):
+    """What solves for the unknowns, more or less; `root` is in its precision."""
+
+    root: Array
+
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
 
 
 class Statics:
@@ -110,18 +116,11 @@ class Equilibrium:
         )
         self.residual = kinematics.generalised(self.loads.forces - inner, [-pull for pull in self.pulls])
 
-    def corrected(self, compliance: Compliance) -> Equilibrium:
+    def corrected(self, compliance: Solver) -> Equilibrium:
         """The solution after one step of iterative refinement."""
         step = compliance.solve(self.balance.astype(compliance.root.dtype))
         better = self.values + np.where(np.isfinite(step), step, 0.0)
         return Equilibrium(self.statics, self.change, self.unknowns, better, self.ndim)
-
-    def resisted(self, displacement: Real) -> Real:
-        """Forces on the unknowns that displacements (..., n) of the unknowns call for, (..., n)."""
-        moved = np.broadcast_to(displacement, self.values.shape)
-        there = Equilibrium(self.statics, self.change, self.unknowns, self.values + moved, self.ndim)
-        out: Real = self.balance - there.balance
-        return out
 
     @cached_property
     def balance(self) -> Real:

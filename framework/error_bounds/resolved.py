@@ -20,6 +20,7 @@ from ..structure.parts import Extended, Row
 from .compliance import DenseCompliance, SparseCompliance
 from .equilibrium import Equilibrium, Statics
 from .kinematics import Real, extended
+from .resistance import resisted
 
 # Unknowns up to which it is worth the time.
 MOST = 400
@@ -140,7 +141,7 @@ def _regular(state: Equilibrium, compliance: SparseCompliance) -> bool:
     left = extended(np.broadcast_to(probe, found.shape))
     for _ in range(_STEPS):
         found = found + compliance.solve(left)
-        left = probe - state.resisted(found)
+        left = probe - resisted(state, state.unknowns, found)
     size = np.sqrt(np.max(np.sum((left * compliance.root) ** 2, axis=-1)))
     return bool(size < _BALANCED)
 

@@ -9,22 +9,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, aligned
-from ..error_bounds.compliance import DenseCompliance, by_unknowns
-from ..error_bounds.equilibrium import Equilibrium, Statics
+from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
+from ..error_bounds.equilibrium import Equilibrium, Solver, Statics
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.resistance import displaced, resisted
 from ..error_bounds.resolved import excited, groups, hard_state, rest
 from ..solvers.freedom import held_unknowns
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended
 from ..structure.topology import Index
-from .resistance import displaced, resisted
 
 # Singular values of sqrt(k) B with columns of length one that are zero to rounding, by the square root of their number;
 # and those above which a motion is surely resisted.
@@ -40,15 +40,6 @@ _ALIKE = 0.1
 # Steps of refinement, and the share of the load that they may leave unbalanced.
 _STEPS = 3
 _BALANCED = 1e-12
-
-
-class Solver(Protocol):
-    """What solves for the unknowns that are not held."""
-
-    root: Array
-
-    def solve(self, load: Array) -> Array:
-        """Displacements (..., n) for loads (..., n)."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +93,7 @@ def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[Held]:
             state = hard_state(statics, part, names)
             solver = DenseCompliance(state.kinematics, state.springs, state.stiffness, names, Extended)
             for _ in range(_STEPS):
-                state = _corrected(state, solver)
+                state = state.corrected(solver)
             shapes = shapes[:, 0] if part is None else shapes
             yield _held(() if part is None else part, state, unknowns, kept, solver, shapes, solver.least > 0.0)
 
@@ -124,10 +115,10 @@ def large(statics: Statics, solver: SparseSolver) -> Iterator[Held]:
         return
     names = solver.unknown[solver.excited]
     kept = np.flatnonzero(~freedom.held)
-    state, own = rest(statics, names[kept].tolist()), _Factored(freedom.factor)
+    state, own = rest(statics, names[kept].tolist()), Factored(freedom.factor)
     whole = _size(state.balance * own.root)
     for _ in range(2 * _STEPS):
-        state = _corrected(state, own)
+        state = state.corrected(own)
     shape = (freedom.motions.shape[1], *state.values.shape[:-1], len(names))
     motions = freedom.motions.T.reshape(shape[0], *(1,) * (len(shape) - 2), len(names))
     balanced = _size(state.balance * own.root) <= _BALANCED * whole
@@ -140,19 +131,6 @@ def _pushed(motions: Array, load: Array) -> bool:
         return False
     driven = np.abs(motions.T @ load) > _PLAIN * (np.abs(motions).T @ np.abs(load))
     return bool(driven.any(axis=0).all())
-
-
-class _Factored:
-    """A sparse factor."""
-
-    def __init__(self, factor: Any) -> None:
-        self.factor, self.root = factor, factor.root
-
-    def solve(self, load: Array) -> Array:
-        """Displacements (..., n) for loads (..., n)."""
-        flat = load.astype(np.float64).reshape(-1, load.shape[-1]).T
-        out: Array = self.factor.solve(flat).T.reshape(load.shape)
-        return out
 
 
 def _scaled(state: Equilibrium) -> tuple[Array, Array]:
@@ -192,12 +170,6 @@ def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
         good = independence >= _ALIKE * independence[0]
         yield same[good], motions[good], held
         left = np.setdiff1d(left, same[good])
-
-
-def _corrected(state: Equilibrium, solver: Solver) -> Equilibrium:
-    """The solution after one step of refinement."""
-    step = solver.solve(state.balance.astype(solver.root.dtype))
-    return Equilibrium(state.statics, state.change, state.unknowns, state.values + step, state.ndim)
 
 
 def _held(

@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 
 from ..batch import Array
 from ..error_bounds.equilibrium import Statics
-from .resistance import weighed
+from ..error_bounds.resistance import weighed
 
 if TYPE_CHECKING:
     from ..solvers.sparse import SparseSolver

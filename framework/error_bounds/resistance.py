@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ..error_bounds.deformations import Springs
-from ..error_bounds.kinematics import Kinematics, Real, extended
+from .deformations import Springs
+from .kinematics import Kinematics, Real, extended
 
 
 class Stiff(Protocol):
