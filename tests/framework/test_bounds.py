@@ -16,6 +16,7 @@ from reference.four_bar import coordinates, four_bar
 from reference.random_structures import CLAMPED, constrained, few, screws, structures
 from reference.stiffness_method import EXACT, cross, deformation, mp, solve
 from reference.structure import Member, Spring, Structure
+from stress.chain import chain
 
 Array = np.ndarray[Any, np.dtype[Any]]
 STEEL = Material(E=2e11, nu=0.3, density=7850.0)
@@ -295,6 +296,16 @@ def test_large_frames_have_the_same_bounds(way: str) -> None:
         bounds = one.error_bound(name, kind) + other.error_bound(name, kind)
         assert np.all(np.abs(first - second) <= bounds)
         assert bounds.max() < 1e-10 * np.abs(first).max()
+
+
+@pytest.mark.parametrize("links", [20, 40, 80])
+def test_eigenvalues_of_a_large_frame_lie_within_those_of_its_bounds(links: int) -> None:
+    """LAPACK's, of the scaled matrix of a long chain; the least is within a factor of ten."""
+    solution = as_frame(chain(links)).solve("sparse")
+    ((_, adjoint),) = solution.bounds.adjoints(f"e{links - 1}", "displacement")
+    values = np.linalg.eigvalsh(solution.solver.factor.scaled.toarray())
+    assert 0.1 * values[0] < adjoint.compliance.least < values[0]
+    assert values[-1] < adjoint.compliance.greatest
 
 
 def test_what_has_no_bound() -> None:
