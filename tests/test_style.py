@@ -17,7 +17,7 @@ PACKAGES = ("linkframe.framework", "linkframe.elements", "linkframe.models")
 
 
 def modules() -> list[str]:
-    found = []
+    found = ["linkframe"]
     for name in PACKAGES:
         package = importlib.import_module(name)
         found.append(name)
