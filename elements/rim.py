@@ -45,13 +45,17 @@ def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
     best of the samples are led uphill by Newton steps no longer than a sample's distance.
     """
 
-    def square(angle: NDArray[np.floating]) -> tuple[Array, Array, Array]:
-        value, slope, bow = np.zeros(()), np.zeros(()), np.zeros(())
+    def derivatives(angle: NDArray[np.floating]) -> tuple[Array, Array]:
+        slope, bow = np.zeros(()), np.zeros(())
         c, s = np.cos(angle), np.sin(angle)
         for p, q, r in waves:
             wave, turn = p + q * c + r * s, r * c - q * s
-            value, slope, bow = value + wave**2, slope + wave * turn, bow + turn**2 - wave * (wave - p)
-        return value, slope, bow
+            slope, bow = slope + wave * turn, bow + turn**2 - wave * (wave - p)
+        return slope, bow
+
+    def height(angle: NDArray[np.floating]) -> Array:
+        c, s = np.cos(angle), np.sin(angle)
+        return np.asarray(sum((p + q * c + r * s) ** 2 for p, q, r in waves))
 
     sizes = [np.abs(p) + np.hypot(q, r) for p, q, r in waves]
     scale = greatest(*sizes)
@@ -60,11 +64,14 @@ def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
     shape = scale.shape
     step = 2.0 * np.pi / SAMPLES
     angles = (step * np.arange(SAMPLES)).reshape((SAMPLES,) + (1,) * len(shape))
-    value = np.broadcast_to(square(angles)[0], (SAMPLES, *shape))
+    value = np.broadcast_to(height(angles), (SAMPLES, *shape))
     peak = (value >= np.roll(value, 1, axis=0)) & (value >= np.roll(value, -1, axis=0))
-    angle = step * np.argsort(np.where(peak, value, -1.0), axis=0)[-2:]
+    peaks = np.where(peak, value, -1.0)
+    first = np.argmax(peaks, axis=0)[None]
+    np.put_along_axis(peaks, first, -2.0, axis=0)
+    angle = step * np.concatenate([first, np.argmax(peaks, axis=0)[None]])
     for _ in range(STEPS):
-        _, slope, bow = square(angle)
+        slope, bow = derivatives(angle)
         near = np.abs(slope) < step * np.abs(bow)
         angle = angle + np.divide(slope, np.abs(bow), out=step * np.sign(slope), where=near)
-    return np.asarray(scale * np.sqrt(np.max(np.maximum(square(angle)[0], value.max(axis=0)), axis=0)))
+    return np.asarray(scale * np.sqrt(np.max(np.maximum(height(angle), value.max(axis=0)), axis=0)))

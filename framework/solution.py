@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +20,10 @@ from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
-from .results.base import Results
+from .results.base import Results, checked_fractions
 from .results.parts import of_joint, of_member, of_node, of_part
 from .results.recovery import Recovery
+from .results.together import Together
 from .solvers.method import BROADCAST, checked, choose
 from .solvers.sparse import SparseSolver
 from .structure.parts import Row
@@ -244,6 +245,35 @@ class Solution(Results):
         name = self._played(joint, [] if self.clearances is None else self.clearances.names)
         assert self.clearances is not None
         return self.clearances.contact(name)
+
+    # -- all at once ------------------------------------------------------------------------------------------------
+
+    def displacements(self) -> Array:
+        return self._together(Together.displacements) if self._as_one else super().displacements()
+
+    def all_end_forces(self) -> Array:
+        return self._together(Together.end_forces) if self._as_one else super().all_end_forces()
+
+    def displacements_at(self, fractions: ArrayLike) -> Array:
+        at = checked_fractions(fractions)
+        return self._together(lambda all_: all_.displacements_at(at)) if self._as_one else super().displacements_at(at)
+
+    def forces_at(self, fractions: ArrayLike) -> Array:
+        at = checked_fractions(fractions)
+        return self._together(lambda all_: all_.forces_at(at)) if self._as_one else super().forces_at(at)
+
+    def stresses_at(self, fractions: ArrayLike) -> Array:
+        at = checked_fractions(fractions)
+        return self._together(lambda all_: all_.stresses_at(at)) if self._as_one else super().stresses_at(at)
+
+    @property
+    def _as_one(self) -> bool:
+        """Whether no part of the frame differs from the others in what is known of it."""
+        apart = isinstance(self.solver, BroadcastSolver) and len(self.plan.excited) > 1
+        return not apart and self.idle is None
+
+    def _together(self, result: Callable[[Together], Array]) -> Array:
+        return self._masked(result(Together(self)))
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
@@ -488,6 +518,14 @@ class Solution(Results):
         if self.idle is not None:
             out[self.idle.mask] = self.idle.values(rows)
         return out
+
+    def nodal(self) -> Array:
+        """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
+        count = len(self.plan.topology.number)
+        if isinstance(self.solver, SparseSolver) and self.resolved is None and self.idle is None:
+            return self.solver.nodal().reshape(*self.shape, count, 6)
+        rows = [self.plan.tree.row(node, k) for node in range(count) for k in range(6)]
+        return self.stacked(rows).reshape(*self.shape, count, 6)
 
     @cached_property
     def resolved(self) -> Solved | None:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import turned
-from ..errors import FrameError
 from .entries import Index
 
 if TYPE_CHECKING:
@@ -59,22 +58,19 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
     frame = solution.frame
     # Even numbers are the stations, odd ones the middles of the cells between them.
     fraction = np.linspace(0.0, 1.0, 2 * stations + 1)
-    at = {name: frame.length(name)[..., None] * fraction for name in frame.members}
-    ends = [(frame.position(member.start), frame.position(member.end)) for member in frame.members.values()]
-    points = [start[..., None, :] + fraction[::2, None] * (end - start)[..., None, :] for start, end in ends]
-    displacement = results(solution, index, [solution.displacement_along(name, at[name][..., ::2]) for name in at])
-    force = results(solution, index, [solution.forces(name, at[name]) for name in at])
-    stress = results(solution, index, [_stress(solution, name, at[name][..., ::2]) for name in at])
+    displacement = shown(solution, index, solution.displacements_at(fraction[::2]))
+    force = shown(solution, index, solution.forces_at(fraction))
+    stress = shown(solution, index, solution.stresses_at(fraction[::2]))
     worst = np.maximum(stress[:, :, :-1], stress[:, :, 1:])
     worst[..., 0] = np.minimum(stress[:, :, :-1, 0], stress[:, :, 1:, 0])
 
-    count = len(at)
+    count = len(frame.members)
     first = np.arange(count)[:, None] * (stations + 1) + np.arange(stations)
     links = [_link(solution, member.start, member.end) for member in frame.members.values()]
     return Part(
         name="beams",
         cell="line",
-        points=_joined(taken(solution, index, points)),
+        points=_joined(_places(solution, index, fraction[::2])),
         cells=first.reshape(-1, 1) + np.arange(2),
         point_data=_halves("displacement", "rotation", _joined(displacement))
         | _section(_joined(force[:, :, ::2]), _joined(stress)),
@@ -114,12 +110,28 @@ def joints(solution: Results, index: Index) -> Part:
     )
 
 
-def _stress(solution: Results, member: str, at: Array) -> Array:
-    """Extreme stresses at stations; NaN where the section does not tell where its material lies."""
-    try:
-        return solution.stress(member, at)
-    except FrameError:
-        return np.full((*solution.shape, at.shape[-1], 3), np.nan)
+def _places(solution: Results, index: Index, fraction: Array) -> Array:
+    """Undeformed points of all members at these fractions of their lengths, (T, members, k, 3)."""
+    frame = solution.frame
+    number = {name: k for k, name in enumerate(frame.nodes)}
+    nodes = _positions(solution, index)
+    start, end = (
+        nodes[:, [number[getattr(member, side)] for member in frame.members.values()], None]
+        for side in ("start", "end")
+    )
+    return start + fraction[:, None] * (end - start)
+
+
+def _positions(solution: Results, index: Index) -> Array:
+    """Positions of all nodes, (T, nodes, 3)."""
+    frame = solution.frame
+    fixed = np.array([node.body is None and node.coordinates.ndim == 1 for node in frame.nodes.values()])
+    places = [frame.position(name) for name in frame.nodes]
+    out = np.zeros((np.broadcast_to(0.0, solution.shape)[index].size, len(places), 3))
+    out[:, fixed] = np.array([place for place, still in zip(places, fixed, strict=True) if still]).reshape(-1, 3)
+    for k in np.flatnonzero(~fixed):
+        out[:, k] = np.broadcast_to(places[k], (*solution.shape, 3))[index]
+    return out
 
 
 def _link(solution: Results, start: str, end: str) -> int:
@@ -139,8 +151,14 @@ def solved(solution: Results, index: Index) -> Array:
     return np.broadcast_to(~np.isin(solution.status, ("mechanism", "absent")), solution.shape)[index]
 
 
+def shown(solution: Results, index: Index, array: Array) -> Array:
+    """Entries `index` of an array (..., n, k, c), as (T, n, k, c), with zeros for a mechanism: a viewer cannot place
+    NaN, and `solved` tells."""
+    return np.where(solved(solution, index)[:, None, None, None], array[index], 0.0)
+
+
 def results(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
-    """As `taken`, with zeros for a mechanism: a viewer cannot place NaN, and `solved` tells."""
+    """As `taken`, with zeros for a mechanism."""
     return np.where(solved(solution, index)[:, None, None, None], taken(solution, index, arrays), 0.0)
 
 

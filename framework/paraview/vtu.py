@@ -79,8 +79,9 @@ def write_collection(path: Path, files: Iterable[tuple[float, int, str]]) -> Non
 def write_names(path: Path, names: Mapping[str, Sequence[str]]) -> None:
     """Put `names` on the second line of an XML file, as JSON in a comment, which every reader skips."""
     comment = json.dumps({kind: list(of) for kind, of in names.items()}).replace("--", "-\\u002d")
-    declaration, rest = path.read_text(encoding="utf-8").split("\n", 1)
-    path.write_text(f"{declaration}\n<!-- {comment} -->\n{rest}", encoding="utf-8")
+    # as bytes: a large grid is hundreds of megabytes of ASCII
+    declaration, rest = path.read_bytes().split(b"\n", 1)
+    path.write_bytes(b"\n".join([declaration, f"<!-- {comment} -->".encode(), rest]))
 
 
 def read_names(path: str | Path) -> dict[str, list[str]]:

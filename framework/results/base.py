@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..batch import Array, Shape
+from ..batch import Array, Shape, finite
 from ..errors import FrameError
 from ..names import found, plain
 
@@ -72,6 +72,14 @@ class Results(ABC):
     def joint_force(self, joint: str) -> Array:
         """Force and moment that a joint exerts on its first node, (..., 6)."""
 
+    @abstractmethod
+    def end_forces(self, member: str) -> Array:
+        """Forces and moments on the ends of a member in its local axes, (..., 12)."""
+
+    @abstractmethod
+    def reaction(self, node: str) -> Array:
+        """Force and moment of a support on its node in global axes, (..., 6)."""
+
     @property
     @abstractmethod
     def _recovery(self) -> Recovered: ...
@@ -115,6 +123,103 @@ class Results(ABC):
             Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
         """
         return self._masked(self._recovery.stress(self._member(member), np.atleast_1d(at)))
+
+    # -- all at once ------------------------------------------------------------------------------------------------
+
+    def displacements(self) -> Array:
+        """Displacements and rotations of all nodes in global axes, in the order of ``frame.nodes``.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., nodes, 6), length and radians.
+        """
+        return self._stacked([self.displacement(node) for node in self.frame.nodes], 6)
+
+    def reactions(self) -> Array:
+        """Forces and moments of all supports on their nodes in global axes, in the order of ``frame.supports``.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., supports, 6); zero in components that are not held.
+        """
+        return self._stacked([self.reaction(node) for node in self.frame.supports], 6)
+
+    def all_end_forces(self) -> Array:
+        """Forces and moments on the ends of all members in their local axes, in the order of ``frame.members``.
+
+        Returns
+        -------
+        ndarray
+            Start before end, (..., members, 12).
+        """
+        return self._stacked([self.end_forces(member) for member in self.frame.members], 12)
+
+    def displacements_at(self, fractions: ArrayLike) -> Array:
+        """Displacements and rotations along all members in global axes, in the order of ``frame.members``.
+
+        Parameters
+        ----------
+        fractions
+            Shares of the length from the start, 0 to 1, (k,).
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., members, k, 6).
+        """
+        return self._each(self.displacement_along, fractions, 6)
+
+    def forces_at(self, fractions: ArrayLike) -> Array:
+        """Internal forces along all members in their local axes, in the order of ``frame.members``.
+
+        Parameters
+        ----------
+        fractions
+            Shares of the length from the start, 0 to 1, (k,).
+
+        Returns
+        -------
+        ndarray
+            ``N Vy Vz T My Mz``, (..., members, k, 6).
+        """
+        return self._each(self.forces, fractions, 6)
+
+    def stresses_at(self, fractions: ArrayLike) -> Array:
+        """Extreme stresses along all members, in the order of ``frame.members``.
+
+        Parameters
+        ----------
+        fractions
+            Shares of the length from the start, 0 to 1, (k,).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., members, k, 3); NaN for a section
+            that is known by its properties only.
+        """
+        return self._each(self._stress_or_nan, fractions, 3)
+
+    def _stress_or_nan(self, member: str, at: Array) -> Array:
+        try:
+            return self.stress(member, at)
+        except FrameError:
+            return np.full((*self.shape, at.shape[-1], 3), np.nan)
+
+    def _each(self, result: Callable[[str, Array], Array], fractions: ArrayLike, size: int) -> Array:
+        """A result along each member at the same shares of its length, (..., members, k, size)."""
+        at = checked_fractions(fractions)
+        found = [result(name, self.frame.length(name)[..., None] * at) for name in self.frame.members]
+        return self._stacked(found, len(at), size)
+
+    def _stacked(self, arrays: Sequence[Array], *trailing: int) -> Array:
+        """Arrays (..., trailing) as one, (..., n, trailing)."""
+        if not arrays:
+            return np.zeros((*self.shape, 0, *trailing))
+        full = [np.broadcast_to(array, (*self.shape, *trailing)) for array in arrays]
+        return np.stack(full, axis=len(self.shape))
 
     def save(
         self,
@@ -176,3 +281,12 @@ class Results(ABC):
             told = ", ".join(known) or "none, or they were left out"
             raise FrameError(f"contact in joint {name!r}, which has no clearance: those with one are {told}")
         return name
+
+
+def checked_fractions(given: ArrayLike) -> Array:
+    """Shares of a length, (k,), checked."""
+    what = "fractions of the members' lengths"
+    at = finite(np.atleast_1d(given), what)
+    if at.ndim != 1 or not at.size or at.min() < 0.0 or at.max() > 1.0:
+        raise FrameError(f"{what} are {at.tolist()}: give numbers from 0 to 1, (k,)")
+    return at

@@ -1,47 +1,105 @@
-"""Forces and displacement inside one piece of a member, exact for any load that the piece carries."""
+"""Forces and displacement inside pieces of members, exact for any load that they carry.
+
+Pieces of one group are taken together: stations lead, (k, n, ...), the pieces and their batch follow.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from ..batch import Array
-from ..structure.member_loads import PointForces, applied_forces, equivalent, weight_forces
-from ..structure.topology import Group, Topology
+from ..structure.member_loads import applied_forces, equivalent, weight_forces
+from ..structure.topology import Group, Index, Topology
 
 
-def cut_forces(topology: Topology, group: Group, position: int, x: Array, start: Array) -> Array:
-    """Internal forces ``N Vy Vz T My Mz`` at distance `x` (...) from the start of a piece, (..., 6).
+def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Array) -> Array:
+    """Internal forces ``N Vy Vz T My Mz`` in some pieces, (k, n, ..., 6).
 
-    Equilibrium of the stretch before the cut under `start` (..., 6), the force on its first end.
+    Equilibrium of the stretch before the cut under `start`, the force on its first end, and the loads on it.
+
+    Parameters
+    ----------
+    topology, group
+        The numbered frame, and the group of the pieces.
+    at
+        Positions of the pieces in the group (n,).
+    x
+        Distances of the cuts from the starts of the pieces (k, n, ...).
+    start
+        Forces on the starts of the pieces (n, ..., 6), local.
     """
     total = -_about(start, -x)
-    for s, force in _loads(topology, group, position, x):
-        total = total - _about(force[0], s[0] - x)
+    for s, force in weight_forces(topology, group, at, x):
+        total -= _about(force, s - x)
+    for i in _loaded(topology, group, at):
+        for s, force in applied_forces(topology, group, int(at[i]), x[:, i]):
+            total[:, i] -= _about(force[0], s[0] - x[:, i])
     return total
 
 
-def deflection(topology: Topology, group: Group, position: int, x: Array, ends: Array) -> Array:
-    """Displacement at distance `x` from the start of a piece for its end displacements (..., 12), local, (..., 6)."""
-    length = group.length[position]
-    moved: Array = np.einsum("...ij,...j->...i", group.element.shape_functions(length, x), ends)
-    at = np.array([position])
-    held = equivalent(group, at, _loads(topology, group, position, None))[0]
-    if not held.any() and not _carries(topology, group, position):
-        return moved
-    fixed = _integrated(topology, group, position, x, -held[..., :6])
-    slip = _slips(group, length, _integrated(topology, group, position, length, -held[..., :6]))
-    return moved + fixed + _rigid(slip, x)
+def end_loads(topology: Topology, group: Group, at: Index) -> Array:
+    """End forces (n, ..., 12), local, that do the work of the loads on some pieces."""
+    out = equivalent(group, at, weight_forces(topology, group, at))
+    own = {i: _own_loads(topology, group, int(at[i])) for i in _loaded(topology, group, at)}
+    out = np.array(np.broadcast_to(out, np.broadcast_shapes(out.shape, *(load.shape for load in own.values()))))
+    for i, load in own.items():
+        out[i] += load[0]
+    return out
 
 
-def _carries(topology: Topology, group: Group, position: int) -> bool:
-    member = topology.pieces[group.pieces[position]].member
-    return topology.frame.weight is not None or member in topology.frame.member_loads
+def _own_loads(topology: Topology, group: Group, position: int) -> Array:
+    """End forces (1, ..., 12), local, that do the work of the line and point loads on one piece."""
+    return equivalent(group, np.array([position]), applied_forces(topology, group, position))
 
 
-def _loads(topology: Topology, group: Group, position: int, upto: Array | None) -> PointForces:
-    stretch = None if upto is None else upto[None]
-    yield from weight_forces(topology, group, np.array([position]), stretch)
-    yield from applied_forces(topology, group, position, upto)
+def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:
+    """Displacement in some pieces for the displacements of their ends, local, (k, n, ..., 6).
+
+    Parameters
+    ----------
+    topology, group, at, x
+        As for `cut_forces`.
+    ends
+        Displacements (n, ..., 12) of the ends of the pieces, local.
+    """
+    shapes = group.element.shape_functions(group.length[at], x)
+    moved: Array = np.einsum("...ij,...j->...i", shapes, ends)
+    for some in _alike(topology, group, at):
+        between = _between_held_ends(topology, group, at[some], x[:, some])
+        whole = np.broadcast_shapes(moved.shape, (1, len(at), *between.shape[2:]))
+        moved = np.array(np.broadcast_to(moved, whole)) if whole != moved.shape else moved
+        moved[:, some] += between
+    return moved
+
+
+def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:
+    """Pieces that carry a load: all whose own weight is all they carry together, each of the others by itself."""
+    loaded = _loaded(topology, group, at)
+    if topology.frame.weight is not None:
+        plain = np.setdiff1d(np.arange(len(at)), np.array(loaded, dtype=np.int64))
+        if len(plain):
+            yield plain
+    for i in loaded:
+        yield np.array([i])
+
+
+def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) -> Array:
+    """Displacement by the loads on some pieces between ends that do not move."""
+    length = group.length[at]
+    held = -end_loads(topology, group, at)[..., :6]
+    slip = _slips(group, length, _integrated(topology, group, at, length[None], held)[0])
+    return _integrated(topology, group, at, x, held) + _rigid(slip, x)
+
+
+def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:
+    """Which of some pieces belong to members with line or point loads."""
+    loads = topology.frame.member_loads
+    if not loads:
+        return []
+    pieces = topology.pieces
+    return [i for i, piece in enumerate(group.pieces[at].tolist()) if pieces[piece].member in loads]
 
 
 def _about(force: Array, arm: Array) -> Array:
@@ -53,28 +111,30 @@ def _about(force: Array, arm: Array) -> Array:
     return out
 
 
-def _integrated(topology: Topology, group: Group, position: int, x: Array, start: Array) -> Array:
-    """Displacement at `x` relative to the start, from the strains between them, (..., 6)."""
-    length = group.length[position]
+def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Array) -> Array:
+    """Displacement at `x` relative to the start, from the strains between them, (k, n, ..., 6)."""
+    length = group.length[at]
     out: Array = np.zeros((*np.broadcast_shapes(start.shape[:-1], np.shape(x)), 6))
     lower = np.zeros_like(length)
     points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
-    for upper in _breaks(topology, group, position):
+    for upper in _breaks(topology, group, at):
         a, b = np.minimum(lower, x), np.minimum(upper, x)
         for point, weight in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
             s = a + (b - a) * point
-            strain = group.element.section_flexibility(s / length) * cut_forces(topology, group, position, s, start)
+            strain = group.element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
             out = out + (weight * (b - a))[..., None] * _carried(strain, x - s)
         lower = upper
     return out
 
 
-def _breaks(topology: Topology, group: Group, position: int) -> list[Array]:
-    """Distances from the start at which a load begins or ends, in order, and the end of the piece."""
-    piece = topology.pieces[group.pieces[position]]
-    length = group.length[position]
+def _breaks(topology: Topology, group: Group, at: Index) -> list[Array]:
+    """Distances from the start at which a load begins or ends, in order, and the end of the piece.
+
+    Of pieces with line or point loads, one at a time.
+    """
+    piece, length = topology.pieces[group.pieces[at[0]]], group.length[at]
     start = length * piece.index
-    marks = []
+    marks: list[float] = []
     for load in topology.frame.member_loads.get(piece.member, []):
         span = getattr(load, "span", (getattr(load, "at", 0.0),))
         marks += list(span) if span is not None else []

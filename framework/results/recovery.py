@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike
 from ..batch import Array, Shape, aligned, finite, joined, turned
 from ..errors import FrameError
 from ..structure.assembly import nodal_loads
-from ..structure.member_loads import applied_forces, equivalent, weight_forces
 from ..structure.parts import Row, add_row, combine
 from ..structure.topology import Group
 from ..structure.tree import ABOUT, ALONG, Branch, Edge
-from .member_field import cut_forces, deflection
+from .member_field import cut_forces, deflection, end_loads
 
 if TYPE_CHECKING:
     from ..solution import Solution
@@ -67,7 +66,8 @@ class Recovery:
 
         def displacement(piece: int, x: Array) -> Array:
             group, position = self._where[piece]
-            local = deflection(self.topology, group, position, x, self.piece_displacement(piece))
+            ends = self.piece_displacement(piece)[None]
+            local = deflection(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
             return turned(np.swapaxes(group.level[position], -1, -2), local)
 
         return self._along(member, at, displacement)
@@ -104,16 +104,15 @@ class Recovery:
         """Forces on both ends of a piece in its local axes, (..., 12)."""
         if piece not in self._pieces:
             group, position = self._where[piece]
-            at = np.array([position])
             forces = group.element.end_forces(group.length[position], self.piece_displacement(piece))
-            loads = equivalent(group, at, weight_forces(self.topology, group, at))
-            loads = loads + equivalent(group, at, applied_forces(self.topology, group, position))
+            loads = end_loads(self.topology, group, np.array([position]))
             self._pieces[piece] = np.broadcast_to(forces - loads[0], (*self.solution.shape, 12))
         return self._pieces[piece]
 
     def _cut(self, piece: int, x: Array) -> Array:
         group, position = self._where[piece]
-        return cut_forces(self.topology, group, position, x, self.piece_forces(piece)[..., :6])
+        start = self.piece_forces(piece)[None, ..., :6]
+        return cut_forces(self.topology, group, np.array([position]), x[:, None], start)[:, 0]
 
     def _along(self, member: str, at: Array, field: Callable[[int, Array], Array]) -> Array:
         pieces = self.topology.pieces_of[member]

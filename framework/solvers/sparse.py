@@ -74,6 +74,11 @@ class SparseSolver:
             out.append(self.plan.grid.value((factors @ self._numbers[index]).reshape(shape)))
         return out
 
+    def nodal(self) -> Array:
+        """Displacements of all nodes in their axes, (load cases, nodes, 6)."""
+        found = self.matrices.substitution @ self.unknowns + self._shifts()
+        return np.moveaxis(found.reshape(-1, 6, self._cases), -1, 0)
+
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
         where = self.excited if excited else ~self.excited
