@@ -521,9 +521,13 @@ class Solution(Results):
 
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
+        from .error_bounds.resolved import ResolvedLarge
+
         count = len(self.plan.topology.number)
-        if isinstance(self.solver, SparseSolver) and self.resolved is None and self.idle is None:
-            return self.solver.nodal().reshape(*self.shape, count, 6)
+        if isinstance(self.solver, SparseSolver) and self.idle is None:
+            better = self.resolved
+            unknowns = better.whole(self.solver) if isinstance(better, ResolvedLarge) else self.solver.unknowns
+            return self.solver.nodal(unknowns).reshape(*self.shape, count, 6)
         rows = [self.plan.tree.row(node, k) for node in range(count) for k in range(6)]
         return self.stacked(rows).reshape(*self.shape, count, 6)
 

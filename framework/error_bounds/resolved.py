@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..batch import Array
 from ..batched.plan import Plan
 from ..results.dense import Entries
 from ..solvers.sparse import SparseSolver
@@ -126,6 +127,12 @@ class ResolvedLarge:
         """Values of `rows` over the unknowns and the known numbers, (m, rows)."""
         found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
         return found
+
+    def whole(self, solver: SparseSolver) -> Array:
+        """All unknowns of the solver, those that the loads reach as they are resolved, (n, load cases)."""
+        out = solver.unknowns.copy()
+        out[solver.excited] = self._values.reshape(-1, len(self.unknowns)).T
+        return out
 
 
 def rest(statics: Statics, unknowns: Sequence[int]) -> Equilibrium:

@@ -74,9 +74,9 @@ class SparseSolver:
             out.append(self.plan.grid.value((factors @ self._numbers[index]).reshape(shape)))
         return out
 
-    def nodal(self) -> Array:
-        """Displacements of all nodes in their axes, (load cases, nodes, 6)."""
-        found = self.matrices.substitution @ self.unknowns + self._shifts()
+    def nodal(self, unknowns: Array) -> Array:
+        """Displacements of all nodes in their axes, (load cases, nodes, 6), by those of the unknowns (n, load cases)."""
+        found = self.matrices.substitution @ unknowns + self._shifts()
         return np.moveaxis(found.reshape(-1, 6, self._cases), -1, 0)
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:

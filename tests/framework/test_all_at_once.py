@@ -48,7 +48,7 @@ def arm(rng: np.random.Generator, batch: tuple[int, ...]) -> Frame:
     frame.node("F", (0.3, 0.4, 3.0))
     frame.add("AB", Beam(Rectangle(y=0.03, z=0.02), STEEL, segments=3), "A", "B")
     frame.add("pin", Joint(stiffness=(1e7, 2e7, 3e7, 1e4, 2e4, 5e3), axes=np.eye(3)[[1, 2, 0]]), "B", "C")
-    frame.add("CD", Beam(Circle(diameter=0.03), STEEL, end=Circle(diameter=0.02), shear=True), "C", "D")
+    frame.add("CD", Beam(Circle(diameter=0.03), STEEL, shear=True), "C", "D")
     frame.add("DE", Beam(Rectangle(y=0.03, z=0.02), STEEL, release="end rz"), "D", "E")
     frame.add("AF", Beam(Section(A=1e-4, Iy=1e-8, Iz=2e-8, J=2e-8), STEEL), "A", "F")
     frame.add("EF", Spring(stiffness=1e5), "E", "F")
@@ -63,7 +63,7 @@ def arm(rng: np.random.Generator, batch: tuple[int, ...]) -> Frame:
 
 
 @pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWarning")
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), batch=st.sampled_from([(), (3,), (2, 1)]))
 def test_all_at_once_is_each_by_its_name(seed: int, batch: tuple[int, ...]) -> None:
     frame = arm(np.random.default_rng(seed), batch)
@@ -87,7 +87,7 @@ def check_stresses(solution: Results) -> None:
 def test_all_at_once_whatever_the_method(method: str) -> None:
     frame = Frame()
     rod = Beam(Circle(diameter=0.02), STEEL)
-    for k in range(30):
+    for k in range(20):
         frame.node(f"{k}", (float(k % 10), float(k // 10), 0.1 * k))
         if k >= 10:
             frame.add(f"down {k}", rod, f"{k - 10}", f"{k}")
@@ -95,11 +95,41 @@ def test_all_at_once_whatever_the_method(method: str) -> None:
             frame.add(f"left {k}", rod, f"{k - 1}", f"{k}")
     for k in range(10):
         frame.fix(f"{k}")
-    frame.load("29", fx=[3.0, -1.0], fz=2.0)
-    frame.line_load("left 25", fz=-4.0)
+    frame.load("19", fx=[3.0, -1.0], fz=2.0)
+    frame.line_load("left 15", fz=-4.0)
     frame.gravity((0.0, 0.0, -9.81))
     check(frame.solve(method))
+
+
+def test_all_at_once_at_large_displacement() -> None:
+    frame = Frame()
+    rod = Beam(Circle(diameter=0.02), STEEL, segments=2)
+    for name, place in {"A": (0, 0, 0), "B": (1, 0, 0), "C": (1, 1, 0.5)}.items():
+        frame.node(name, place)
+    frame.add("AB", rod, "A", "B")
+    frame.add("BC", rod, "B", "C")
+    frame.fix("A")
+    frame.load("C", fx=[30.0, -10.0], fz=20.0)
+    frame.gravity((0.0, 0.0, -9.81))
     check(frame.solve(large=True))
+
+
+def test_all_at_once_of_what_is_solved_in_extended_precision() -> None:
+    # a mast so slender that its stiffness is singular to double precision: tip P L^3 / 3 E I, to the digits that are left
+    frame, count, rod = Frame(), 6000, Beam(Circle(diameter=0.02), STEEL)
+    for k in range(count + 1):
+        frame.node(f"{k}", (0.0, 0.0, float(k)))
+        if k:
+            frame.add(f"rod {k}", rod, f"{k - 1}", f"{k}")
+    frame.fix("0")
+    frame.load(f"{count}", fx=1e-9)
+    solution = frame.solve("sparse")
+    assert solution.resolved is not None
+    found = solution.displacements()
+    for k in (1, 4000, count):
+        assert_array_equal(found[k], solution.displacement(f"{k}"))
+    tip = 1e-9 * count**3 / (3.0 * 2e11 * np.pi * 0.02**4 / 64.0)
+    assert_allclose(found[-1, 0], tip, rtol=1e-6)
 
 
 def test_parts_that_differ_in_status_keep_their_own_results() -> None:
