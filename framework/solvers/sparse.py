@@ -75,7 +75,7 @@ class SparseSolver:
         return out
 
     def nodal(self, unknowns: Array) -> Array:
-        """Displacements of all nodes in their axes, (load cases, nodes, 6), by those of the unknowns (n, load cases)."""
+        """Displacements of all nodes in their axes, (load cases, nodes, 6), from the unknowns (n, load cases)."""
         found = self.matrices.substitution @ unknowns + self._shifts()
         return np.moveaxis(found.reshape(-1, 6, self._cases), -1, 0)
 

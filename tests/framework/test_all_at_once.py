@@ -115,7 +115,7 @@ def test_all_at_once_at_large_displacement() -> None:
 
 
 def test_all_at_once_of_what_is_solved_in_extended_precision() -> None:
-    # a mast so slender that its stiffness is singular to double precision: tip P L^3 / 3 E I, to the digits that are left
+    # a mast so slender that its stiffness is singular to double precision: tip P L^3 / 3 E I
     frame, count, rod = Frame(), 6000, Beam(Circle(diameter=0.02), STEEL)
     for k in range(count + 1):
         frame.node(f"{k}", (0.0, 0.0, float(k)))
