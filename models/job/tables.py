@@ -42,6 +42,25 @@ def readable(value: float | str | None, form: str) -> str:
     return "–" if value != value else format(value, form)
 
 
+def with_error(value: float, error: float, form: str) -> str:
+    """A number with its standard error in brackets, in units of its last digit: 0.18654(8), 7.6(2)e-04.
+
+    Parameters
+    ----------
+    value, error
+        The number and its standard error; a dash for NaN.
+    form
+        Format of the number, which rules its digits: of kind ``f`` or ``e``.
+    """
+    text = readable(value, form)
+    if value != value or error != error:
+        return text
+    mantissa, sign, exponent = text.partition("e")
+    last = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    units = error / last
+    return f"{mantissa}({'<1' if 0.0 < units < 0.5 else f'{units:.0f}'}){sign}{exponent}"
+
+
 def spent(seconds: Mapping[str, float]) -> str:
     """Time that each stage took and all together, in Markdown."""
     stages = [[name, f"{time:.2f}"] for name, time in seconds.items()]
