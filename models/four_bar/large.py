@@ -70,7 +70,8 @@ def passages(result: Result) -> Iterator[str]:
     large = result.large
     for pose in np.flatnonzero(large.passed.any(axis=1)):
         passed, moved = large.passed[pose], large.samples[pose, :, :2]
-        rest = moved[~passed].std(axis=0, ddof=1) if np.count_nonzero(~passed) > 1 else np.full(2, np.nan)
+        others = moved[~passed & np.isfinite(moved).all(axis=-1)]
+        rest = others.std(axis=0, ddof=1) if len(others) > 1 else np.full(2, np.nan)
         numbers = np.flatnonzero(passed)
         named = ", ".join(map(str, numbers[:MOST_NAMED])) + (" ..." if len(numbers) > MOST_NAMED else "")
         farthest = 1e3 * np.linalg.norm(moved[passed], axis=-1).max()

@@ -20,15 +20,15 @@ def swept(places: Array) -> list[Array]:
     Parameters
     ----------
     places
-        Positions (poses, n, 2); NaN where a pose has none.
+        Positions (poses, n, 2); NaN where a sample has none at a pose.
 
     Returns
     -------
     list of ndarray
         Corners (k, 2) of each outline, in order; that of a pose alone where neither neighbour has positions.
     """
-    there = np.asarray(np.isfinite(places).all(axis=(1, 2)))
-    reach = _reach(np.where(there[:, None, None], places, 0.0))
+    there = np.asarray(np.isfinite(places).all(axis=-1).any(axis=-1))
+    reach = _reach(places)
     pairs = np.flatnonzero(there[:-1] & there[1:])
     beside = np.append(False, there[:-1]) | np.append(there[1:], False)
     alone = np.flatnonzero(there & ~beside)
@@ -40,9 +40,9 @@ def _angles() -> Array:
 
 
 def _reach(places: Array) -> Array:
-    """How far the samples reach in each direction, (poses, directions)."""
-    each = ((places @ np.array([np.cos(angle), np.sin(angle)])).max(axis=1) for angle in _angles())
-    return np.stack(list(each), axis=1)
+    """How far the samples reach in each direction, (poses, directions); -inf where there are none."""
+    along = (places[..., 0] * np.cos(angle) + places[..., 1] * np.sin(angle) for angle in _angles())
+    return np.stack([np.where(np.isnan(each), -np.inf, each).max(axis=1) for each in along], axis=1)
 
 
 def _corners(reach: Array) -> Array:

@@ -60,7 +60,7 @@ def draw_trajectory(
     """
     drawn_on, (left, right) = figure(7.6, 4.2, ratios=(1.25, 1.0))
     places, spread = 1e3 * rigid[:, :2], 1e3 * samples[..., :2]
-    regular = np.asarray(np.isfinite(spread).all((1, 2)))
+    regular = np.asarray(np.isfinite(spread).all(axis=-1).any(axis=-1))
 
     moved = places[:, None] + magnify * spread
     _envelope(left, moved)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 
@@ -56,8 +57,12 @@ def with_error(value: float, error: float, form: str) -> str:
     if value != value or error != error:
         return text
     mantissa, sign, exponent = text.partition("e")
-    last = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
-    units = error / last
+    decimals = len(mantissa.partition(".")[2])
+    if sign and error > abs(value):
+        # The error is greater than the number, and gives the power of ten.
+        exponent = f"{math.floor(math.log10(error)):+03d}"
+        mantissa = format(value / 10.0 ** int(exponent), f"z.{decimals}f")
+    units = error / 10.0 ** (int(exponent or 0) - decimals)
     return f"{mantissa}({'<1' if 0.0 < units < 0.5 else f'{units:.0f}'}){sign}{exponent}"
 
 

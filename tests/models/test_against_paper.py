@@ -167,9 +167,10 @@ def test_few_samples_in_one_line_have_an_envelope(count: int) -> None:
     rigid = np.array([[0.0, 0.0], [0.1, 0.0], [0.2, np.nan], [0.3, 0.0]])
     samples = np.linspace(-1e-3, 1e-3, count)[:, None] * np.array([1.0, 2.0]) * np.ones((4, 1, 1))
     samples[2] = np.nan
+    samples = np.concatenate([samples, np.full((4, 1, 2), np.nan)], axis=1)
     outlines = drawn_outlines(draw_trajectory(rigid, rigid, samples, 1.0, 0, "there"))
     assert len(outlines) == 2, "one for the step from the first pose to the second, one for the last alone"
-    places = 1e3 * (rigid[[0, 1, 3], None] + samples[[0, 1, 3]])
+    places = 1e3 * (rigid[[0, 1, 3], None] + samples[[0, 1, 3], :count])
     assert outside(outlines, places) == 0
 
 
@@ -212,6 +213,8 @@ def test_sampled_numbers_are_printed_with_their_standard_errors() -> None:
         (1.0, 1e-9, ".3f", "1.000(<1)"),
         (1.0, np.nan, ".1f", "1.0"),
         (np.nan, 1.0, ".1f", "–"),
+        (1.83e-6, 7.626e-5, ".2e", "0.18(763)e-05"),
+        (0.0, 2e3, ".1e", "0.0(20)e+03"),
     ],
 )
 def test_a_number_with_its_error(value: float, error: float, form: str, wanted: str) -> None:
