@@ -79,6 +79,7 @@ def _save_samples(result: Result, path: Path) -> None:
         "theta": result.inputs.theta,
         "rigid": result.rigid,
         "displacement": result.samples,
+        "displacement_large": result.large.samples,
         "status": result.status,
         "kappa": result.kappa,
         "kappa_scaled": result.kappa_scaled,

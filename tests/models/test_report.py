@@ -143,6 +143,7 @@ def test_samples_are_those_of_the_seed(job: tuple[Path, str]) -> None:
     assert saved["status"][18] == SINGULAR
     again, other = compute(Inputs()), compute(Inputs(rng=1))
     assert saved["displacement"].tobytes() == again.samples.tobytes()
+    assert saved["displacement_large"].tobytes() == again.large.samples.tobytes()
     assert saved["input_fy"].tobytes() == again.draws["fy"].tobytes()
     assert not np.array_equal(saved["displacement"], other.samples, equal_nan=True)
     assert {"input_clearance.B", "input_contact.D", "input_stiffness.E"} <= set(saved.files)
