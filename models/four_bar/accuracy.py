@@ -14,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from ...framework.batch import aligned, finite, joined
 from ...framework.errors import FrameError, MechanismWarning
 from ..clearance import offset, pressed
-from ..planar import Complex
+from ..planar import Complex, cross
 from .clearance import clearance_displacement
 from .four_bar import JOINTS, FourBar
 from .motion import SINGULAR, FourBarMotion
 
 if TYPE_CHECKING:
     from ...framework.frame import Frame
+    from ...framework.large.solution import LargeSolution
     from ...framework.solution import Solution
 
 Array = NDArray[np.float64]
@@ -91,19 +92,38 @@ class Accuracy:
         """Compliance and exact clearance, (..., 3)."""
         return self.compliance + self.clearance_exact
 
-    @cached_property
+    @property
     def large(self) -> Array:
         """Displacement of P by load and clearance together, (..., 3), at large displacement: also at singular poses.
 
         The stable equilibrium to which load and clearance lead from the rigid position; NaN where none was found.
         """
+        found = np.where(self._large.converged[..., None], self._large.displacement("P")[..., :3], np.nan)
+        return np.broadcast_to(found, (*self.shape, 3))
+
+    @property
+    def large_passes(self) -> NDArray[np.bool_]:
+        """Whether coupler and rocker pass through one line on the way to `large`, towards the other branch, (...).
+
+        False at singular poses, where both lie in line from the start.
+        """
+        coupler, rocker = (self._large_chord(*ends) for ends in (("B.coupler", "D.coupler"), ("D.rocker", "E.rocker")))
+        before, after = self.motion.closure.area, -cross(coupler, rocker)
+        return np.broadcast_to(~self.motion.singular & self._large.converged & (before * after < 0.0), self.shape)
+
+    def _large_chord(self, start: str, end: str) -> Complex:
+        """Line between two nodes at large displacement, x + i y, (...)."""
+        frame, moved = self._large.frame, self._large.displacement
+        chord = frame.position(end) + moved(end)[..., :3] - frame.position(start) - moved(start)[..., :3]
+        return np.asarray(chord[..., 0] + 1j * chord[..., 1])
+
+    @cached_property
+    def _large(self) -> LargeSolution:
         if self.contacts is None:
             frame = self._loaded({joint: gap for joint, gap in self.clearances.items() if gap.any()})
         else:
             frame = self.frame()
-        solution = frame.solve(large=True)
-        found = np.where(solution.converged[..., None], solution.displacement("P")[..., :3], np.nan)
-        return np.broadcast_to(found, (*self.shape, 3))
+        return frame.solve(large=True)
 
     # -- how it stands ----------------------------------------------------------------------------------------------
 
@@ -134,6 +154,13 @@ class Accuracy:
     def condition_number(self) -> Array:
         """2-norm condition number of the stiffness matrix as the paper assembles it, (...)."""
         return np.broadcast_to(self._under_load.condition_number(), self.shape)
+
+    def planar_condition_number(self) -> Array:
+        """The same of the rows and columns in the plane alone, ``ux uy rz`` of every node, (...)."""
+        frame = self._loaded()
+        for node in frame.nodes:
+            frame.fix(node, "uz", "rx", "ry")
+        return np.broadcast_to(frame.solve().condition_number(), self.shape)
 
     def scaled_condition_number(self) -> Array:
         """Condition number after diagonal scaling in joint-relative coordinates, (...): what the solution feels."""

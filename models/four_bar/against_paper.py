@@ -9,16 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..job.tables import markdown, readable
-from .paper import equation_6, finite_rotation, mean_direction
+from .clearance import clearance_map
+from .four_bar import FourBar
+from .inputs import Inputs
+from .paper import equation_6, mean_direction
+from .readings import readings
 from .result import compute
-from .table import Printed, printed
+from .table import ORIGIN, Printed, printed
 
 if TYPE_CHECKING:
-    from .inputs import Inputs
     from .result import Result
 
 # Spectra cost far more than solutions.
 SPECTRA = 200
+# A printed offset that turns P by more than this many degrees is told of.
+TURNED = 1.0
 
 OTHER = "This run is not the paper's linkage: its printed numbers are laid beside Eq. (15), and not beside this run."
 
@@ -96,8 +101,9 @@ def _headings(table: Printed) -> str:
         f"The column headed σ_x holds {table.mean_y[lowest]:g} at {table.theta[lowest]:g}°, and no standard deviation"
         f" is negative. On the {keep.sum()} regular rows it follows y = l sin θ to within {third:.1f} mm, the column"
         f" headed μ_x follows x − l = l cos θ to within {first:.1f} mm. So the order is μ_x − l, σ_x, μ_y, σ_y, with x"
-        " measured from (l, 0); here the printed values stand under these headings. Read so, the printed standard"
-        f" deviations of the regular rows are {spread.min():.1f} to {spread.max():.1f} mm."
+        f" measured from (l, 0). Here the printed values stand under these headings, and l = {ORIGIN:g} m is added to"
+        " the first, so that all x are measured from A. Read so, the printed standard deviations of the regular rows"
+        f" are {spread.min():.1f} to {spread.max():.1f} mm."
     )
 
 
@@ -111,28 +117,66 @@ def _offsets(result: Result, table: Printed) -> Iterable[str]:
     if not shared:
         yield "None of this run's regular poses is printed."
         return
-    theirs = 1e3 * np.array([table.row(result.degrees[i])[:2] for i in shared])  # type: ignore[index]
-    theirs -= 1e3 * np.stack(_equation_15(result.degrees[shared]), axis=-1)
+    degrees = result.degrees[shared]
+    printed_at = np.array([table.row(angle)[:2] for angle in degrees])  # type: ignore[index]
+    theirs = 1e3 * (printed_at - np.stack(_equation_15(degrees), axis=-1))
+    turn, radial = _on_the_circle(printed_at, degrees)
     ours, error = (1e3 * values[shared, :2] for values in (result.mean - result.rigid, result.standard_error))
-    yield "Mean displacement of P from its rigid position, in mm; this run's with its standard error:"
+    yield (
+        "Mean displacement of P from its rigid position, in mm; this run's with its standard error; and of the printed"
+        " one how far it turns P on its circle about (l, 0), and how far it takes P out of it:"
+    )
     yield markdown(
-        ["θ", "printed, x", "printed, y", "here, x", "here, y"],
+        ["θ", "printed, x", "printed, y", "here, x", "here, y", "printed, turn", "printed, outwards"],
         [
             [
-                f"{result.degrees[pose]:g}°",
+                f"{degrees[row]:g}°",
                 *(f"{value:+.1f}" for value in theirs[row]),
                 *(f"{value:+.3f} ± {sd:.3f}" for value, sd in zip(ours[row], error[row], strict=True)),
+                f"{turn[row]:+.1f}°",
+                f"{radial[row]:+.1f}",
             ]
-            for row, pose in enumerate(shared)
+            for row in range(len(shared))
         ],
     )
     if result.inputs.is_paper_linkage and (error > 0.0).all():
         off = np.abs(theirs - ours) / error
         row, axis = np.unravel_index(np.argmax(off), off.shape)
         yield (
-            f"At {result.degrees[shared[row]]:g}° the printed {'xy'[axis]} lies {off.max():.0f} standard errors from"
-            " this run's mean: chance does not explain it."
+            f"At {degrees[row]:g}° the printed {'xy'[axis]} lies {off.max():.0f} standard errors from this run's mean:"
+            " chance does not explain it."
         )
+    if (np.abs(turn) > TURNED).any():
+        yield _turned(degrees, theirs, turn, radial)
+
+
+def _on_the_circle(places: NDArray[np.float64], degrees: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Turn about (l, 0), degrees, and way outwards, mm, from the paper's rigid positions of P to `places` (rows, 2)."""
+    start, end = (at @ [1.0, 1.0j] - ORIGIN for at in (np.stack(_equation_15(degrees), axis=-1), places))
+    return np.degrees(np.angle(end / start)), 1e3 * (np.abs(end) - np.abs(start))
+
+
+def _turned(
+    degrees: NDArray[np.float64],
+    moved: NDArray[np.float64],
+    turn: NDArray[np.float64],
+    radial: NDArray[np.float64],
+) -> str:
+    """What the printed offsets look like where they are large, and what clearance can do there."""
+    rows = np.abs(turn) > TURNED
+    motion = FourBar().move(np.radians(degrees[rows]))
+    most = sum(np.linalg.norm(part[..., 0, :], axis=-1) for part in clearance_map(motion).values())
+    gap = 1e3 * Inputs().clearance
+    least, greatest = (pick(np.abs(turn[rows])) for pick in (np.min, np.max))
+    sign = "−" if (turn[rows] < 0.0).all() else "+" if (turn[rows] > 0.0).all() else "±"
+    return (
+        f"At {', '.join(f'{angle:g}°' for angle in degrees[rows])} the printed offsets are a turn of P by"
+        f" {sign}{least:.1f} to {sign}{greatest:.1f}° on its circle, as if the crank stood that far from θ about A:"
+        f" they are up to {np.linalg.norm(moved[rows], axis=-1).max():.1f} mm long and leave the radius to within"
+        f" {np.abs(radial[rows]).max():.1f} mm. Clearance does not turn a crank that is clamped: whatever the contact"
+        f" angles, three clearances of {gap:g} mm move P along x by {gap * np.max(most):.2f} mm at most at these poses,"
+        f" and {np.abs(moved[rows, 0]).max():.1f} mm are printed."
+    )
 
 
 def _mean_clearance(inputs: Inputs) -> str:
@@ -153,27 +197,26 @@ def _singular(result: Result, table: Printed) -> Iterable[str]:
         f" {spread.max():.1e} m. There coupler and rocker lie in line and the stiffness matrix is singular: the numbers"
         " are the rounding of a division by zero."
     )
-    singular = np.flatnonzero(result.motion.singular)
+    singular = np.flatnonzero(result.singular)
     if not singular.size:
         yield "None of this run's poses is singular."
         return
     yield (
-        "This run does not solve these poses and says so; κ is that of the matrix as assembled, where in double"
-        " precision anything above 10¹⁵ is singular. With finite rotations the linkage turns until its stretched links"
-        " carry the load. The displacement of P that the mean load then gives, coupler, rocker and joints taken as one"
-        " spring in line and without bending, is finite:"
+        "Linear mechanics has no displacement there; κ is that of the matrix as assembled, where in double precision"
+        " anything above 10¹⁵ is singular. At large displacement the linkage turns until its links carry the load."
+        " The displacement of P that the mean load then gives, without clearance, crank, coupler, rocker and joints"
+        " being as elastic as they are, is finite:"
     )
-    moved = [1e3 * finite_rotation(result.motion, int(i), result.inputs.load, result.line_stiffness) for i in singular]
     yield markdown(
         ["θ", "κ", "displacement of P, mm", "status"],
         [
             [
                 f"{result.degrees[i]:g}°",
                 readable(result.kappa[i], ".1e"),
-                f"({x:+.2f}, {y:+.2f})",
+                f"({readable(x, '+.4f')}, {readable(y, '+.3f')})",
                 str(result.status[i]),
             ]
-            for i, (x, y) in zip(singular, moved, strict=True)
+            for i, (x, y, _) in zip(singular, 1e3 * result.large_mean_inputs[singular], strict=True)
         ],
     )
 
@@ -181,30 +224,126 @@ def _singular(result: Result, table: Printed) -> Iterable[str]:
 def _silent(result: Result) -> Iterable[str]:
     inputs, angle = result.inputs, result.degrees[result.pose]
     yield (
-        f"Each line changes one choice and keeps the rest, at θ = {angle:g}° with the same seed. κ is given at the mean"
-        f" inputs, and as its range over {min(inputs.samples, SPECTRA)} samples."
+        f"Each line changes one choice and keeps the rest, at θ = {angle:g}° with the same seed; σ with its standard"
+        f" error. κ, of the whole matrix and of its rows and columns in the plane (u_x, u_y and the rotation about z of"
+        f" every node), is given at the mean inputs, and as its range over {min(inputs.samples, SPECTRA)} samples."
     )
-    lines = []
+    lines, ranges = [], []
     for name, change in _choices(inputs).items():
         other = compute(inputs.but(poses=(angle, angle, 1.0), histogram_pose=None, **change))
-        flex, std = 1e6 * np.linalg.norm(other.compliance[0]), 1e3 * other.std[0]
+        flex, std, error = 1e6 * np.linalg.norm(other.compliance[0]), other.std[0], other.std_standard_error[0]
         if inputs.samples > SPECTRA:
             other = compute(other.inputs.but(samples=SPECTRA))
-        kappa = other.sampled_kappa[0]
+        whole, plane = other.sampled_kappa[0], other.sampled_planar_kappa[0]
+        ranges.append((whole.min(), whole.max()))
         lines.append(
             [
                 name,
                 f"{flex:.2f}",
-                *(f"{value:.3f}" for value in std[:2]),
-                readable(other.kappa[0], ".4e"),
-                f"{readable(kappa.min(), '.3e')} … {readable(kappa.max(), '.3e')}",
+                *(f"{1e3 * value:.3f} ± {1e3 * sd:.3f}" for value, sd in zip(std[:2], error[:2], strict=True)),
+                readable(other.kappa[0], ".3e"),
+                _range(whole),
+                readable(other.planar_kappa[0], ".3e"),
+                _range(plane),
             ]
         )
-    yield markdown(["choice", "compliance, µm", "σ_x, mm", "σ_y, mm", "κ", "range of κ"], lines, left=1)
-    yield (
-        "ν, and with it G, and the torsion constant J move nothing in a linkage that is loaded in its plane; only κ"
-        f" knows of them.{_mirror(result)}{_growth(result)}"
+    yield markdown(
+        ["choice", "compliance, µm", "σ_x, mm", "σ_y, mm", "κ", "range of κ", "κ in the plane", "its range"],
+        lines,
+        left=1,
     )
+    yield (
+        "ν, and with it G, and the torsion constant J move nothing in a linkage that is loaded in its plane; only κ of"
+        " the whole matrix knows of them."
+    )
+    yield from _conditions(result, printed(), ranges[0])
+    yield from _readings(printed())
+
+
+def _range(values: NDArray[np.float64]) -> str:
+    return f"{readable(values.min(), '.2e')} … {readable(values.max(), '.2e')}"
+
+
+def _conditions(result: Result, table: Printed, sampled: tuple[float, float]) -> Iterable[str]:
+    """κ of both matrices beside the printed one, at the poses that are printed."""
+    rows = [i for i in np.flatnonzero(result.regular) if table.row(result.degrees[i])]
+    if not (rows and result.inputs.is_paper_linkage and result.has_kappa):
+        return
+    degrees, whole, plane = result.degrees[rows], result.kappa[rows], result.planar_kappa[rows]
+    theirs = np.array([table.row(angle)[4] for angle in degrees])  # type: ignore[index]
+    yield "κ in the 2-norm at the mean inputs, of the whole matrix (36 × 36) and in the plane (18 × 18):"
+    yield markdown(
+        ["θ", "κ", "κ in the plane", "printed κ"],
+        [
+            [f"{angle:g}°", *(f"{value:.3e}" for value in values)]
+            for angle, *values in zip(degrees, whole, plane, theirs, strict=True)
+        ],
+    )
+    near = int(np.argmin(np.abs(plane / theirs - 1.0)))
+    far = int(np.argmax(np.abs(np.log(plane / theirs))))
+    inside = bool(np.any((theirs >= min(sampled[0], whole.min())) & (theirs <= max(sampled[1], whole.max()))))
+    yield (
+        f"The printed κ are {theirs.min():.3e} to {theirs.max():.3e}. The whole matrix gives {whole.min():.3e} to"
+        f" {whole.max():.3e} at these poses, {sampled[0]:.3e} to {sampled[1]:.3e} over the samples at"
+        f" {result.degrees[result.pose]:g}°, and {'reaches some of them' if inside else 'reaches none of them'}. In the"
+        f" plane it is {plane[near]:.3e} at {degrees[near]:g}°, {100.0 * abs(plane[near] / theirs[near] - 1.0):.0f} %"
+        f" from the printed one, and {plane[far]:.3e} at {degrees[far]:g}°, where {theirs[far]:.3e} is printed."
+        f"{_trend(degrees, whole, plane, theirs)} Which matrix and which norm were meant is not said."
+    )
+
+
+def _trend(degrees: NDArray[np.float64], *columns: NDArray[np.float64]) -> str:
+    """How κ goes from 30° to 90°, and whether it is equal at 30° and its mirror image 150°."""
+    at = {angle: np.flatnonzero(np.isclose(degrees, angle)) for angle in (30.0, 90.0, 150.0)}
+    if not all(found.size for found in at.values()):
+        return ""
+    first, middle, last = (int(found[0]) for found in at.values())
+    ways = [
+        f"{'rises' if column[middle] > column[first] else 'falls'} to {column[middle] / column[first]:.2f}"
+        for column in columns
+    ]
+    apart = [f"{100.0 * abs(column[last] / column[first] - 1.0):.1f} %" for column in columns]
+    return (
+        f" From 30° to 90° the whole matrix's {ways[0]} times its value, that in the plane {ways[1]}, the printed one"
+        f" {ways[2]}; at 30° and 150°, which are mirror images, they differ by {apart[0]}, {apart[1]} and {apart[2]}."
+    )
+
+
+def _readings(table: Printed) -> Iterable[str]:
+    """The stated distributions of the clearances, read in different ways, beside the printed deviations."""
+    theirs = np.stack([table.std_x, table.std_y], axis=-1)[table.regular]
+    degrees = table.theta[table.regular]
+    found = readings(table)
+    count = theirs.size
+    yield (
+        f"Standard deviation of P by the paper's clearances alone, of the whole population and to first order, in mm"
+        f" over the {len(degrees)} regular rows, for readings of what is not said; and how many of the {count} printed"
+        " values it gives when rounded as they are:"
+    )
+    yield markdown(
+        ["reading", "σ_x", "σ_y", f"equal of {count}"],
+        [[each.name, *map(_span, each.std.T), str(each.equal(theirs))] for each in found],
+        left=1,
+    )
+    best = max(found, key=lambda each: each.equal(theirs))
+    yield (
+        f"Among these the reading that fits best is *{best.name}*: σ_x is {_span(best.std[:, 0])} mm and σ_y"
+        f" {_span(best.std[:, 1])} mm, and {best.equal(theirs)} of the {count} printed values are equal."
+    )
+    closed = [each for each in found if each.closed]
+    least = np.min([each.std for each in closed], axis=0)
+    row, axis = np.unravel_index(np.argmax(least - theirs), theirs.shape)
+    yield (
+        f"A loop that is closed again cannot give the printed row at {degrees[row]:g}°: of all these readings with a"
+        f" closed loop the least σ_{'xy'[axis]} there is {1e3 * least[row, axis]:.2f} mm, and"
+        f" {1e3 * theirs[row, axis]:.1f} mm are printed. This run closes the loop."
+    )
+
+
+def _span(std: NDArray[np.float64]) -> str:
+    """Deviations in metres as text, in mm; one number where they are equal."""
+    low, high = (f"{1e3 * value:.3f}" for value in (std.min(), std.max()))
+    return low if low == high else f"{low} to {high}"
 
 
 def _choices(inputs: Inputs) -> Mapping[str, Mapping[str, object]]:
@@ -225,32 +364,7 @@ def _choices(inputs: Inputs) -> Mapping[str, Mapping[str, object]]:
     return choices
 
 
-def _mirror(result: Result) -> str:
-    """Say that κ differs between mirror images only if it was taken from different samples."""
-    poses = [np.flatnonzero(np.isclose(result.degrees, angle)) for angle in (30.0, 150.0)]
-    if not result.inputs.is_paper_linkage or not all(found.size for found in poses):
-        return ""
-    here, there = (float(result.kappa[found[0]]) for found in poses)
-    return (
-        f" The poses 30° and 150° are mirror images; κ is {readable(here, '.4e')} and {readable(there, '.4e')} here at"
-        " the mean inputs, and 5.6899e8 and 5.4873e8 printed: the printed ones belong to random samples."
-    )
-
-
-def _growth(result: Result) -> str:
-    """Say that clearance grows round the loop towards a singular pose, and that the printed spread does not."""
-    poses = [np.flatnonzero(np.isclose(result.degrees, angle) & result.regular) for angle in (90.0, 350.0)]
-    if not result.inputs.is_paper_linkage or not all(found.size for found in poses):
-        return ""
-    far, near = (1e3 * float(result.std[found[0], 1]) for found in poses)
-    return (
-        f" Clearance that is carried round the loop grows towards the singular poses: σ_y is {far:.2f} mm at 90° and"
-        f" {near:.2f} mm at 350° here. The printed one, 0.3 and 0.4 mm, does not, and how the other links were placed"
-        " anew is not said."
-    )
-
-
 def _equation_15(degrees: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Position of P in the paper's example, measured from (l, 0)."""
-    theta = np.radians(degrees)
-    return 0.1 * np.cos(theta), 0.1 * np.sin(theta)
+    """Position of P in the paper's example, from A."""
+    position = FourBar().move(np.radians(degrees)).position("P")
+    return position[:, 0], position[:, 1]

@@ -39,3 +39,34 @@ def clearance_displacement(motion: FourBarMotion, offsets: Mapping[str, Complex]
     turned = dyad(chord, loop.coupler, loop.rocker, side) - loop.coupler_vector
     arm = (np.asarray(x) + 1j * np.asarray(y)) / loop.coupler
     return vector(offsets["B"] + arm * turned)
+
+
+def clearance_map(motion: FourBarMotion) -> dict[str, Array]:
+    """Displacement of P by a unit offset in each joint, to first order, the links being rigid.
+
+    With the crank held, an offset δ moves the pin D of the coupler by ``δ_B + i φ (D − B)``, and the rocker lets it
+    leave its circle about E by what the offsets in D and E make up for: ``(δ_B + δ_D + δ_E + i φ (D − B)) · (D − E)``
+    is zero, which gives the rotation φ of the coupler.
+
+    Parameters
+    ----------
+    motion
+        Motion of the four-bar, (...).
+
+    Returns
+    -------
+    dict of ndarray
+        By joint ``"B"``, ``"D"``, ``"E"``: u_x, u_y of P by δ_x, δ_y, (..., 2, 2); not finite at singular poses.
+    """
+    loop = motion.closure
+    x, y = motion.four_bar.point
+    rocker = loop.coupler_vector - loop.diagonal
+    arm = (np.asarray(x) + 1j * np.asarray(y)) / loop.coupler * loop.coupler_vector
+    columns: dict[str, list[Array]] = {joint: [] for joint in ("B", "D", "E")}
+    for offset in (1.0 + 0.0j, 1.0j):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = -(offset * np.conj(rocker)).real / (1j * loop.coupler_vector * np.conj(rocker)).real
+            turned = 1j * turn * arm
+        for joint, found in columns.items():
+            found.append(vector((offset if joint == "B" else 0.0) + turned)[..., :2])
+    return {joint: np.stack(found, axis=-1) for joint, found in columns.items()}

@@ -24,8 +24,8 @@ and the spread of all of it under tolerances, at every pose. Without options it 
 SI units, angles in degrees."""
 
 WRITES = """\
-writes into DIR: table1.csv, figure5.png, figure6.png, figure7.png, figure3d.png (where rendering works),
-trajectory.pvd with its .vtu files, samples.npz, report.md"""
+writes into DIR: table1.csv, reactions.csv, figure5.png, figure6.png, figure7.png, reactions.png, figure3d.png (where
+rendering works), trajectory.pvd with its .vtu files, samples.npz, report.md"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:

@@ -22,8 +22,10 @@ CLOSED_FORM = 8.0
 SIZE = 48
 
 EXPLAINED = """\
-Numerical error alone, of the poses that are regular: `μ` and `σ` by the error bounds of all samples, `κ` by Weyl's
-theorem. How far linear mechanics holds is another matter (see the status)."""
+Numerical error, of the poses that are regular: `μ` and `σ` by the error bounds of all samples, `κ` by Weyl's theorem.
+These digits are those of the samples that were drawn; how near their mean and deviation are to those of the whole
+population is told by the standard error by sampling, which is far greater and falls with the square root of the number
+of samples. How far linear mechanics holds is another matter (see the status)."""
 
 
 def certain_digits(result: Result) -> Iterator[tuple[str, float, int, float]]:
@@ -64,6 +66,21 @@ def certain_digits(result: Result) -> Iterator[tuple[str, float, int, float]]:
 
 
 def as_markdown(result: Result) -> str:
-    """The digits as a table for the report."""
-    rows = [[name, f"{error:.1e}", str(digits), f"{pose:g}°"] for name, error, digits, pose in certain_digits(result)]
-    return markdown(["column", "greatest error", "certain digits", "fewest at θ"], rows, left=1)
+    """The digits as a table for the report, and beside them what sampling leaves uncertain."""
+    sampling = _sampling_errors(result)
+    rows = [
+        [name, f"{error:.1e}", str(digits), f"{pose:g}°", sampling.get(name, "–")]
+        for name, error, digits, pose in certain_digits(result)
+    ]
+    heading = ["column", "greatest numerical error", "digits free of it", "fewest at θ", "standard error by sampling"]
+    return markdown(heading, rows, left=1)
+
+
+def _sampling_errors(result: Result) -> dict[str, str]:
+    """Least and greatest standard error over the regular poses of each sampled column."""
+    columns = {"μ": result.standard_error, "σ": result.std_standard_error}
+    return {
+        f"{name}_{'xy'[axis]}": f"{errors[result.regular, axis].min():.1e} … {errors[result.regular, axis].max():.1e}"
+        for name, errors in columns.items()
+        for axis in (0, 1)
+    }

@@ -13,11 +13,11 @@ from ..job.figures import draw_histograms, draw_trajectory
 from ..job.output import results
 from ..job.rendered import rendered
 from ..job.stages import Stages
-from . import large
+from . import large, reactions
 from .figures import draw_linkage
 from .report import report
 from .result import compute
-from .table import as_csv, as_text
+from .table import about_errors, as_csv, as_text
 
 if TYPE_CHECKING:
     from .inputs import Inputs
@@ -27,8 +27,10 @@ if TYPE_CHECKING:
 EARLIER = ("figure3d.png", "trajectory/*.vtu")
 CAPTIONS = {
     "figure5.png": "Figure 5: the linkage at θ = {pose:g}°, its drive clamped.",
-    "figure6.png": "Figure 6: path of P, samples, envelope, displacements × {magnify:g}; right, to scale at {pose:g}°.",
+    "figure6.png": "Figure 6: path of P, samples, and their envelope: the boundary of what they sweep from pose to"
+    " pose; displacements × {magnify:g}; right, to scale at {pose:g}°.",
     "figure7.png": "Figure 7: displacement of P from its rigid position at θ = {pose:g}°, with normal fits.",
+    "reactions.png": "Size of the forces in the joints, and torque of the drive, under the mean load.",
     "figure3d.png": "The loaded linkage at θ = {pose:g}° in space.",
 }
 
@@ -46,7 +48,7 @@ def run(inputs: Inputs, out: Path) -> None:
     Raises
     ------
     FrameError
-        If the linkage cannot be assembled at a pose, no pose is regular, or `out` cannot be written; then nothing is.
+        If the linkage can be assembled at no pose, no pose is regular, or `out` cannot be written; then nothing is.
     """
     stages = Stages(6)
     with results(out, EARLIER) as stage, warnings.catch_warnings():
@@ -56,13 +58,14 @@ def run(inputs: Inputs, out: Path) -> None:
             result = compute(inputs)
         with stages("table and samples"):
             (stage / "table1.csv").write_text(as_csv(result), encoding="utf-8")
+            (stage / "reactions.csv").write_text(reactions.as_csv(result), encoding="utf-8")
             _save_samples(result, stage / "samples.npz")
         with stages("figures"):
             _draw(result, stage)
         with stages("ParaView files"):
-            result.solution.save(stage / "trajectory.pvd", times=result.degrees)
+            result.solution.save(stage / "trajectory.pvd", times=result.degrees[result.assembled])
         with stages("3-D picture"):
-            notes = rendered(result.solution, stage / "figure3d.png", result.pose)
+            notes = rendered(result.solution, stage / "figure3d.png", result.entry)
         with stages("report"):
             pictures = {name: _caption(name, result) for name in CAPTIONS if (stage / name).exists()}
             text = report(result, pictures, notes, stages.seconds)
@@ -76,6 +79,7 @@ def _save_samples(result: Result, path: Path) -> None:
         "theta": result.inputs.theta,
         "rigid": result.rigid,
         "displacement": result.samples,
+        "displacement_large": result.large.samples,
         "status": result.status,
         "kappa": result.kappa,
         "kappa_scaled": result.kappa_scaled,
@@ -86,13 +90,14 @@ def _save_samples(result: Result, path: Path) -> None:
 
 def _draw(result: Result, stage: Path) -> None:
     pose, theta = result.pose, result.inputs.theta
-    points = {name: result.motion.position(name)[pose] for name in "ABPDE"}
+    points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
     draw_linkage(points, (0.0, result.inputs.load), theta[pose]).savefig(stage / "figure5.png")
     where = f"θ = {result.degrees[pose]:g}°"
     draw_trajectory(result.path, result.rigid, result.samples, result.magnify, pose, where).savefig(
         stage / "figure6.png"
     )
     draw_histograms(result.samples[pose], where).savefig(stage / "figure7.png")
+    reactions.draw_reactions(result.degrees, result.forces).savefig(stage / "reactions.png")
 
 
 def _caption(name: str, result: Result) -> str:
@@ -100,11 +105,11 @@ def _caption(name: str, result: Result) -> str:
 
 
 def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
-    print(as_text(result))
+    print(f"{as_text(result)}\n\n{about_errors(result)}")
     if result.inputs.is_paper_linkage:
         print("\nRight of the bar: the values printed in the paper, under the headings that fit them; see report.md.")
     if table := large.as_text(result):
         print(f"\nWhere linear mechanics does not hold, beside the samples at large displacement:\n{table}")
-    for note in notes:
+    for note in (*large.passages(result), reactions.summary(result), *notes):
         print(f"\n{note}")
     print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}\n{stages.spent}")

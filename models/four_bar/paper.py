@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 if TYPE_CHECKING:
     from ...elements import Beam
-    from .motion import FourBarMotion
 
 Array = NDArray[np.float64]
 
@@ -69,46 +67,6 @@ def equation_6(beam: Beam, length: float) -> tuple[EndMatrix, EndMatrix]:
     true = np.asarray(beam.stiffness_matrix(np.asarray(length)))
     k = true[:6, :6]
     return EndMatrix(np.block([[k, -k], [-k, k]]), length), EndMatrix(true, length)
-
-
-def finite_rotation(motion: FourBarMotion, index: int, force: float, stiffness: float) -> Array:
-    """Displacement of P at a singular pose with finite rotations and links that stretch, (2,).
-
-    With the drive clamped the coupler turns about B by φ; the rocker then misses its pivot by
-    ``m(φ) = |D(φ) − E| − c``, which the linkage takes up as tension or compression of its links, one spring in series
-    as they lie in one line. The turn is where ``k m²/2 − F_y y_P(φ)`` is least. Bending is left out.
-
-    Parameters
-    ----------
-    motion
-        Motion of the linkage.
-    index
-        Number of the pose.
-    force
-        Force on P along y.
-    stiffness
-        Stiffness k of the line of coupler, rocker and joints, force per length.
-
-    Returns
-    -------
-    ndarray
-        Displacement of P in x and y, (2,).
-    """
-    b, p, d, e = (motion.position(name)[index, :2] @ [1.0, 1.0j] for name in "BPDE")
-    rocker = abs(d - e)
-
-    def energy(turn: float) -> float:
-        way = np.exp(1j * turn)
-        miss = abs(b + (d - b) * way - e) - rocker
-        return float(0.5 * stiffness * miss**2 - force * ((p - b) * (way - 1.0)).imag)
-
-    # The force turns the coupler to the side on which it does work, and not by a radian.
-    side = np.copysign(1.0, force * (p - b).real)
-    found = minimize_scalar(
-        lambda turn: energy(side * turn), bounds=(0.0, 0.5), method="bounded", options={"xatol": 1e-10}
-    )
-    moved = (p - b) * (np.exp(1j * side * found.x) - 1.0)
-    return np.array([moved.real, moved.imag])
 
 
 def mean_direction(contact: float, deviation: float) -> float:

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..job.tables import markdown, spent
-from . import against_paper, digits, large
-from .table import as_markdown
+from . import against_paper, digits, large, reactions
+from .readings import run_std
+from .table import about_errors, as_markdown
 
 if TYPE_CHECKING:
+    from ..spread import Spread
     from .result import Result
 
 UNITS = {
@@ -30,8 +32,8 @@ Position of P: `x`, `y` with rigid links and no clearance; mean `μ` and standar
 metres. `κ` is the condition number (2-norm) of the stiffness matrix as the paper assembles it, `κ scaled` that of the
 matrix that is solved, with its diagonal scaled to ones. *Beyond linear* marks poses whose displaced shape is out of
 balance, or whose samples spread otherwise at large displacement by a tenth or more, so that the numbers of linear
-mechanics do not hold there. Printed values stand under the headings that fit them (see below). Full
-precision: `table1.csv`."""
+mechanics do not hold there. Printed values stand under the headings that fit them (see below), `μ_x` measured from A
+like all x. Full precision: `table1.csv`."""
 
 PARAVIEW = """\
 Open `trajectory.pvd`: beams and joints, one step a pose, time is the drive angle in degrees. Apply *Warp By Vector*
@@ -67,13 +69,18 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
         _inputs(result),
         "## Table 1",
         TABLE,
+        about_errors(result),
         as_markdown(result),
-        "### Certain digits",
+        "### Digits",
         digits.EXPLAINED,
         digits.as_markdown(result),
         "### Large displacement",
         large.EXPLAINED,
         large.as_markdown(result),
+        *large.passages(result),
+        "## Reactions and drive torque",
+        reactions.EXPLAINED,
+        reactions.as_markdown(result),
         "## Figures",
         *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
         "## In ParaView",
@@ -88,28 +95,41 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
 
 def _summary(result: Result) -> Iterable[str]:
     yield f"{len(result.degrees)} poses × {result.inputs.samples} samples, seed {result.inputs.rng}."
-    for status in sorted(set(result.status[~result.regular])):
-        angles = ", ".join(f"{angle:g}°" for angle in result.degrees[result.status == status])
-        yield f"At {angles}: {status}."
-    study, pose = result.study, result.pose
-    yield f"Displacement of P from its rigid position at θ = {result.degrees[pose]:g}°, in mm:"
+    yield from _irregular(result)
+    study, pose, entry = result.study, result.pose, result.entry
+    yield f"Displacement of P from its rigid position at θ = {result.degrees[pose]:g}°, in mm, with standard errors:"
     parts = {
         "compliance": study.compliance,
         "clearance": study.clearance,
         "geometry": study.geometry,
         "all": study.total,
     }
-    yield markdown(
-        ["part", "mean of u_x", "mean of u_y", "σ of u_x", "σ of u_y"],
-        [
-            [name, *(f"{1e3 * value:.4f}" for value in (*part.mean[pose, :2], *part.std[pose, :2]))]
-            for name, part in parts.items()
-            if name != "geometry" or result.inputs.length_sd
-        ],
-        left=1,
-    )
-    off = 1e3 * np.abs(study.clearance_exact.samples - study.clearance.samples)[pose].max()
+    rows = [
+        [name, *(f"{1e3 * value:.4f} ± {1e3 * error:.4f}" for value, error in _statistics(part, entry))]
+        for name, part in parts.items()
+        if name != "geometry" or result.inputs.length_sd
+    ]
+    population = run_std(result.inputs, result.motion)
+    if population is not None:
+        rows.insert(2, ["clearance, whole population", "", "", *(f"{1e3 * std:.4f}" for std in population[entry])])
+    yield markdown(["part", "mean of u_x", "mean of u_y", "σ of u_x", "σ of u_y"], rows, left=1)
+    off = 1e3 * np.linalg.norm(study.clearance_exact.samples - study.clearance.samples, axis=-1)[entry].max()
     yield f"The clearance is taken to first order; the loop closed anew gives P within {off:.4f} mm of it at this pose."
+    yield reactions.summary(result)
+
+
+def _irregular(result: Result) -> Iterable[str]:
+    """Which poses have no statistics, and why."""
+    told = np.where(result.assembled, result.status, "not assembled: coupler and rocker do not reach each other")
+    for status in sorted(set(told[~result.regular])):
+        angles = ", ".join(f"{angle:g}°" for angle in result.degrees[told == status])
+        yield f"At {angles}: {status}."
+
+
+def _statistics(part: Spread, entry: int) -> Iterable[tuple[float, float]]:
+    """Mean and standard deviation of u_x and u_y at a pose, each with its standard error."""
+    for value, error in ((part.mean, part.standard_error), (part.std, part.std_standard_error)):
+        yield from zip(value[entry, :2].tolist(), error[entry, :2].tolist(), strict=True)
 
 
 def _inputs(result: Result) -> str:

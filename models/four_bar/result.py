@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,15 @@ from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
 from ...framework.results.validity import LINEAR
 from .four_bar import JOINTS, FourBar
-from .inputs import Inputs
-from .large import large_samples
+from .inputs import LENGTHS, Inputs
+from .kinetostatics import Kinetostatics, Link
+from .large import LargeSpread, large_samples
 from .motion import LINKS, FourBarMotion
 from .study import Study, monte_carlo
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
     from ..sampling import Distribution
-    from ..spread import Spread
 
 Array = NDArray[np.float64]
 
@@ -35,14 +35,14 @@ DRAWN_SPREAD = 0.12
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Outcome of the accuracy job; made by `compute`. Singular poses hold NaN.
+    """Outcome of the accuracy job; made by `compute`. Poses that are singular or cannot be assembled hold NaN.
 
     Attributes
     ----------
     inputs
         What was asked for.
     study
-        The samples and their statistics.
+        The samples and their statistics, at the poses that can be assembled.
     """
 
     inputs: Inputs
@@ -55,8 +55,31 @@ class Result:
 
     @property
     def motion(self) -> FourBarMotion:
-        """Motion of the nominal linkage, (poses,)."""
+        """Motion of the nominal linkage at the poses that can be assembled, (assembled,)."""
         return self.study.nominal.motion
+
+    @cached_property
+    def assembled(self) -> NDArray[np.bool_]:
+        """Poses at which the nominal linkage can be assembled, (poses,)."""
+        return self.motion.four_bar.assembles(self.inputs.theta)
+
+    @property
+    def singular(self) -> NDArray[np.bool_]:
+        """Poses at which coupler and rocker lie in line, (poses,)."""
+        return np.asarray(self._everywhere(self.motion.singular, False))
+
+    @property
+    def entry(self) -> int:
+        """Number of the pose that the histograms show among those that can be assembled."""
+        return int(np.count_nonzero(self.assembled[: self.pose]))
+
+    def _everywhere(self, values: NDArray[Any], nothing: object = np.nan) -> NDArray[Any]:
+        """Values at the poses that can be assembled, (assembled, ...), at all poses, (poses, ...)."""
+        if self.assembled.all():
+            return values
+        out = np.full((self.degrees.size, *values.shape[1:]), nothing, dtype=values.dtype)
+        out[self.assembled] = values
+        return out
 
     @property
     def beam(self) -> Beam:
@@ -66,7 +89,10 @@ class Result:
     @property
     def status(self) -> NDArray[np.str_]:
         """``"regular"``, or why a pose has no statistics, (poses,)."""
-        return self.study.status
+        gaps = self.motion.four_bar.gap(self.inputs.theta)
+        lost = [f"not assembled: gap {gap:.3g}" for gap in gaps]
+        found = np.where(self.assembled, self._everywhere(self.study.status.astype(object), ""), lost)
+        return found.astype(np.str_)
 
     @property
     def regular(self) -> NDArray[np.bool_]:
@@ -76,7 +102,7 @@ class Result:
     @property
     def nonlinearity(self) -> Array:
         """Estimated relative error of the compliance under the mean load by its being linear, (poses,)."""
-        return self.study.nominal.nonlinearity
+        return self._everywhere(self.study.nominal.nonlinearity)
 
     @property
     def marked_status(self) -> NDArray[np.str_]:
@@ -106,32 +132,54 @@ class Result:
     @cached_property
     def error_bound(self) -> Array:
         """Bound on the numerical error of every sample at a pose, (poses, 3); NaN where there are none."""
-        out = np.full((self.degrees.size, 3), np.nan)
+        out = np.full((self.study.kept.size, 3), np.nan)
         out[self.study.kept] = self.study.sampled.error_bound.max(axis=1)
-        return out
+        return self._everywhere(out)
 
     @property
     def rigid(self) -> Array:
         """Position of P with rigid links and no clearance, (poses, 3)."""
-        return self.study.rigid
+        return self._everywhere(self.study.rigid)
 
     @property
     def path(self) -> Array:
-        """The same at closely spaced poses, (steps, 3)."""
+        """The same at closely spaced poses, (steps, 3); NaN where the linkage cannot be assembled."""
         theta = self.inputs.theta
         fine = np.linspace(theta[0], theta[-1], 721)
         closes = self.motion.four_bar.assembles(fine)
-        return self.motion.four_bar.move(fine[closes]).position("P")
+        path = np.full((fine.size, 3), np.nan)
+        path[closes] = self.motion.four_bar.move(fine[closes]).position("P")
+        return path
 
     @cached_property
-    def large(self) -> Spread:
+    def large(self) -> LargeSpread:
         """Displacement of P from its rigid position at large displacement, (poses, samples, 3), also where singular."""
-        return large_samples(self.study)
+        found = large_samples(self.study)
+        return LargeSpread(self._everywhere(found.samples), self._everywhere(found.passed, False))
+
+    @cached_property
+    def large_mean_inputs(self) -> Array:
+        """Displacement of P under the mean load at large displacement, without clearance, (poses, 3)."""
+        frame = self.motion.frame()
+        frame.load("P", fy=self.inputs.load)
+        solution = frame.solve(large=True)
+        found = np.where(solution.converged[..., None], solution.displacement("P")[..., :3], np.nan)
+        return self._everywhere(found)
+
+    @cached_property
+    def reactions(self) -> Kinetostatics:
+        """Joint forces and drive torque of the rigid linkage at rest under the mean load, (assembled,)."""
+        return self.motion.reactions(coupler=Link(force=(0.0, self.inputs.load), at=self.inputs.point))
+
+    @cached_property
+    def forces(self) -> Array:
+        """``Ax Ay Bx By Dx Dy Ex Ey`` and the drive's torque of `reactions`, (poses, 9)."""
+        return self._everywhere(self.reactions.unknowns)
 
     @property
     def samples(self) -> Array:
         """Displacement of P from its rigid position, (poses, samples, 3)."""
-        return self.study.samples
+        return self._everywhere(self.study.samples)
 
     @property
     def draws(self) -> Mapping[str, Array]:
@@ -141,17 +189,23 @@ class Result:
     @cached_property
     def mean(self) -> Array:
         """Mean position of P, (poses, 3)."""
-        return self.rigid + self.study.mean
+        mean: Array = self.rigid + self._everywhere(self.study.mean)
+        return mean
 
     @property
     def std(self) -> Array:
         """Standard deviation of the position of P, (poses, 3)."""
-        return self.study.std
+        return self._everywhere(self.study.std)
 
     @property
     def standard_error(self) -> Array:
         """Standard error of `mean`, (poses, 3)."""
-        return self.study.standard_error
+        return self._everywhere(self.study.standard_error)
+
+    @property
+    def std_standard_error(self) -> Array:
+        """Standard error of `std`, (poses, 3)."""
+        return self._everywhere(self.study.std_standard_error)
 
     @property
     def has_kappa(self) -> bool:
@@ -161,12 +215,19 @@ class Result:
     @property
     def kappa(self) -> Array:
         """Condition number as the paper assembles the stiffness matrix, at the mean inputs, (poses,)."""
-        return self.study.kappa if self.has_kappa else np.full_like(self.degrees, np.nan)
+        return self._everywhere(self.study.kappa) if self.has_kappa else np.full_like(self.degrees, np.nan)
+
+    @cached_property
+    def planar_kappa(self) -> Array:
+        """Condition number of the same matrix's rows and columns in the plane, at the mean inputs, (poses,)."""
+        if not self.has_kappa:
+            return np.full_like(self.degrees, np.nan)
+        return self._everywhere(self.study.nominal.planar_condition_number())
 
     @property
     def kappa_scaled(self) -> Array:
         """Scaled condition number of the matrix that is solved, at the mean inputs, (poses,)."""
-        return self.study.kappa_scaled
+        return self._everywhere(self.study.kappa_scaled)
 
     @cached_property
     def sampled_kappa(self) -> Array:
@@ -174,13 +235,18 @@ class Result:
         return self.study.sampled.condition_number() if self.has_kappa else np.full((1, self.study.n), np.nan)
 
     @cached_property
+    def sampled_planar_kappa(self) -> Array:
+        """The same of the rows and columns in the plane, (regular poses, samples)."""
+        return self.study.sampled.planar_condition_number() if self.has_kappa else np.full((1, self.study.n), np.nan)
+
+    @cached_property
     def compliance(self) -> Array:
         """Displacement of P under the mean load, without clearance, (poses, 3)."""
-        return self.study.nominal.compliance
+        return self._everywhere(self.study.nominal.compliance)
 
     @cached_property
     def solution(self) -> Solution:
-        """The linkage at the mean inputs under the mean load, without clearance, (poses,)."""
+        """The linkage at the mean inputs under the mean load, without clearance, (assembled,)."""
         frame = self.motion.frame()
         frame.load("P", fy=self.inputs.load)
         return frame.solve()
@@ -208,13 +274,6 @@ class Result:
         decade = 10.0 ** np.floor(np.log10(factor))
         return float(max(1.0, decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= factor)))
 
-    @property
-    def line_stiffness(self) -> float:
-        """Stiffness of coupler, rocker and the joints D and E in one line, all in series."""
-        inputs = self.inputs
-        links = (inputs.coupler + inputs.rocker) / (inputs.young * np.prod(inputs.section))
-        return float(1.0 / (links + len(JOINTS) / inputs.stiffness))
-
 
 def compute(inputs: Inputs) -> Result:
     """Compute the accuracy job.
@@ -232,16 +291,18 @@ def compute(inputs: Inputs) -> Result:
     Raises
     ------
     FrameError
-        If the linkage cannot be assembled at a pose, a sample is out of range, or the pose of the histograms is not
+        If the linkage cannot be assembled at any pose, a sample is out of range, or the pose of the histograms is not
         among the regular ones.
     """
     scale = 0.5 if inputs.clearance_is == "diameter" else 1.0
+    linkage = four_bar(inputs)
+    _check_reach(linkage, inputs)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
         study = monte_carlo(
-            four_bar(inputs),
-            inputs.theta,
+            linkage,
+            inputs.theta[linkage.assembles(inputs.theta)],
             distributions(inputs, scale),
             load=(0.0, inputs.load, 0.0),
             clearance=scale * inputs.clearance,
@@ -253,6 +314,18 @@ def compute(inputs: Inputs) -> Result:
         result = Result(inputs, study)
         _ = result.pose, result.std, result.large.std, result.kappa, result.kappa_scaled, result.compliance
     return result
+
+
+def _check_reach(linkage: FourBar, inputs: Inputs) -> None:
+    """Refuse lengths with which no pose can be assembled."""
+    gap = linkage.gap(inputs.theta)
+    if (gap > 0.0).all():
+        nearest = int(np.argmin(gap))
+        lengths = ", ".join(f"--{name} {getattr(inputs, name):g}" for name in LENGTHS)
+        raise FrameError(
+            f"no pose can be assembled with {lengths}: coupler and rocker leave a gap of {gap[nearest]:.3g} m or more"
+            f" (the least at {inputs.degrees[nearest]:g}°); change a length, or give other --poses"
+        )
 
 
 def four_bar(inputs: Inputs) -> FourBar:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..job.tables import aligned, markdown, readable, separated
+from ..job.tables import aligned, markdown, readable, separated, with_error
 
 if TYPE_CHECKING:
     from .result import Result
@@ -20,8 +20,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COLUMNS = ("theta_deg", "x_m", "y_m", "mu_x_m", "mu_y_m", "sigma_x_m", "sigma_y_m", "kappa", "kappa_scaled", "status")
+ERROR_COLUMNS = tuple(f"se_{name}" for name in ("mu_x_m", "mu_y_m", "sigma_x_m", "sigma_y_m"))
 LARGE_COLUMNS = ("large_mu_x_m", "large_mu_y_m", "large_sigma_x_m", "large_sigma_y_m")
-PRINTED_COLUMNS = ("mu_x_minus_l", "mu_y", "sigma_x", "sigma_y", "kappa")
+PRINTED_COLUMNS = ("mu_x", "mu_y", "sigma_x", "sigma_y", "kappa")
+
+
+# x in the paper's linkage from which its means of x are measured, and decimals that it prints, metres.
+ORIGIN, DIGITS = 0.1, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +41,7 @@ class Printed:
     theta
         Drive angles, degrees.
     mean_x, mean_y
-        Means of the position of P, metres; `mean_x` is measured from x = l.
+        Means of the position of P, metres, from A. The paper prints the first from x = l.
     std_x, std_y
         Standard deviations of the position of P, metres.
     kappa
@@ -75,7 +80,7 @@ def printed() -> Printed:
     Examples
     --------
     >>> printed().row(30.0)
-    (0.0889, 0.0499, 0.0003, 0.0004, 568990000.0)
+    (0.1889, 0.0499, 0.0003, 0.0004, 568990000.0)
     """
     text = files(__package__).joinpath("data/table1.csv").read_text(encoding="utf-8")
     columns = {
@@ -83,11 +88,20 @@ def printed() -> Printed:
     }
     return Printed(
         theta=columns["theta_deg"],
-        mean_x=columns["mu_x_printed"],
+        mean_x=np.round(columns["mu_x_printed"] + ORIGIN, DIGITS),
         std_x=columns["mu_y_printed"],
         mean_y=columns["sigma_x_printed"],
         std_y=columns["sigma_y_printed"],
         kappa=columns["kappa_printed"],
+    )
+
+
+def about_errors(result: Result) -> str:
+    """What the standard errors in the tables are, and what they have in common."""
+    return (
+        "In brackets: one standard error of sampling, in units of the last digit. All poses share the same"
+        f" {result.inputs.samples} draws, so that their sampling errors go together: a trend along the column may be"
+        " that of the draws."
     )
 
 
@@ -104,9 +118,13 @@ def rows(result: Result) -> Iterator[tuple[float | str | None, ...]]:
 
 def as_csv(result: Result) -> str:
     """The table as comma-separated values at full precision; NaN and what is not printed stay empty."""
-    large = np.column_stack([(result.rigid + result.large.mean)[:, :2], result.large.std[:, :2]]).tolist()
-    heading = [*COLUMNS, *(f"printed_{name}" for name in PRINTED_COLUMNS), *LARGE_COLUMNS]
-    return separated(heading, [(*row, *beside) for row, beside in zip(rows(result), large, strict=True)])
+    large = result.large
+    names = (*LARGE_COLUMNS, *(f"se_{name}" for name in LARGE_COLUMNS))
+    beside = [result.rigid + large.mean, large.std, large.standard_error, large.std_standard_error]
+    errors = [result.standard_error, result.std_standard_error]
+    numbers = np.hstack([each[:, :2] for each in (*beside, *errors)]).tolist()
+    heading = [*COLUMNS, *(f"printed_{name}" for name in PRINTED_COLUMNS), *names, *ERROR_COLUMNS]
+    return separated(heading, [(*row, *more) for row, more in zip(rows(result), numbers, strict=True)])
 
 
 def as_text(result: Result) -> str:
@@ -124,15 +142,20 @@ def as_markdown(result: Result) -> str:
 def _cells(result: Result, mark: str = "") -> Iterator[tuple[list[str], list[str], str]]:
     """A heading, then a row a pose: this run's numbers, the printed ones, the status."""
     names = ["θ", "x", "y", "μ_x", "μ_y", "σ_x", "σ_y", "κ", "κ scaled"]
-    beside = (
-        [f"{mark}{name}" for name in ("μ_x − l", "μ_y", "σ_x", "σ_y", "κ")] if result.inputs.is_paper_linkage else []
-    )
+    beside = [f"{mark}{name}" for name in ("μ_x", "μ_y", "σ_x", "σ_y", "κ")] if result.inputs.is_paper_linkage else []
     yield names, beside, "status"
     shown = ["g", *["z.6f"] * 4, *[".2e"] * 4]
-    for row in rows(result):
+    sampled = np.hstack([result.standard_error[:, :2], result.std_standard_error[:, :2]]).tolist()
+    for row, errors in zip(rows(result), sampled, strict=True):
         numbers, status, theirs = row[: len(names)], str(row[len(names)]), row[len(names) + 1 :]
+        beside_them = [np.nan] * 3 + errors + [np.nan] * 2
         yield (
-            [readable(value, form) for value, form in zip(numbers, shown, strict=True)],
+            [with_error(*each) for each in zip(map(_number, numbers), beside_them, shown, strict=True)],
             [readable(value, ".4g") for value in theirs[: len(beside)]],
             status,
         )
+
+
+def _number(value: float | str | None) -> float:
+    assert isinstance(value, float)
+    return value

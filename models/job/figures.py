@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..moments import Moments
+from .envelope import swept
 from .style import BLUE, GREY, INK, ORANGE, SKY, figure, styled
 
 if TYPE_CHECKING:
@@ -23,13 +25,15 @@ Point = tuple[str, str]
 
 # More sampled paths and points than this only make the picture darker.
 MOST_PATHS, MOST_POINTS = 200, 2000
+# Fill of the region that samples sweep, and the name of its patches in the drawing.
+PALE, ENVELOPE = "#edf3f9", "envelope"
 
 
 @styled
 def draw_trajectory(
     path: Array, rigid: Array, samples: Array, magnify: float, pose: int, where: str, point: Point = ("P", "xy")
 ) -> Figure:
-    """Figure 6: the rigid path of a point, the sampled paths and their envelope.
+    """Figure 6: the rigid path of a point, the sampled paths and the boundary of what they sweep.
 
     Parameters
     ----------
@@ -56,20 +60,18 @@ def draw_trajectory(
     """
     drawn_on, (left, right) = figure(7.6, 4.2, ratios=(1.25, 1.0))
     places, spread = 1e3 * rigid[:, :2], 1e3 * samples[..., :2]
-    normal = path_normal(rigid)
-    regular = np.asarray(np.isfinite(spread).all((1, 2)))
+    regular = np.asarray(np.isfinite(spread).all(axis=-1).any(axis=-1))
 
-    across = np.einsum("psk,pk->ps", spread, normal)
-
-    drawn = places[:, None] + magnify * spread[:, :MOST_PATHS]
+    moved = places[:, None] + magnify * spread
+    _envelope(left, moved)
+    drawn = moved[:, :MOST_PATHS]
     left.plot(drawn[..., 0], drawn[..., 1], color=SKY, lw=0.35, alpha=0.55, zorder=1)
     left.plot([], [], color=SKY, lw=1.0, label=f"{drawn.shape[1]} samples")
-    for edge, label in ((across.min(-1), "envelope"), (across.max(-1), None)):
-        line = places + magnify * edge[:, None] * normal
-        left.plot(*np.where(regular[:, None], line, np.nan).T, color=BLUE, lw=1.1, zorder=3, label=label)
+    left.plot([], [], color=BLUE, lw=1.1, label="their envelope")
     left.plot(*(1e3 * path[:, :2].T), color=INK, lw=1.0, zorder=4, label="rigid path")
-    if not regular.all():
-        left.plot(*places[~regular].T, "x", color=ORANGE, ms=7, mew=1.6, zorder=5, label="singular pose", ls="")
+    singular = ~regular & np.isfinite(places).all(axis=-1)
+    if singular.any():
+        left.plot(*places[singular].T, "x", color=ORANGE, ms=7, mew=1.6, zorder=5, label="singular pose", ls="")
     left.plot(*places[pose], "o", mfc="none", mec=ORANGE, ms=9, mew=1.2, zorder=6)
     name, x, y = point[0], point[1][0], point[1][1]
     left.set(xlabel=f"{x} of {name} [mm]", ylabel=f"{y} of {name} [mm]", aspect="equal", adjustable="datalim")
@@ -113,7 +115,8 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
     of, names = point
     drawn_on, panels = figure(7.6, 3.2, ratios=(1.0, 1.0))
     for axes, name, values in zip(panels, names, 1e3 * displacement[:, :2].T, strict=True):
-        mean, std = values.mean(), values.std(ddof=1)
+        moments = Moments.of(values)
+        mean, std = float(moments.mean), float(moments.std)
         axes.hist(values, bins="auto", density=True, color=SKY, ec="white", lw=0.8)
         grid = np.linspace(min(values.min(), mean - 3.5 * std), max(values.max(), mean + 3.5 * std), 400)
         axes.plot(grid, stats.norm.pdf(grid, mean, std), color=BLUE, lw=1.6, label="normal fit")
@@ -121,7 +124,10 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
         axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
         axes.set_xlabel(_displacement(name, of), parse_math=True)
         axes.set_ylabel("density [1/mm]")
-        title = f"{where},  μ = {mean:.3f} mm,  σ = {std:.3f} mm"
+        title = (
+            f"{where}, with standard errors:\nμ = {mean:.3f} ± {moments.standard_error:.3f} mm,"
+            f"  σ = {std:.3f} ± {moments.std_standard_error:.3f} mm"
+        )
         axes.set_title(title.replace("-", "−"), loc="left")
     return drawn_on
 
@@ -132,23 +138,16 @@ def _displacement(way: str, point: str) -> str:
     return f"$u_{way}$ of {plain} [mm]"
 
 
-def path_normal(rigid: Array) -> Array:
-    """Unit normals, (poses, 2), of the path `rigid` (poses, 3), to the left of its direction.
+def _envelope(axes: Axes, places: Array) -> None:
+    """Draw the boundary of what the sampled paths (poses, samples, 2) sweep.
 
-    Parameters
-    ----------
-    rigid
-        Positions (poses, 3) along the path, in metres.
-
-    Returns
-    -------
-    Array
-        Unit vectors (poses, 2).
+    It is what is left of the outlines of all steps, drawn in twice the width, when all of them are filled.
     """
-    tangent = np.gradient(rigid[:, :2], axis=0) if len(rigid) > 1 else np.array([[1.0, 0.0]])
-    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1)
-    length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    return np.asarray(np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0))
+    outlines = swept(places)
+    for outline in outlines:
+        axes.fill(*outline.T, fc="none", ec=BLUE, lw=2.2, joinstyle="round", zorder=0.2)
+    for outline in outlines:
+        axes.fill(*outline.T, fc=PALE, ec="none", zorder=0.3, gid=ENVELOPE)
 
 
 def _ellipses(axes: Axes, cloud: Array) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 
@@ -40,6 +41,29 @@ def readable(value: float | str | None, form: str) -> str:
     if value is None:
         return ""
     return "–" if value != value else format(value, form)
+
+
+def with_error(value: float, error: float, form: str) -> str:
+    """A number with its standard error in brackets, in units of its last digit: 0.18654(8), 7.6(2)e-04.
+
+    Parameters
+    ----------
+    value, error
+        The number and its standard error; a dash for NaN.
+    form
+        Format of the number, which rules its digits: of kind ``f`` or ``e``.
+    """
+    text = readable(value, form)
+    if value != value or error != error:
+        return text
+    mantissa, sign, exponent = text.partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    if sign and error > abs(value):
+        # The error is greater than the number, and gives the power of ten.
+        exponent = f"{math.floor(math.log10(error)):+03d}"
+        mantissa = format(value / 10.0 ** int(exponent), f"z.{decimals}f")
+    units = error / 10.0 ** (int(exponent or 0) - decimals)
+    return f"{mantissa}({'<1' if 0.0 < units < 0.5 else f'{units:.0f}'}){sign}{exponent}"
 
 
 def spent(seconds: Mapping[str, float]) -> str:

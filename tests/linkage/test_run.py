@@ -328,7 +328,7 @@ def test_the_example_file_is_the_paper_s_four_bar() -> None:
     assert np.all(marked | ~regular | (result.status == "regular"))
     large = result.solution.frame.solve(large=True).displacement("P")[:, :3]
     off = np.linalg.norm(large - result.main.total[:, :3], axis=-1) / np.linalg.norm(large, axis=-1)
-    assert np.all(off[marked] > 0.03)
+    assert np.all(off[marked] > 0.02)
     assert np.all(off[regular & ~marked] < 0.1)
     assert marked[1]
     assert not marked[9]
@@ -336,7 +336,8 @@ def test_the_example_file_is_the_paper_s_four_bar() -> None:
     frame.load("P", fy=100.0)
     wanted = frame.solve().displacement("P")
     assert_allclose(result.main.compliance[regular], wanted, rtol=0.0, atol=1e-10 * np.abs(wanted).max())
-    assert sorted(inputs.tolerances) == ["clearance_B", "clearance_D", "clearance_E", "load", "stiffness"]
+    own = [f"{name}.{joint}" for name in ("clearance", "contact", "stiffness") for joint in "BDE"]
+    assert sorted(inputs.tolerances) == sorted([*own, "fy"])
 
 
 def test_a_platform_in_space(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -25,6 +25,7 @@ class Joining(Sketch):
         drive: bool | str = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
+        contact: ArrayLike | None = None,
         name: str | None = None,
         at: ArrayLike = 0.0,
     ) -> None:
@@ -45,12 +46,18 @@ class Joining(Sketch):
             Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint holds where None.
         clearance
             Radial clearance, (...).
+        contact
+            Direction in which the second link's pin centre lies from the first's, radians, (...): Eq. (11) of the
+            accuracy paper. It is measured about the axis from x of the joint as drawn, which is global x for an axis
+            along z, and stays where the linkage turns. The clearance then is an offset in the joint, which
+            ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not. Where None, each
+            journal lies where equilibrium presses it.
         name
             The joint's name; its point, or ``point.kind`` where that is taken.
         at
             Angle in the drawing, radians, (...).
         """
-        self._add("revolute", point, (first, *others), axis, None, drive, stiffness, clearance, name, at, None)
+        self._add("revolute", point, (first, *others), axis, None, drive, stiffness, clearance, name, at, None, contact)
 
     def prismatic(
         self,
@@ -314,6 +321,7 @@ class Joining(Sketch):
         name: str | None,
         at: ArrayLike,
         pitch: ArrayLike | None,
+        contact: ArrayLike | None = None,
     ) -> None:
         kind = kind_of(kind_name)
         name = self._joint_name(name, point, kind_name)
@@ -326,6 +334,9 @@ class Joining(Sketch):
         turn = None if pitch is None else finite(pitch, f"pitch of {what}")
         springs = None if stiffness is None else _springs(what, stiffness)
         play = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
+        touch = None if contact is None else finite(contact, f"contact of {what}")
+        if touch is not None and play is None:
+            raise FrameError(f"{what} has a contact angle and no clearance: give its clearance, too")
         shapes = (axes.shape[:-2], angles.shape[:-1], () if turn is None else turn.shape)
         for of, shape in zip(("axis", "at", "pitch"), shapes, strict=True):
             self._join(f"{of} of {what}", shape)
@@ -333,7 +344,7 @@ class Joining(Sketch):
             own = name if index == 0 else f"{name}.{other}"
             if own in self.joints:
                 raise FrameError(f"joint {own!r} is there already: give this one another name=")
-            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, play, turn)
+            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, play, turn, touch)
         if drive:
             self.drive(name, *([drive] if isinstance(drive, str) else []))
 

@@ -71,6 +71,8 @@ class Pair:
         As given, (...); None without.
     pitch
         Advance of a screw per turn, (...).
+    contact
+        Angle at which the journal lies against the bearing, radians, (...); None where equilibrium tells.
     """
 
     name: str
@@ -83,6 +85,7 @@ class Pair:
     stiffness: Array | None = None
     clearance: Array | None = None
     pitch: Array | None = None
+    contact: Array | None = None
 
     @property
     def full_stiffness(self) -> Array:

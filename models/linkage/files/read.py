@@ -23,7 +23,7 @@ SECTIONS: dict[str, type[CrossSection]] = {
     "properties": Section,
 }
 # What only one kind of joint knows.
-OWN = {"second": "universal", "pitch": "screw"}
+OWN = {"second": "universal", "pitch": "screw", "contact": "revolute"}
 TABLES = ("title", "points", "links", "joints", "springs", "loads", "gravity", "beams", "sections", "materials")
 # Tables of the job of `linkframe run`, which the linkage does not know.
 JOB = ("run", "tolerances")
@@ -46,7 +46,7 @@ def read_linkage(path: str | Path) -> Linkage:
         kind = "revolute"               # any kind of `Linkage`
         point = "A"
         links = ["ground", "crank"]
-        drive = true                    # or ["rz"]; axis, second, pitch, stiffness, clearance, at
+        drive = true                    # or ["rz"]; axis, second, pitch, stiffness, clearance, contact, at
 
         [[springs]]
         between = [["crank", "B"], ["ground", "E"]]
@@ -179,7 +179,7 @@ def _link(source: Source, linkage: Linkage, name: str, beams: Mapping[str, Beam]
 
 def _joint(source: Source, linkage: Linkage, name: str) -> None:
     path = ("joints", name)
-    numbers = ("axis", "second", "pitch", "stiffness", "clearance", "at", "axes")
+    numbers = ("axis", "second", "pitch", "stiffness", "clearance", "contact", "at", "axes")
     table = source.table(path, ("kind", "point", "links"), ("drive", *numbers))
     kind = source.text_at((*path, "kind"), KINDS)
     links = source.texts((*path, "links"))

@@ -135,7 +135,7 @@ def _joint(pair: Pair, driven: tuple[str, ...] | None) -> Table:
         table["drive"] = list(driven)
     if np.any(pair.at):
         table["at"] = pair.at[..., 0] if pair.kind.freedom == 1 else pair.at
-    given = {"pitch": pair.pitch, "stiffness": pair.stiffness, "clearance": pair.clearance}
+    given = {"pitch": pair.pitch, "stiffness": pair.stiffness, "clearance": pair.clearance, "contact": pair.contact}
     return table | {key: value for key, value in given.items() if value is not None}
 
 

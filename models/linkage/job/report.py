@@ -13,13 +13,16 @@ from ..statics.reactions import NONE
 from .table import as_markdown
 
 if TYPE_CHECKING:
+    from ..linkage import Linkage
     from .result import Result
 
 TABLE = """\
 Position `x`, `y`, `z` of {point} with rigid links and no clearance; `u` its displacement by compliance of links and
-joints, and clearance; `σ` the standard deviation over the samples; forces or moments of the drives. All points and all
-parts of the displacement at full precision: `table.csv`; all joint forces: `reactions.csv`. SI units. *Beyond linear*
-marks poses whose displaced shape is out of balance: there `frame.solve(large=True)` has the numbers."""
+joints, and clearance, of the linkage as the file has it; `mean u` and `σ` mean and standard deviation over the samples,
+in brackets their standard errors in units of the last digit (all poses share the same draws, so that these go
+together); forces or moments of the drives. All points and all parts of the displacement at full precision: `table.csv`;
+all joint forces: `reactions.csv`. SI units. *Beyond linear* marks poses whose displaced shape is out of balance: there
+`frame.solve(large=True)` has the numbers."""
 
 PARAVIEW = """\
 Open `trajectory.pvd`: one step a pose; time is {time}. {how}"""
@@ -82,14 +85,36 @@ def _summary(result: Result) -> Iterable[str]:
         yield f"{len(told) - 20} more in `table.csv`."
     methods = sorted(set(np.atleast_1d(result.reactions.method).tolist()) - {NONE})
     yield f"Joint reactions: {', '.join(methods)}."
+    yield from _contacts(inputs.linkage)
     pose = result.pose
     yield f"Displacement of {inputs.points[0]} at {result.where(pose)}, in mm:"
     parts = {"compliance": result.main.compliance, "clearance": result.main.clearance, "all": result.main.total}
     rows = [[name, *_millimetres(result, values)] for name, values in parts.items()]
     if inputs.points[0] in result.spread:
         spread = result.spread[inputs.points[0]]
-        rows += [[name, *_millimetres(result, v)] for name, v in (("mean of samples", spread.mean), ("σ", spread.std))]
+        sampled = {
+            "mean of samples": (spread.mean, spread.standard_error),
+            "σ": (spread.std, spread.std_standard_error),
+        }
+        for name, both in sampled.items():
+            value, error = (_millimetres(result, each) for each in both)
+            rows.append([name, *(f"{mean} ± {doubt}" for mean, doubt in zip(value, error, strict=True))])
     yield markdown(["part", *(f"u_{'xyz'[k]}" for k in result.shown)], rows, left=1)
+
+
+def _contacts(linkage: Linkage) -> Iterable[str]:
+    """Where the journals with clearance lie, and why."""
+    loose = [pair for pair in linkage.joints.values() if pair.clearance is not None]
+    given = [f"{pair.name} {_degrees(pair.contact)}" for pair in loose if pair.contact is not None]
+    free = [pair.name for pair in loose if pair.contact is None]
+    if given:
+        yield f"Contact angles of the clearances as the file gives them: {', '.join(given)}."
+    if free:
+        yield f"Contact of the clearances where equilibrium under the load presses it: {', '.join(free)}."
+
+
+def _degrees(angle: Array) -> str:
+    return f"{np.degrees(angle):g}°" if angle.ndim == 0 else "one for each pose"
 
 
 def _millimetres(result: Result, values: Array) -> list[str]:

@@ -84,6 +84,10 @@ def _save(result: Result, path: Path) -> None:
 
 def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
     print(as_text(result))
+    if result.inputs.tolerances:
+        print(
+            "\nIn brackets: one standard error of sampling, in units of the last digit; all poses share the same draws."
+        )
     for note in notes:
         print(f"\n{note}")
     print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}\n{stages.spent}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
-from ...job.tables import aligned, markdown, readable, separated
+from ...job.tables import aligned, markdown, separated, with_error
 
 if TYPE_CHECKING:
     from .result import Result
@@ -80,16 +80,21 @@ def _cells(result: Result) -> Iterator[list[str]]:
     columns += [_spread(result, result.main.rigid)[:, k] for k in shown]
     columns += [_spread(result, result.main.total)[:, k] for k in shown]
     forms = ["g"] * len(result.inputs.drives) + ["z.6f"] * len(shown) + [".3e"] * len(shown)
+    errors = [np.full(result.poses, np.nan)] * len(columns)
     if point in result.spread:
-        heads += [f"σ_{AXES[k]}" for k in shown]
-        columns += [result.spread[point].std[:, k] for k in shown]
-        forms += [".2e"] * len(shown)
+        spread = result.spread[point]
+        heads += [f"{name}{AXES[k]}" for name in ("mean u_", "σ_") for k in shown]
+        columns += [each[:, k] for each in (spread.mean, spread.std) for k in shown]
+        errors += [each[:, k] for each in (spread.standard_error, spread.std_standard_error) for k in shown]
+        forms += [".2e"] * (2 * len(shown))
     heads += [f"drive {name}" for _, _, name in result.inputs.driven]
     columns += forces
     forms += [".4g"] * len(forces)
+    errors += [np.full(result.poses, np.nan)] * len(forces)
     yield [*heads, "status"]
-    for row, status in zip(np.column_stack(columns).tolist(), result.status.tolist(), strict=True):
-        yield [*(readable(value, form) for value, form in zip(row, forms, strict=True)), status]
+    numbers = (np.column_stack(each).tolist() for each in (columns, errors))
+    for row, doubts, status in zip(*numbers, result.status.tolist(), strict=True):
+        yield [*(with_error(*each) for each in zip(row, doubts, forms, strict=True)), status]
 
 
 def _spread(result: Result, values: Array) -> Array:

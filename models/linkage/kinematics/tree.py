@@ -94,5 +94,7 @@ def _with_twins(linkage: Linkage, branches: list[Branch]) -> Tree:
         twin = f"{pair.second} at {pair.name}"
         twins[twin] = pair.second
         branches.append(Branch(replace(pair, second=twin), pair.first, twin, turned=False))
-        cuts.append(replace(pair, kind=KINDS["fixed"], first=twin, stiffness=None, clearance=None, pitch=None))
+        cuts.append(
+            replace(pair, kind=KINDS["fixed"], first=twin, stiffness=None, clearance=None, pitch=None, contact=None)
+        )
     return Tree(branches, cuts, twins)

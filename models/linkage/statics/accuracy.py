@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array, aligned
 from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
+from .contact import has_contacts
 
 if TYPE_CHECKING:
     from ....framework.frame import Frame
@@ -63,7 +64,7 @@ class PointAccuracy:
 
     @cached_property
     def clearance(self) -> Array:
-        """What the clearances add, each joint pressed to the side to which its force pushes it, (..., 6)."""
+        """What the clearances add, each joint in contact as given, or where its force presses it, (..., 6)."""
         return self.total - self.compliance
 
     @cached_property
@@ -88,6 +89,7 @@ class PointAccuracy:
     @cached_property
     def _closed(self) -> Solution:
         has_play = any(np.any(joint.element.clearance) for joint in self._frame.joints.values())
+        has_play = has_play or has_contacts(self.motion.linkage.joints)
         return self.motion.bare.solve(self._frame, clearance=False) if has_play else self._open
 
     @cached_property

@@ -17,6 +17,7 @@ from ....framework.frame import Frame
 from ..description.joints import COMPONENTS
 from ..description.parts import GROUND, Link, Pair, joint_axes
 from .actions import tension, turned_tensor
+from .contact import impose_contacts, without_contacts
 from .guides import cut, in_order, inside
 from .inertia import inertia, is_given, place, with_density
 from .loading import Pieces, add_inertia_loads, add_loads
@@ -45,6 +46,8 @@ def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia
         add_loads(built, motion, bare.nodes)
     if inertia:
         add_inertia_loads(built, motion, bare.nodes, bare.pieces)
+    if clearance:
+        impose_contacts(built, motion.linkage.joints)
     return built
 
 
@@ -83,6 +86,8 @@ class Builder:
 
     def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
         """Solve a copy of the frame under its loads; the plan is made once for all of them."""
+        if not clearance:
+            loaded = without_contacts(loaded, self.linkage.joints)
         loaded.kept = self.frame.kept
         solution = loaded.solve(clearance=clearance)
         self.frame.kept = loaded.kept
@@ -115,7 +120,8 @@ class Builder:
         stiffness = pair.full_stiffness
         driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
         stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
-        gap = pair.clearance if clearance and pair.clearance is not None else 0.0
+        # Where the contact is given, the clearance is an offset, which `frame` imposes.
+        gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
         if pair.name in self.spins:
             # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.

@@ -1,0 +1,123 @@
+"""Reactions in the joints and torque of the drive at every pose, as the paper's Eq. (4) gives them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..job.style import BLUE, GREY, INK, ORANGE, figure, styled
+from ..job.tables import markdown, readable, separated
+from .kinetostatics import REACTIONS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .result import Result
+
+Array = NDArray[np.float64]
+
+COMPONENTS = tuple(f"{joint}_f{axis}_N" for joint in REACTIONS for axis in "xy")
+# Forces that differ by less than this share of their size are equal but for rounding.
+ALIKE = 1e-9
+# Poses that are named one by one.
+MOST_NAMED = 6
+COLUMNS = ("theta_deg", *COMPONENTS, "drive_torque_Nm", "status")
+EXPLAINED = """\
+Forces in the joints, in newtons, and the torque of the drive, in newton metres, by Eq. (4): the rigid linkage without
+clearance in equilibrium at rest under the mean load (the drive is clamped, so that there are no inertia forces). A and
+B: on the crank, by ground and coupler. D: on the coupler, by the rocker. E: on the rocker, by the ground. The torque is
+the drive's on the crank, positive about z. Full precision: `reactions.csv`."""
+
+
+def as_csv(result: Result) -> str:
+    """Components of all reactions at full precision; empty where no finite forces hold the linkage."""
+    numbers = np.column_stack([result.degrees, result.forces]).tolist()
+    rows = ([*row, status] for row, status in zip(numbers, result.status.tolist(), strict=True))
+    return separated(COLUMNS, list(rows))
+
+
+def as_markdown(result: Result) -> str:
+    """The reactions as a table for the report."""
+    heading = ["θ", *(f"{joint}{axis}" for joint in REACTIONS for axis in "xy"), "drive torque", "status"]
+    shown = _rounded(result.forces)
+    return markdown(
+        heading,
+        [
+            [f"{angle:g}", *(readable(value, "z.2f") for value in row[:-1]), readable(row[-1], "z.4f"), str(status)]
+            for angle, row, status in zip(result.degrees, shown.tolist(), result.status, strict=True)
+        ],
+    )
+
+
+def summary(result: Result) -> str:
+    """Greatest joint force and drive torque in a sentence."""
+    sizes, torque = _sizes(result.forces), np.abs(result.forces[:, 8])
+    if not np.isfinite(torque).any():
+        return "No pose has finite reactions."
+    force, push = float(np.nanmax(sizes)), float(np.nanmax(torque))
+    poses, joints = np.nonzero(sizes >= (1.0 - ALIKE) * force)
+    return (
+        f"Reactions of the rigid linkage under the mean load: the greatest joint force is {force:.4g} N, in"
+        f" {', '.join(REACTIONS[joint] for joint in np.unique(joints))} at {_angles(result, np.unique(poses))}, the"
+        f" greatest drive torque {push:.4g} N m, at {_angles(result, np.flatnonzero(torque >= (1.0 - ALIKE) * push))};"
+        " all of them are in reactions.csv."
+    )
+
+
+def _angles(result: Result, poses: NDArray[np.intp]) -> str:
+    named = ", ".join(f"{angle:g}°" for angle in result.degrees[poses[:MOST_NAMED]])
+    return named + (" ..." if len(poses) > MOST_NAMED else "")
+
+
+@styled
+def draw_reactions(degrees: Array, forces: Array) -> Figure:
+    """Draw the size of every joint's force and the torque of the drive over the drive angle.
+
+    Parameters
+    ----------
+    degrees
+        Drive angles, (poses,).
+    forces
+        ``Ax Ay Bx By Dx Dy Ex Ey`` and the torque, (poses, 9); NaN where there are none.
+
+    Returns
+    -------
+    Figure
+        Forces on the left, the torque on the right. Joints with equal forces share a line.
+    """
+    drawn_on, (left, right) = figure(7.6, 3.2, ratios=(1.0, 1.0))
+    marker = "o" if len(degrees) == 1 else ""
+    for colour, (names, size) in zip((BLUE, ORANGE, GREY, INK), _alike(_sizes(forces)), strict=False):
+        left.plot(degrees, size, color=colour, lw=1.3, marker=marker, label=", ".join(names))
+    left.set(xlabel="θ [°]", ylabel="joint force [N]")
+    left.set_ylim(bottom=0.0)
+    left.legend(loc="best")
+    right.axhline(0.0, color=GREY, lw=0.6)
+    right.plot(degrees, forces[:, 8], color=ORANGE, lw=1.3, marker=marker)
+    right.set(xlabel="θ [°]", ylabel="drive torque [N m]")
+    return drawn_on
+
+
+def _sizes(forces: Array) -> Array:
+    """Size of the force in each joint, (poses, joints)."""
+    return np.asarray(np.hypot(forces[:, 0:8:2], forces[:, 1:8:2]))
+
+
+def _rounded(forces: Array) -> Array:
+    """Forces and torques without what is only rounding beside the greatest of their kind at that pose."""
+    sizes = np.broadcast_to(_sizes(forces).max(axis=1, keepdims=True), forces.shape)
+    return np.where(np.abs(forces) < 1e-12 * sizes, 0.0, forces)
+
+
+def _alike(sizes: Array) -> list[tuple[list[str], Array]]:
+    """Names of the joints whose forces are equal at all poses, and that size, (poses,)."""
+    found: list[tuple[list[str], Array]] = []
+    for joint, size in zip(REACTIONS, sizes.T, strict=True):
+        same = [names for names, other in found if np.allclose(size, other, rtol=ALIKE, equal_nan=True)]
+        if same:
+            same[0].append(joint)
+        else:
+            found.append(([joint], size))
+    return found

@@ -1,0 +1,55 @@
+"""The region that sampled paths of a point sweep, as outlines that can be drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Directions in which a cloud of points is touched from outside: 4 degrees apart.
+DIRECTIONS = 90
+
+
+def swept(places: Array) -> list[Array]:
+    """Outlines that together cover the sampled paths of a point.
+
+    Each is convex and holds all samples at a pose and at the next one, and with them the straight lines between. It
+    touches the samples in `DIRECTIONS` directions.
+
+    Parameters
+    ----------
+    places
+        Positions (poses, n, 2); NaN where a sample has none at a pose.
+
+    Returns
+    -------
+    list of ndarray
+        Corners (k, 2) of each outline, in order; that of a pose alone where neither neighbour has positions.
+    """
+    there = np.asarray(np.isfinite(places).all(axis=-1).any(axis=-1))
+    reach = _reach(places)
+    pairs = np.flatnonzero(there[:-1] & there[1:])
+    beside = np.append(False, there[:-1]) | np.append(there[1:], False)
+    alone = np.flatnonzero(there & ~beside)
+    return [*_corners(np.maximum(reach[pairs], reach[pairs + 1])), *_corners(reach[alone])]
+
+
+def _angles() -> Array:
+    return np.asarray(2.0 * np.pi / DIRECTIONS * np.arange(DIRECTIONS))
+
+
+def _reach(places: Array) -> Array:
+    """How far the samples reach in each direction, (poses, directions); -inf where there are none."""
+    along = (places[..., 0] * np.cos(angle) + places[..., 1] * np.sin(angle) for angle in _angles())
+    return np.stack([np.where(np.isnan(each), -np.inf, each).max(axis=1) for each in along], axis=1)
+
+
+def _corners(reach: Array) -> Array:
+    """Where each tangent meets the next, (..., directions, 2)."""
+    angles = _angles()
+    cos, sin = np.cos(angles), np.sin(angles)
+    after = np.roll(reach, -1, axis=-1)
+    x = reach * np.roll(sin, -1) - after * sin
+    y = after * cos - reach * np.roll(cos, -1)
+    return np.asarray(np.stack([x, y], axis=-1) / np.sin(2.0 * np.pi / DIRECTIONS))
