@@ -21,7 +21,7 @@ def as_csv(result: Result) -> str:
     """All points and all components at full precision."""
     names, columns = _columns(result)
     numbers = np.column_stack(columns).tolist()
-    rows = ([*row, status] for row, status in zip(numbers, result.status.tolist(), strict=True))
+    rows = ([*row, status] for row, status in zip(numbers, result.told_status.tolist(), strict=True))
     return separated([*names, "status"], rows)
 
 
@@ -88,7 +88,7 @@ def _cells(result: Result) -> Iterator[list[str]]:
     columns += forces
     forms += [".4g"] * len(forces)
     yield [*heads, "status"]
-    for row, status in zip(np.column_stack(columns).tolist(), result.status.tolist(), strict=True):
+    for row, status in zip(np.column_stack(columns).tolist(), result.told_status.tolist(), strict=True):
         yield [*(readable(value, form) for value, form in zip(row, forms, strict=True)), status]
 
 
