@@ -13,3 +13,7 @@ class MechanismWarning(UserWarning):
 
 class PathWarning(UserWarning):
     """An equilibrium path ended before it reached the displacement that it was followed to."""
+
+
+class SampleWarning(UserWarning):
+    """Some samples of a result are NaN; it tells how many, which, and what the statistics make of them."""

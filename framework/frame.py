@@ -631,7 +631,9 @@ class Frame:
             raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
-        gap = float(np.linalg.norm(self.position(second) - self.position(first), axis=-1).max(initial=0.0))
+        gaps = np.linalg.norm(self.position(second) - self.position(first), axis=-1)
+        # Entries that are left out may lie anyhow.
+        gap = float(np.max(gaps if self.absent is None else np.where(self.absent, 0.0, gaps), initial=0.0))
         if gap > max(COINCIDENT * self.size, self.tolerance):
             raise FrameError(
                 f"joint {name!r} joins nodes {first!r} and {second!r}, which are {gap:.6g} apart: "

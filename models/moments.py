@@ -8,7 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..framework.errors import FrameError
+
 Array = NDArray[np.float64]
+
+NAN_POLICIES = ("omit", "propagate", "raise")
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,32 +26,46 @@ class Moments:
     Parameters
     ----------
     n
-        Number of samples.
+        Number of samples; (...) where it differs, as NaN do not count.
     mean
         Mean, (...).
     second, third, fourth
         Sums over the samples of (x − mean)², (x − mean)³, (x − mean)⁴, (...).
     """
 
-    n: int
+    n: int | NDArray[np.int64]
     mean: Array
     second: Array
     third: Array
     fourth: Array
 
     @classmethod
-    def of(cls, samples: Array) -> Moments:
-        """Moments of `samples` (n, ...) along the first axis."""
+    def of(cls, samples: Array, nan_policy: str = "propagate") -> Moments:
+        """Moments of `samples` (n, ...) along the first axis; with ``"omit"`` of those that are not NaN."""
+        if nan_policy == "omit" and np.isnan(samples).any():
+            return cls._omitting(samples)
         mean: Array = samples.mean(axis=0)
         off = samples - mean
         square = off * off
         return cls(len(samples), mean, square.sum(axis=0), (square * off).sum(axis=0), (square * square).sum(axis=0))
 
+    @classmethod
+    def _omitting(cls, samples: Array) -> Moments:
+        there = ~np.isnan(samples)
+        n = np.count_nonzero(there, axis=0)
+        with np.errstate(invalid="ignore"):
+            mean = np.sum(samples, axis=0, where=there) / np.where(n > 0, n, np.nan)
+        off = np.where(there, samples - mean, 0.0)
+        square = off * off
+        return cls(n, mean, square.sum(axis=0), (square * off).sum(axis=0), (square * square).sum(axis=0))
+
     def merge(self, other: Moments) -> Moments:
         """Moments of both sets of samples together."""
         a, b, n = self.n, other.n, self.n + other.n
-        d = other.mean - self.mean
-        step = d / n
+        empty = np.equal(a, 0)
+        # The mean of no samples is NaN, and nothing is apart from it.
+        d = np.where(empty | np.equal(b, 0), 0.0, other.mean - self.mean)[()]
+        step = d / np.maximum(n, 1)
         second = self.second + other.second + d * step * a * b
         third = (
             self.third + other.third + d * step**2 * a * b * (a - b) + 3.0 * step * (a * other.second - b * self.second)
@@ -59,17 +77,22 @@ class Moments:
             + 6.0 * step**2 * (a * a * other.second + b * b * self.second)
             + 4.0 * step * (a * other.third - b * self.third)
         )
-        return Moments(n, self.mean + step * b, second, third, fourth)
+        return Moments(n, np.where(empty, other.mean, self.mean)[()] + step * b, second, third, fourth)
 
     @property
     def std(self) -> Array:
-        """Standard deviation with n − 1 in the denominator, (...)."""
-        return np.asarray(np.sqrt(self.second / (self.n - 1)))
+        """Standard deviation with n − 1 in the denominator, (...); NaN of less than two samples."""
+        return np.asarray(np.sqrt(self.second / (self._enough - 1)))
+
+    @property
+    def _enough(self) -> Array:
+        """Number of samples, NaN where there are less than two, (...)."""
+        return np.where(np.greater(self.n, 1), self.n, np.nan)
 
     @property
     def standard_error(self) -> Array:
         """Standard error of the mean of independent samples, s/√n, (...)."""
-        return np.asarray(self.std / np.sqrt(self.n))
+        return np.asarray(self.std / np.sqrt(self._enough))
 
     @property
     def std_standard_error(self) -> Array:
@@ -78,11 +101,18 @@ class Moments:
         From var(s²) = (m₄ − s⁴ (n − 3)/(n − 1))/n (Mood, Graybill & Boes, Introduction to the Theory of Statistics,
         3rd ed., 1974, section VI.2) and ds = d(s²)/(2 s).
         """
-        n, square = self.n, self.std**2
+        n, square = self._enough, self.std**2
         spread = np.maximum(self.fourth / n - square**2 * (n - 3) / (n - 1), 0.0) / n
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.sqrt(spread) / (2.0 * self.std)
         return np.where(square == 0.0, 0.0, error)
+
+
+def checked_policy(nan_policy: str) -> str:
+    """What to do with samples that are NaN, checked."""
+    if nan_policy not in NAN_POLICIES:
+        raise FrameError(f"nan_policy is {nan_policy!r}: choose one of {', '.join(NAN_POLICIES)}")
+    return nan_policy
 
 
 class Statistics(ABC):
@@ -92,6 +122,11 @@ class Statistics(ABC):
     @abstractmethod
     def moments(self) -> Moments:
         """Count, mean and sums of powers of the deviations, (...)."""
+
+    @property
+    @abstractmethod
+    def missing(self) -> NDArray[np.int64]:
+        """Number of samples that are NaN, (...)."""
 
     @property
     def mean(self) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..framework.errors import FrameError
+from ..framework.errors import FrameError, SampleWarning
 from .sampling import LEAST, Distribution, Seed, check_inputs, root_seed, samples_first, stream, whole
 
 Array = NDArray[np.float64]
@@ -73,7 +74,7 @@ def sobol_indices(
     -------
     SobolIndices
         First-order and total indices (Saltelli et al., Computer Physics Communications 181, 2010,
-        doi:10.1016/j.cpc.2009.09.018).
+        doi:10.1016/j.cpc.2009.09.018); NaN where a sample is.
 
     Raises
     ------
@@ -97,6 +98,8 @@ def sobol_indices(
 
     names = tuple(distributions)
     shape: list[tuple[int, ...]] = []
+    lost: list[int] = []
+    holes: list[NDArray[np.bool_]] = []
 
     def rows(points: Array) -> Array:
         """Results (s, m) at points (k, m)."""
@@ -105,6 +108,9 @@ def sobol_indices(
             part = points[:, start : start + chunk]
             parts.append(samples_first(fn(**dict(zip(names, part, strict=False))), part.shape[1], axis))
         results = np.concatenate(parts)
+        missing = np.isnan(results).reshape(len(results), -1)
+        lost.append(int(np.count_nonzero(missing.any(axis=1))))
+        holes.append(np.asarray(missing.any(axis=0)))
         shape.append(results.shape[1:])
         return results.reshape(len(results), -1).T
 
@@ -113,8 +119,18 @@ def sobol_indices(
     laws += [_Inside(stats.uniform())] * (len(laws) == 1)
     generator = stream(root_seed(rng), "sobol indices")
     found = stats.sobol_indices(func=rows, n=n, dists=laws, rng=generator)
+    if any(lost):
+        warnings.warn(
+            f"{sum(lost)} of {n * (len(laws) + 2)} samples are NaN somewhere; the Sobol indices are NaN there, as each "
+            "needs all samples",
+            SampleWarning,
+            stacklevel=2,
+        )
+    # SciPy returns 0 where a sample is NaN.
+    there = np.where(np.any(holes, axis=0), np.nan, 1.0)[:, None]
     first, total = (
-        np.reshape(order, (*shape[0], len(laws)))[..., : len(names)] for order in (found.first_order, found.total_order)
+        np.reshape(there * order.reshape(len(there), -1), (*shape[0], len(laws)))[..., : len(names)]
+        for order in (found.first_order, found.total_order)
     )
     return SobolIndices(names, first, total)
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..framework.batch import finite
 from ..framework.errors import FrameError
-from .moments import Moments, Statistics
+from .moments import Moments, Statistics, checked_policy
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,14 @@ class Spread(Statistics):
     ----------
     samples
         Samples, (..., n, 3); NaN where there are none.
+    nan_policy
+        What to do with samples that are NaN where others are not: ``"propagate"``, then the statistics are NaN, too;
+        ``"omit"`` them; ``"raise"``.
+
+    Raises
+    ------
+    FrameError
+        If a sample is NaN and the policy is to raise.
 
     Examples
     --------
@@ -32,11 +40,26 @@ class Spread(Statistics):
     """
 
     samples: Array
+    nan_policy: str = "propagate"
+
+    def __post_init__(self) -> None:
+        if checked_policy(self.nan_policy) != "raise":
+            return
+        some = self.missing[(self.missing > 0) & (self.missing < self.n)]
+        if some.size:
+            raise FrameError(
+                f"{some.max()} of {self.n} samples are NaN: find why, or choose the nan_policy 'omit' or 'propagate'"
+            )
 
     @cached_property
     def moments(self) -> Moments:
         """Count, mean and sums of powers of the deviations, (..., 3)."""
-        return Moments.of(np.moveaxis(self.samples, -2, 0))
+        return Moments.of(np.moveaxis(self.samples, -2, 0), self.nan_policy)
+
+    @cached_property
+    def missing(self) -> NDArray[np.int64]:
+        """Number of samples that are NaN, (..., 3)."""
+        return np.asarray(np.count_nonzero(np.isnan(self.samples), axis=-2))
 
     @property
     def n(self) -> int:
@@ -56,17 +79,26 @@ class Spread(Statistics):
         ndarray
             Quantiles, (k..., ..., 3).
         """
-        return quantiles(self.samples, p, axis=-2)
+        return quantiles(self.samples, p, axis=-2, nan_policy=self.nan_policy)
 
     @cached_property
     def envelope(self) -> tuple[Array, Array]:
         """Least and greatest sample of each component, (..., 3) each."""
-        return self.samples.min(axis=-2), self.samples.max(axis=-2)
+        if self.nan_policy != "omit":
+            return self.samples.min(axis=-2), self.samples.max(axis=-2)
+        # NaN counts where every sample is NaN only.
+        return np.fmin.reduce(self.samples, axis=-2), np.fmax.reduce(self.samples, axis=-2)
 
 
-def quantiles(samples: Array, p: ArrayLike, axis: int) -> Array:
+def quantiles(samples: Array, p: ArrayLike, axis: int, nan_policy: str = "propagate") -> Array:
     """Quantiles at probabilities `p` (k...) of samples along an axis, (k..., ...)."""
     asked = finite(p, "probability p of a quantile")
     if np.any((asked < 0.0) | (asked > 1.0)):
         raise FrameError(f"probability p of a quantile is {asked.tolist()}: give numbers from 0 to 1")
-    return np.asarray(np.quantile(samples, asked, axis=axis))
+    lost = np.isnan(samples)
+    if nan_policy != "omit" or not lost.any():
+        return np.asarray(np.quantile(samples, asked, axis=axis))
+    # Where every sample is NaN, NumPy would warn of what is told already.
+    none = lost.all(axis=axis, keepdims=True)
+    found = np.nanquantile(np.where(none, 0.0, samples), asked, axis=axis)
+    return np.where(np.squeeze(none, axis=axis), np.nan, found)

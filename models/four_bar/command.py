@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from argparse import Action, ArgumentDefaultsHelpFormatter, ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..moments import NAN_POLICIES
 from .closure import BRANCHES
 from .inputs import Inputs
 
@@ -125,6 +127,10 @@ def _run(group: _ArgumentGroup) -> None:
     _add(group, "samples", at_least_two, "N", "samples at each pose")
     _add(group, "rng", seed, "SEED", "seed; the same seed gives the same bits")
     group.add_argument(
+        "--nan-policy", choices=NAN_POLICIES, default=PAPER.nan_policy,
+        help="samples without a result: leave them out, leave their pose without statistics, or end",
+    )  # fmt: skip
+    group.add_argument(
         "--histogram-pose", type=finite, metavar="DEG", default=PAPER.histogram_pose,
         help="pose of figures 5 and 7, one of the poses; by default the regular pose nearest to 30",
     )  # fmt: skip
@@ -143,12 +149,16 @@ def _add(group: _ArgumentGroup, name: str, kind: Callable[[str], Any], metavar: 
 def _start(options: Namespace) -> None:
     # Not before the options are known to be good: this imports all of the numerics.
     from .job import run
+    from .remarks import beforehand
 
     names = [field.name for field in fields(Inputs)]
     given: dict[str, Any] = {
         name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names
     }
-    run(Inputs(**given), options.out)
+    inputs = Inputs(**given)
+    for note in beforehand(inputs):
+        print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
+    run(inputs, options.out)
 
 
 def finite(text: str) -> float:

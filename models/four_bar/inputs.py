@@ -55,6 +55,8 @@ class Inputs:
         First and last drive angle and the step between them.
     samples, rng
         Number of samples at each pose, and the seed.
+    nan_policy
+        What to do with samples without a result, as in `monte_carlo`.
     histogram_pose
         Drive angle of the histograms; None for the regular one nearest to 30.
     magnify
@@ -87,6 +89,7 @@ class Inputs:
     poses: tuple[float, float, float] = (0.0, 360.0, 10.0)
     samples: int = 100
     rng: int = 0
+    nan_policy: str = "omit"
     histogram_pose: float | None = None
     magnify: float | None = None
 
@@ -116,6 +119,37 @@ class Inputs:
             raise FrameError(
                 f"--stiffness inf leaves nothing to vary: give --stiffness-sd 0 and not {self.stiffness_sd:g}"
             )
+
+        if isinstance(self.contact, str) and self.contact_sd not in (0.0, Inputs.contact_sd):
+            raise FrameError(
+                f"--contact-sd is {self.contact_sd:g} beside --contact {self.contact}: the angle follows from the "
+                "forces and has no deviation of its own; leave out one of the two"
+            )
+        shortest = min(LENGTHS, key=lambda name: float(getattr(self, name)))
+        radial, length = self.clearance * self.to_radius, getattr(self, shortest)
+        if radial >= length:
+            raise FrameError(
+                f"--clearance is {self.clearance:g}, and with that no less on the radius than --{shortest} {length:g}: "
+                "check its unit, metres"
+            )
+
+    @property
+    def to_radius(self) -> float:
+        """From the clearance as given to that on the radius."""
+        return 0.5 if self.clearance_is == "diameter" else 1.0
+
+    @property
+    def without_effect(self) -> dict[str, str]:
+        """Options that differ from what they are by default and change nothing, by name, and why."""
+        found: dict[str, str] = {}
+        if self.clearance == 0.0:
+            found = dict.fromkeys(("closure", "contact", "contact_sd", "clearance_is"), "--clearance is 0")
+        if self.in_plane != Inputs.in_plane and self.section[0] == self.section[1]:
+            found["in_plane"] = "the section is a square"
+        angles = not isinstance(self.contact, str) and self.contact_sd > 0.0 and self.clearance > 0.0
+        if not (self.stiffness_sd or self.clearance_sd or angles):
+            found["joints"] = "no number of the joints has a deviation"
+        return {name: why for name, why in found.items() if getattr(self, name) != getattr(Inputs, name)}
 
     @cached_property
     def degrees(self) -> Array:

@@ -15,6 +15,7 @@ from ..job.rendered import rendered
 from ..job.stages import Stages
 from . import large, reactions
 from .figures import draw_linkage
+from .remarks import remarks
 from .report import report
 from .result import compute
 from .table import about_errors, as_csv, as_text
@@ -67,6 +68,7 @@ def run(inputs: Inputs, out: Path) -> None:
         with stages("3-D picture"):
             notes = rendered(result.solution, stage / "figure3d.png", result.entry)
         with stages("report"):
+            notes = [*remarks(result), *notes]
             pictures = {name: _caption(name, result) for name in CAPTIONS if (stage / name).exists()}
             text = report(result, pictures, notes, stages.seconds)
             (stage / "report.md").write_text(text, encoding="utf-8")

@@ -137,7 +137,7 @@ def _inputs(result: Result) -> str:
     return markdown(
         ["input", "value", "unit"],
         [
-            [name.replace("_", " "), _text(value), UNITS.get(name, "")]
+            [name.replace("_", " ").replace("nan ", "NaN "), _text(value), UNITS.get(name, "")]
             for name, value in given.items()
             if value is not None
         ],

@@ -257,6 +257,11 @@ class Result:
         wanted = self.inputs.histogram_pose
         distance = np.abs(self.degrees - (USUAL_POSE if wanted is None else wanted))
         chosen = int(np.argmin(np.where(self.regular, distance, np.inf) if wanted is None else distance))
+        if not self.regular.any():
+            raise FrameError(
+                f"no pose has a result for every sample (at {self.degrees[0]:g}°: {self.status[0]}): give other poses, "
+                "or smaller clearances and deviations"
+            )
         if not self.regular[chosen]:
             raise FrameError(f"--histogram-pose {wanted:g} has no samples, it is {self.status[chosen]}: take another")
         return chosen
@@ -294,7 +299,7 @@ def compute(inputs: Inputs) -> Result:
         If the linkage cannot be assembled at any pose, a sample is out of range, or the pose of the histograms is not
         among the regular ones.
     """
-    scale = 0.5 if inputs.clearance_is == "diameter" else 1.0
+    scale = inputs.to_radius
     linkage = four_bar(inputs)
     _check_reach(linkage, inputs)
     with warnings.catch_warnings():
@@ -310,6 +315,7 @@ def compute(inputs: Inputs) -> Result:
             n=inputs.samples,
             rng=inputs.rng,
             exact=inputs.closure == "exact",
+            nan_policy=inputs.nan_policy,
         )
         result = Result(inputs, study)
         _ = result.pose, result.std, result.large.std, result.kappa, result.kappa_scaled, result.compliance

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
-from ..moments import Moments, Statistics
+from ..moments import Moments, Statistics, checked_policy
 from ..sampling import Distribution, Seed, draw
 from ..spread import Spread
 from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
 from .four_bar import FourBar
-from .tolerances import LOADS, check_names, per_joint, toleranced
+from .tolerances import LOADS, check_names, check_overwritten, per_joint, toleranced
 
 Array = NDArray[np.float64]
 
@@ -37,22 +37,29 @@ class Study(Statistics):
     inputs
         Samples of the uncertain parameters, (n,) each.
     kept
-        Where every sample can be assembled and none is singular, (poses,).
+        Where samples were taken, (poses,): the nominal linkage is regular, and so is every sample, or with the policy
+        ``"omit"`` some.
+    valid
+        Samples that can be assembled and are not singular, (poses kept, n); the others are NaN.
     excluded
-        Status of the poses that were not kept, (poses,).
+        Status of the poses at which not every sample is valid, (poses,).
     n
         Number of samples.
     exact
         Whether `total` takes the exact clearance displacement, or that of first order.
+    nan_policy
+        Whether statistics ``"omit"`` samples that are NaN, ``"propagate"`` them, or ``"raise"``.
     """
 
     nominal: Accuracy
     sampled: Accuracy
     inputs: Mapping[str, Array]
     kept: NDArray[np.bool_]
+    valid: NDArray[np.bool_]
     excluded: NDArray[np.str_]
     n: int
     exact: bool
+    nan_policy: str = "omit"
 
     @property
     def theta(self) -> Array:
@@ -90,7 +97,7 @@ class Study(Statistics):
     def total(self) -> Spread:
         """Sum of geometry, compliance and clearance."""
         clearance = self.clearance_exact if self.exact else self.clearance
-        return Spread(self.geometry.samples + self.compliance.samples + clearance.samples)
+        return Spread(self.geometry.samples + self.compliance.samples + clearance.samples, self.nan_policy)
 
     # -- the statistics of the total --------------------------------------------------------------------------------
 
@@ -103,6 +110,11 @@ class Study(Statistics):
     def moments(self) -> Moments:
         """Count, mean and sums of powers of the deviations, (poses, 3)."""
         return self.total.moments
+
+    @property
+    def missing(self) -> NDArray[np.int64]:
+        """Number of samples that are NaN, (poses, 3); `status` says why."""
+        return self.total.missing
 
     @property
     def envelope(self) -> tuple[Array, Array]:
@@ -128,7 +140,7 @@ class Study(Statistics):
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """``"regular"``, or why the pose has no statistics, (poses,)."""
+        """``"regular"``, or why the pose has no statistics, or samples without a result, (poses,)."""
         status = self.excluded.astype(object)
         lost = {"mechanism": self.compliance.samples + self.clearance.samples}
         if self.exact:
@@ -151,8 +163,8 @@ class Study(Statistics):
 
     def _spread(self, samples: Array) -> Spread:
         everywhere = np.full((self.kept.size, self.n, 3), np.nan)
-        everywhere[self.kept] = samples
-        return Spread(everywhere)
+        everywhere[self.kept] = np.where(self.valid[..., None], samples, np.nan)
+        return Spread(everywhere, self.nan_policy)
 
 
 def monte_carlo(
@@ -167,6 +179,7 @@ def monte_carlo(
     rng: Seed = None,
     sampler: str = "random",
     exact: bool = False,
+    nan_policy: str = "omit",
 ) -> Study:
     """Sample the uncertain parameters (12) of a four-bar and solve all poses and samples at once.
 
@@ -200,7 +213,11 @@ def monte_carlo(
         ``"random"``, ``"sobol"`` or ``"lhs"``.
     exact
         Take the exact clearance displacement into the total. Near a singular pose a clearance may leave the loop
-        open; the pose then has no statistics.
+        open; the sample then has no result.
+    nan_policy
+        What to do with samples that have no result at a pose where others have: ``"omit"`` them, so that the
+        statistics are those of the others; ``"propagate"``: the pose has no statistics; ``"raise"``. The status of the
+        pose tells why and how many they are.
 
     Returns
     -------
@@ -210,8 +227,9 @@ def monte_carlo(
     Raises
     ------
     FrameError
-        If a name is no parameter, a sample is out of its range (a negative clearance, say), the nominal linkage
-        cannot be assembled at a pose, or all poses are singular.
+        If a name is no parameter, a sample is out of its range (a negative clearance, say), one distribution would
+        stand in place of different values, the nominal linkage cannot be assembled at a pose, all poses are singular,
+        or a sample has no result and the policy is to raise.
 
     Examples
     --------
@@ -225,8 +243,10 @@ def monte_carlo(
     if angles.ndim != 1 or not angles.size:
         raise FrameError(f"drive angle theta has shape {angles.shape}: give one axis of poses")
     check_names(distributions)
+    checked_policy(nan_policy)
     if isinstance(contact, str) and any(name.startswith("contact") for name in distributions):
         raise FrameError(f"contact is {contact!r} and has a distribution, too: give one of the two")
+    check_overwritten(distributions, four_bar, clearance, contact)
     inputs = draw(distributions, n, rng, sampler)
     nominal = accuracy(four_bar, angles, load=load, clearance=clearance, contact=contact)
     if shape := accuracy(four_bar, angles[0], load=load, clearance=clearance, contact=contact).shape:
@@ -235,27 +255,42 @@ def monte_carlo(
     varied = toleranced(four_bar, inputs)
     # A drive angle that is certain keeps one sample, so that what depends on the pose alone is computed once a pose.
     at = angles[:, None] + inputs.get("drive", np.zeros(1))
-    kept, excluded = _sorted_out(varied, at, nominal, n)
+    kept, good, excluded = _sorted_out(varied, at, nominal, n, nan_policy)
     sampled = accuracy(
         varied,
-        at[kept],
+        _assembled(at, kept, good),
         load=tuple(inputs.get(name, value) for name, value in zip(LOADS, load, strict=True)),  # type: ignore[arg-type]
         clearance=per_joint(clearance, "clearance", inputs),
         contact=contact if isinstance(contact, str) else per_joint(contact, "contact", inputs),
     )
-    return Study(nominal, sampled, inputs, kept, excluded, n, exact)
+    return Study(nominal, sampled, inputs, kept, good[kept], excluded, n, exact, nan_policy)
 
 
-def _sorted_out(varied: FourBar, at: Array, nominal: Accuracy, n: int) -> tuple[NDArray[np.bool_], NDArray[np.str_]]:
-    """Which poses can be solved for every sample, (poses,), and the status of the others, (poses,)."""
+def _sorted_out(
+    varied: FourBar, at: Array, nominal: Accuracy, n: int, nan_policy: str
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.str_]]:
+    """Which poses are sampled, (poses,), which samples are valid, (poses, n), and the poses' status, (poses,)."""
     closes = np.broadcast_to(varied.assembles(at), (len(at), n))
     singular = np.broadcast_to(varied.singular(at), (len(at), n))
-    kept = ~nominal.motion.singular & closes.all(axis=-1) & ~singular.any(axis=-1)
+    good = closes & ~singular
+    complete = ~nominal.motion.singular & good.all(axis=-1)
     status = nominal.motion.status.astype(object)
-    for pose in np.flatnonzero(~kept & ~nominal.motion.singular):
+    for pose in np.flatnonzero(~complete & ~nominal.motion.singular):
         lost, stuck = n - np.count_nonzero(closes[pose]), np.count_nonzero(singular[pose])
         status[pose] = f"not assembled in {lost} of {n} samples" if lost else f"singular in {stuck} of {n} samples"
-    if not kept.any():
+        if nan_policy == "raise":
+            angle = np.degrees(nominal.motion.theta[pose])
+            raise FrameError(f"at {angle:g} deg: {status[pose]}: choose the nan_policy 'omit' or 'propagate'")
+    if not complete.any():
         first = np.degrees(nominal.motion.theta[0])
         raise FrameError(f"no pose is left to sample (at {first:g} deg: {status[0]}): give other poses")
-    return kept, status.astype(np.str_)
+    some = ~nominal.motion.singular & good.any(axis=-1)
+    return some if nan_policy == "omit" else complete, good, status.astype(np.str_)
+
+
+def _assembled(at: Array, kept: NDArray[np.bool_], good: NDArray[np.bool_]) -> Array:
+    """Drive angles of the samples at the poses kept; samples that are not valid take those of a pose where all are."""
+    if good[kept].all():
+        return at[kept]
+    complete = int(np.argmax(good.all(axis=-1)))
+    return np.where(good, at, at[complete])[kept]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,9 @@ from ...elements import Beam, Material
 from ...framework.errors import FrameError
 from .four_bar import JOINTS, FourBar
 from .motion import LINKS
+
+if TYPE_CHECKING:
+    from .accuracy import PerJoint
 
 Array = NDArray[np.float64]
 Samples = Mapping[str, Array]
@@ -37,6 +41,50 @@ def check_names(names: Iterable[str]) -> None:
             known = ", ".join((*LENGTHS, "drive", *LOADS, *OF_JOINTS, "E"))
             ends = "after a joint's, .B, .D or .E may follow, after E, .crank, .coupler or .rocker"
             raise FrameError(f"{name!r} is no parameter of the four-bar: choose from {known}; {ends}")
+
+
+def check_overwritten(names: Iterable[str], four_bar: FourBar, clearance: PerJoint, contact: PerJoint | str) -> None:
+    """Refuse one distribution of numbers whose nominal values differ: its draws would stand in place of all of them."""
+    given = set(names)
+    for name, values in _shared(four_bar, clearance, contact).items():
+        # What has a distribution of its own keeps to that.
+        of = {part: value for part, value in values.items() if given.isdisjoint(_own_names(name, part))}
+        first = next(iter(of), "")
+        apart = next((part for part in of if not np.array_equal(of[part], of[first])), None)
+        if name in given and apart is not None:
+            raise FrameError(
+                f"distribution of {name!r}: that of {first} is {np.ravel(of[first])[0]:g} and that of {apart} is "
+                f"{np.ravel(of[apart])[0]:g}, and one draw would stand in place of both: give each its own, such as "
+                f"{_own_names(name, apart)[-1]!r}"
+            )
+
+
+def _shared(four_bar: FourBar, clearance: PerJoint, contact: PerJoint | str) -> dict[str, dict[str, ArrayLike]]:
+    """Nominal values that a common name stands for, by name and part."""
+    springs = {joint: four_bar.joint_stiffness(joint) for joint in JOINTS}
+    out: dict[str, dict[str, ArrayLike]] = {
+        "E": {link: four_bar.link_beam(link).material.E for link in LINKS},
+        "clearance": per_joint(clearance, "clearance", {}),
+        "contact": {} if isinstance(contact, str) else per_joint(contact, "contact", {}),
+    }
+    out |= {name: {joint: springs[joint][..., k] for joint in JOINTS} for k, name in enumerate(COMPONENTS)}
+    # Free and ideal springs stay what they are.
+    finite = {
+        f"{name}.{joint}": springs[joint][..., k]
+        for joint in JOINTS
+        for k, name in enumerate(COMPONENTS)
+        if np.all((springs[joint][..., k] > 0.0) & np.isfinite(springs[joint][..., k]))
+    }
+    out["stiffness"] = dict(finite)
+    return out | {f"stiffness.{j}": {k: v for k, v in finite.items() if k.endswith(j)} for j in JOINTS}
+
+
+def _own_names(name: str, part: str) -> tuple[str, ...]:
+    """Names that rule a part before a common name does."""
+    component, _, joint = part.partition(".")
+    if name == "stiffness":
+        return f"stiffness.{joint}", component, part
+    return (component, part) if name.startswith("stiffness") else (f"{name}.{part}",)
 
 
 def toleranced(four_bar: FourBar, samples: Samples) -> FourBar:

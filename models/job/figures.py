@@ -27,6 +27,8 @@ Point = tuple[str, str]
 MOST_PATHS, MOST_POINTS = 200, 2000
 # Fill of the region that samples sweep, and the name of its patches in the drawing.
 PALE, ENVELOPE = "#edf3f9", "envelope"
+# Samples that differ by less than this share of their size differ by rounding.
+SAME = 1e-9
 
 
 @styled
@@ -78,7 +80,7 @@ def draw_trajectory(
     left.set_title(f"displacements × {magnify:g}", loc="left")
     left.legend(loc="best", handlelength=1.6)
 
-    cloud = spread[pose]
+    cloud = spread[pose][np.isfinite(spread[pose]).all(axis=-1)]
     right.axhline(0.0, color=GREY, lw=0.6)
     right.axvline(0.0, color=GREY, lw=0.6)
     right.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
@@ -99,11 +101,11 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
     Parameters
     ----------
     displacement
-        Displacements (samples, 2 or more), in metres.
+        Displacements (samples, 1 to 3 or more), in metres; samples that are NaN do not count.
     where
         Which pose that is, such as ``"θ = 30°"``.
     point
-        Name of the point and of the two directions.
+        Name of the point and of one to three directions.
 
     Returns
     -------
@@ -113,8 +115,12 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
     from scipy import stats
 
     of, names = point
-    drawn_on, panels = figure(7.6, 3.2, ratios=(1.0, 1.0))
-    for axes, name, values in zip(panels, names, 1e3 * displacement[:, :2].T, strict=True):
+    drawn_on, panels = figure(3.8 * len(names), 3.2, ratios=(1.0,) * len(names))
+    there = displacement[np.isfinite(displacement).all(axis=-1)]
+    for axes, name, values in zip(panels, names, 1e3 * there[:, : len(names)].T, strict=True):
+        if np.ptp(values) <= SAME * np.abs(values).max():
+            _one_value(axes, _displacement(name, of), where, float(values[0]))
+            continue
         moments = Moments.of(values)
         mean, std = float(moments.mean), float(moments.std)
         axes.hist(values, bins="auto", density=True, color=SKY, ec="white", lw=0.8)
@@ -130,6 +136,14 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
         )
         axes.set_title(title.replace("-", "−"), loc="left")
     return drawn_on
+
+
+def _one_value(axes: Axes, label: str, where: str, value: float) -> None:
+    """A panel for samples that are all the same."""
+    axes.axvline(value, color=BLUE, lw=1.6)
+    axes.set_xlabel(label, parse_math=True)
+    axes.set_yticks([])
+    axes.set_title(f"{where}, all samples the same: {value:.3g} mm".replace("-", "−"), loc="left")
 
 
 def _displacement(way: str, point: str) -> str:

@@ -15,6 +15,7 @@ THETA = np.radians([30.0, 60.0, 150.0, 230.0])
 ROCKING = FourBar(0.3, 0.9, 0.8, 0.7, point=(0.5, 0.2), branch="open")
 CLEARANCE = stats.norm(1e-3, 5e-5)
 CONTACT = stats.norm(np.pi, 1.0)
+STIFF = stats.norm(2e8, 1e6)
 SINGULAR = "singular: coupler and rocker in line"
 PAPER = {"stiffness": stats.norm(2e11, 1e10), "clearance": CLEARANCE, "contact": CONTACT, "fy": stats.norm(100.0, 5.0)}
 
@@ -252,7 +253,7 @@ def test_singular_poses_are_left_out_with_their_status():
     assert np.all(study.std[~singular, :2] < 0.1)
 
 
-def test_poses_that_some_samples_cannot_reach_are_left_out():
+def test_samples_that_cannot_reach_a_pose_do_not_count_there():
     """Coupler and rocker reach 2.0; at 100° the diagonal of the nominal linkage is just short of it."""
     four_bar = FourBar(1.0, 1.0, 1.0, 1.5)
     theta = np.radians([60.0, 103.9])
@@ -260,16 +261,36 @@ def test_poses_that_some_samples_cannot_reach_are_left_out():
     lost = np.count_nonzero(~FourBar(1.0, 1.0, 1.0, study.inputs["ground"]).assembles(theta[1]))
     assert 0 < lost < 40
     assert_array_equal(study.status, ["regular", f"not assembled in {lost} of 40 samples"])
-    assert_array_equal(np.isnan(study.mean[:, 0]), [False, True])
+    closes = FourBar(1.0, 1.0, 1.0, study.inputs["ground"]).assembles(theta[1])
+    others = FourBar(1.0, 1.0, 1.0, study.inputs["ground"][closes]).move(theta[1]).position("P")
+    nominal = four_bar.move(theta[1]).position("P")
+    assert_allclose(study.mean[1], np.mean(others, axis=0) - nominal, rtol=1e-12, atol=1e-15)
+    assert_array_equal(study.missing, [[0] * 3, [lost] * 3])
+    strict = {"distributions": {"ground": stats.norm(1.5, 0.01)}, "n": 40, "rng": 0}
+    assert_array_equal(
+        np.isnan(monte_carlo(four_bar, theta, **strict, nan_policy="propagate").mean[:, 0]), [False, True]
+    )
+    with pytest.raises(
+        FrameError, match=rf"at 103.9 deg: not assembled in {lost} of 40 samples: choose the nan_policy"
+    ):
+        monte_carlo(four_bar, theta, **strict, nan_policy="raise")
 
 
-def test_an_open_loop_leaves_the_pose_out_of_the_exact_total_only():
+def test_an_open_loop_leaves_the_sample_out_of_the_exact_total_only():
     theta, inputs = np.radians([2.0, 60.0]), {"clearance": CLEARANCE, "contact": CONTACT}
     study = monte_carlo(FourBar(), theta, inputs, n=40, rng=0, exact=True)
     lost = np.count_nonzero(np.isnan(study.clearance_exact.samples[0, :, 0]))
     assert 0 < lost < 40
     assert_array_equal(study.status, [f"clearance leaves the loop open in {lost} of 40 samples", "regular"])
-    assert_array_equal(np.isnan(study.mean[:, 0]), [True, False])
+    assert_array_equal(study.missing[:, 0], [lost, 0])
+    there = study.samples[0][np.isfinite(study.samples[0]).all(axis=-1)]
+    assert_allclose(study.mean[0], there.mean(axis=0), rtol=1e-12)
+    assert_allclose(study.std[0], there.std(axis=0, ddof=1), rtol=1e-12)
+    for policy, told in (("propagate", [True, False]), ("omit", [False, False])):
+        strict = monte_carlo(FourBar(), theta, inputs, n=40, rng=0, exact=True, nan_policy=policy)
+        assert_array_equal(np.isnan(strict.mean[:, 0]), told)
+    with pytest.raises(FrameError, match=f"{lost} of 40 samples are NaN"):
+        _ = monte_carlo(FourBar(), theta, inputs, n=40, rng=0, exact=True, nan_policy="raise").mean
     assert np.all(monte_carlo(FourBar(), theta, inputs, n=40, rng=0).status == "regular")
 
 
@@ -292,6 +313,15 @@ def test_condition_numbers_are_those_of_the_nominal_linkage():
         ({"theta": [0.0, np.pi]}, "no pose is left"),
         ({"four_bar": FourBar(crank=[[0.1], [0.11]], rocker=0.15)}, r"batch shape \(2, 1\): give numbers"),
         ({"four_bar": FourBar(crank=[0.1, 0.11, 0.12, 0.13], rocker=0.15)}, r"batch shape \(4,\): give numbers"),
+        ({"nan_policy": "drop"}, "nan_policy is 'drop': choose one of omit, propagate, raise"),
+        (
+            {"four_bar": FourBar(stiffness=(2e8, 2e8, 2e8, 2e2, 2e2, 0)), "distributions": {"stiffness": STIFF}},
+            r"'stiffness': that of ktx.B is 2e\+08 and that of krx.B is 200, and one draw .* such as 'krx.B'",
+        ),
+        (
+            {"clearance": {"B": 1e-3}, "distributions": {"clearance": CLEARANCE}},
+            "that of B is 0.001 and that of D is 0",
+        ),
         ({"theta": []}, r"shape \(0,\): give one axis of poses"),
         ({"load": 100.0}, r"load is 100\.0: give \(fx, fy, mz\)"),
     ],

@@ -13,7 +13,7 @@ from ....framework.dofs import FORCES
 from ..description.joints import KINDS
 from ..description.parts import GROUND
 from ..linkage import Linkage
-from .source import Source
+from .source import Source, told
 
 SECTIONS: dict[str, type[CrossSection]] = {
     "rectangle": Rectangle,
@@ -74,6 +74,23 @@ def read_linkage(path: str | Path) -> Linkage:
     and ``gravity = [0.0, -9.81, 0.0]`` at the top. Lengths, forces and masses in any consistent units, angles in
     radians. ``inf`` is a number.
 
+    ``linkframe run`` takes tolerances of these numbers from the same file, each a table by any name, ::
+
+        [tolerances.clearance]
+        of = ["joints.B.clearance"]     # entries that share one draw: all of them must have one and the same number
+        law = "norm"                    # any continuous distribution of scipy.stats, and its numbers
+        loc = 1e-4                      # its mean may be off the number of the file by no more than it spreads
+        scale = 5e-6
+
+        [tolerances.stiffness]
+        of = ["joints.B.stiffness"]     # a list: every number in it but 0 and inf; one of them: joints.B.stiffness.ux
+        law = "norm"
+        scale = "5 %"                   # loc and scale in percent are deviations: number * (1 + draw), here ± 5 %
+
+    Components go by their names or from 0: ``ux uy uz rx ry rz`` of a stiffness, ``x y z`` of a point or direction,
+    ``xx yy zz xy yz zx`` of an inertia; entries of lists of tables by number, as in ``loads.0.fy``. No number may be
+    in two tolerances.
+
     Parameters
     ----------
     path
@@ -97,6 +114,8 @@ def linkage_of(source: Source) -> Linkage:
     for key in source.data:
         if key not in (*TABLES, *JOB):
             source.fail((key,), f"there is no such table: use one of {', '.join((*TABLES, *JOB))}")
+    if "title" in source.data:
+        source.text_at(("title",))
     linkage = Linkage()
     for name in source.names(("points",)):
         with source.at("points", name):
@@ -152,7 +171,9 @@ def _beam(source: Source, name: str, sections: Mapping[str, CrossSection], mater
     for key, kind in (("shear", bool), ("segments", int)):
         if key in table:
             if type(table[key]) is not kind:
-                source.fail((*path, key), f"is {table[key]!r}: give {'true or false' if kind is bool else 'a number'}")
+                source.fail(
+                    (*path, key), f"is {told(table[key])}: give {'true or false' if kind is bool else 'a number'}"
+                )
             given[key] = table[key]
     with source.at(*path):
         return Beam(**given)
@@ -170,7 +191,7 @@ def _link(source: Source, linkage: Linkage, name: str, beams: Mapping[str, Beam]
         given["beam"] = {}
         for index, entry in enumerate(table["beams"] if isinstance(table["beams"], list) else [None]):
             if not isinstance(entry, list) or len(entry) != 3:
-                source.fail((*path, "beams"), f"has {entry!r}: give lists of two points and a beam")
+                source.fail((*path, "beams"), f"has {told(entry)}: give lists of two points and a beam")
             beam = source.text_at((*path, "beams", index, 2), beams)
             given["beam"][entry[0], entry[1]] = beams[beam]
     with source.at(*path):
@@ -226,11 +247,11 @@ def _spring(source: Source, linkage: Linkage, index: int) -> None:
     table = source.table(path, ("between", "stiffness", "length"), ("damping",))
     ends = table["between"]
     if not isinstance(ends, list) or len(ends) != 2:
-        source.fail((*path, "between"), f"is {ends!r}: give two ends, each a point or a list of link and point")
+        source.fail((*path, "between"), f"is {told(ends)}: give two ends, each a point or a list of link and point")
     both = [end if isinstance(end, str) else tuple(source.texts((*path, "between", k))) for k, end in enumerate(ends)]
     for end in both:
         if len(end) != 2 and not isinstance(end, str):
-            source.fail((*path, "between"), f"has {list(end)!r}: give a point, or a list of link and point")
+            source.fail((*path, "between"), f"has {told(list(end))}: give a point, or a list of link and point")
     with source.at(*path, "between"):
         first, second = (linkage.end(end, "spring") for end in both)  # type: ignore[arg-type]
     numbers = {key: source.numbers((*path, key)) for key in table if key != "between"}
@@ -244,7 +265,7 @@ def _load(source: Source, linkage: Linkage, index: int) -> None:
     force: dict[str, Any] = {key: source.numbers((*path, key)) for key in table if key in FORCES}
     if "follows" in table:
         if not isinstance(table["follows"], bool):
-            source.fail((*path, "follows"), f"is {table['follows']!r}: give true or false")
+            source.fail((*path, "follows"), f"is {told(table['follows'])}: give true or false")
         force["follows"] = table["follows"]
     if "point" not in table and "link" not in table:
         source.fail(path, "is nowhere: give a point, a link, or both")

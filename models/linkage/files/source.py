@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import copy
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path as File
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Self
 
 import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from .parsing import Unreadable, parsed
 from .toml import Path, line_of
+
+# Lists in messages that would be as long as the samples.
+LONG_LIST = re.compile(r"\[[^'\"]{200,}\]")
 
 
 class Source:
@@ -34,16 +38,44 @@ class Source:
         self.file = File(file)
         try:
             self.text = self.file.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
             raise FrameError(f"{self.file} cannot be read: {why}; give a TOML file that describes a linkage") from error
         try:
-            self.data: dict[str, Any] = tomllib.loads(self.text)
-        except tomllib.TOMLDecodeError as error:
-            raise FrameError(f"{self.file}: this is not TOML: {error}") from error
+            self.data = parsed(self.text)
+        except Unreadable as error:
+            raise FrameError(f"{self.file}, line {error.line}: {error}") from error
+        self.samples: Mapping[Path, Array] = {}
+        self.by: Mapping[Path, Path] = {}
+
+    def drawn(self, samples: Mapping[Path, Array], by: Mapping[Path, Path]) -> Self:
+        """The file with samples (n,) in place of numbers; what is wrong with them is blamed on what drew them.
+
+        Parameters
+        ----------
+        samples
+            By where the number stands.
+        by
+            Where the tolerance stands that drew them, by where the number stands.
+        """
+        twin = copy.copy(self)
+        twin.data, twin.samples, twin.by = copy.deepcopy(self.data), samples, by
+        for place, values in samples.items():
+            *above, last = place
+            here: Any = twin.data
+            for key in above:
+                here = here[key]
+            here[last] = values
+        return twin
 
     def fail(self, path: Path, message: str) -> NoReturn:
         """Refuse the file because of what stands at `path`."""
+        for place, values in self.samples.items():
+            shared = min(len(place), len(path))
+            if place[:shared] == path[:shared]:
+                drawn = f"samples of {'.'.join(map(str, place))} reach from {values.min():g} to {values.max():g}"
+                path, message = self.by[place], f"{drawn}: {LONG_LIST.sub('[...]', message)}"
+                break
         key = ".".join(map(str, path))
         raise FrameError(f"{self.file}, line {line_of(self.text, path)}, {key}: {message}")
 
@@ -82,7 +114,7 @@ class Source:
         """A table with its keys checked: none unknown, none missing."""
         found = self.get(path)
         if not isinstance(found, dict):
-            self.fail(path, f"is {found!r}: give a table")
+            self.fail(path, f"is {told(found)}: give a table")
         known = (*required, *optional)
         for key in found:
             if key not in known:
@@ -99,24 +131,33 @@ class Source:
             array = as_array(value)
         except (TypeError, ValueError):
             array = None
+        except OverflowError:
+            self.fail(path, "has a number beyond the range of floats: give at most 1e308")
         if array is None:
-            self.fail(path, f"is {value!r}: give a number, or a list of numbers")
+            self.fail(path, f"is {told(value)}: give a number, or a list of numbers")
         return array
+
+    def number(self, path: Path) -> float:
+        """One number."""
+        array = self.numbers(path)
+        if array.ndim:
+            self.fail(path, f"is {told(self.get(path))}: give one number")
+        return float(array)
 
     def text_at(self, path: Path, among: Mapping[str, object] | tuple[str, ...] | None = None) -> str:
         """A string, one of `among`."""
         value = self.get(path)
         if not isinstance(value, str):
-            self.fail(path, f"is {value!r}: give a name in quotes")
+            self.fail(path, f"is {told(value)}: give a name in quotes")
         if among is not None and value not in among:
-            self.fail(path, f"is {value!r}: choose one of {', '.join(among) or 'none, as none is described'}")
+            self.fail(path, f"is {told(value)}: choose one of {', '.join(among) or 'none, as none is described'}")
         return value
 
     def texts(self, path: Path) -> list[str]:
         """A list of strings."""
         value = self.get(path)
         if not isinstance(value, list) or not value or not all(isinstance(entry, str) for entry in value):
-            self.fail(path, f"is {value!r}: give a list of names in quotes")
+            self.fail(path, f"is {told(value)}: give a list of names in quotes")
         return value
 
     def names(self, path: Path) -> list[str]:
@@ -125,7 +166,7 @@ class Source:
         if found is None:
             return []
         if not isinstance(found, dict):
-            self.fail(path, f"is {found!r}: give a table of tables, such as [{path[0]}.name]")
+            self.fail(path, f"is {told(found)}: give a table of tables, such as [{path[0]}.name]")
         return list(found)
 
     def count(self, path: Path) -> int:
@@ -134,8 +175,17 @@ class Source:
         if found is None:
             return 0
         if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
-            self.fail(path, f"is {found!r}: give a list of tables, [[{path[0]}]]")
+            self.fail(path, f"is {told(found)}: give a list of tables, [[{path[0]}]]")
         return len(found)
+
+
+def told(value: object) -> str:
+    """A value as a message shows it, without the tail of a long one."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python does not print whole numbers of thousands of digits
+        text = "a number of thousands of digits"
+    return text if len(text) <= 80 else f"{text[:76]} ..."
 
 
 def as_array(value: object) -> Array:

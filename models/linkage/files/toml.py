@@ -17,6 +17,7 @@ BARE = re.compile(r"[A-Za-z0-9_-]+")
 NAME = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')"""
 KEY = re.compile(rf"\s*({NAME}(?:\s*\.\s*{NAME})*)\s*=")
 STRING = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'')
+LONG_STRING = re.compile(r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'', re.DOTALL)
 
 
 def written(data: Mapping[str, Any]) -> str:
@@ -102,7 +103,7 @@ def _places(text: str) -> Iterator[tuple[Path, int]]:
     table: Path = ()
     counts: dict[Path, int] = {}
     depth = 0
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in _lines_of(text):
         bare = STRING.sub('""', line).split("#")[0]
         inside, depth = depth > 0, depth + sum(bare.count(c) for c in "[{") - sum(bare.count(c) for c in "]}")
         if inside:
@@ -131,3 +132,15 @@ def _path(line: str) -> Path:
         path.append(name)
         here = here[0] if isinstance(here, list) else here
     return tuple(path)
+
+
+def bare_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines from 1, without what stands in strings and comments."""
+    for number, line in _lines_of(text):
+        yield number, STRING.sub('""', line).split("#")[0]
+
+
+def _lines_of(text: str) -> Iterator[tuple[int, str]]:
+    """Lines from 1; strings over several of them are emptied."""
+    flat = LONG_STRING.sub(lambda found: '""' + "\n" * found[0].count("\n"), text)
+    return enumerate(flat.split("\n"), start=1)

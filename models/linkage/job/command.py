@@ -25,6 +25,8 @@ joints.B.contact); without one the journal lies where equilibrium under the load
   samples = 100                       with tolerances
   rng = 0                             seed; the same seed gives the same bits
   sampler = "random"                  or "sobol", "lhs"
+  nan_policy = "omit"                 samples without a result do not count; or "propagate": they leave their pose
+                                      without statistics; "raise": they end the run
 
   [run.drives.A]                      one table for each driven joint; [run.drives.A.uz] where several coordinates are
   start = 0.0
@@ -35,10 +37,15 @@ joints.B.contact); without one the journal lies where equilibrium under the load
   acceleration = 0.0
 
   [tolerances.gap]                    any name
-  of = ["joints.B.clearance"]         numbers of this file that share one draw; a list stands for its finite numbers
+  of = ["joints.B.clearance"]         numbers of this file that share one draw
   law = "norm"                        a distribution of scipy.stats, and its numbers
-  loc = 1e-3
-  scale = 5e-5"""
+  loc = 1e-3                          about the number that the file has
+  scale = 5e-5
+
+  [tolerances.springs]
+  of = ["joints.B.stiffness"]         all finite numbers of a list but 0, or one: joints.B.stiffness.ux, points.B.y
+  law = "norm"
+  scale = "5 %"                       loc and scale in percent: deviation, as a share of each number"""
 
 WRITES = """\
 writes into DIR: table.csv, reactions.csv, mechanism.png, trajectory.png, reactions.png, histogram.png and samples.npz

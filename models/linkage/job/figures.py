@@ -11,6 +11,7 @@ from ....framework.batch import Array
 from ...job.figures import draw_histograms, draw_trajectory
 from ...job.style import GREY, ORANGE, entry, figure, space_figure, styled
 from .drawing import COLOURS, draw_mechanism
+from .plane import ROUNDING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,19 +38,36 @@ def draw(result: Result) -> dict[str, Figure]:
     """All figures, by the names of their files."""
     points, pose = result.inputs.points, result.pose
     found = {"mechanism.png": draw_mechanism(result.motion, pose, points, result.where(pose))}
-    point = points[0], "".join("xyz"[k] for k in result.shown[:2])
-    shown = list(result.shown)
-    if result.spread and result.plane is not None:
-        samples = result.spread[points[0]].samples[..., shown]
-        rigid = np.broadcast_to(result.main.rigid, (result.poses, 3))[:, shown]
-        where = result.where(pose)
-        found["trajectory.png"] = draw_trajectory(rigid, rigid, samples, result.magnify, pose, where, point)
-        if np.isfinite(samples[pose]).all():
-            found["histogram.png"] = draw_histograms(samples[pose], where, point)
-    else:
-        found["trajectory.png"] = draw_paths(result)
+    found["trajectory.png"] = _trajectory(result)
+    if spread := _spreading(result):
+        name = points[0], "".join("xyz"[k] for k in spread)
+        found["histogram.png"] = draw_histograms(_samples(result)[pose][:, spread], result.where(pose), name)
     found["reactions.png"] = draw_reactions(result)
     return found
+
+
+def _trajectory(result: Result) -> Figure:
+    if not result.spread or result.flat is None:
+        return draw_paths(result)
+    shown, point = list(result.flat), result.inputs.points[0]
+    rigid = np.broadcast_to(result.main.rigid, (result.poses, 3))[:, shown]
+    name = point, "".join("xyz"[k] for k in shown)
+    samples, pose = _samples(result)[..., shown], result.pose
+    return draw_trajectory(rigid, rigid, samples, result.magnify, pose, result.where(pose), name)
+
+
+def _samples(result: Result) -> Array:
+    """Displacement of the first point, (poses, samples, 3)."""
+    return result.spread[result.inputs.points[0]].samples
+
+
+def _spreading(result: Result) -> list[int]:
+    """Components of the first point that spread at the pose shown; of the others a histogram would be one bar."""
+    if not result.spread:
+        return []
+    spread = result.spread[result.inputs.points[0]]
+    scale = np.abs(spread.mean[result.pose]).max() + result.size * ROUNDING
+    return [k for k in result.shown if spread.std[result.pose, k] > ROUNDING * scale]
 
 
 @styled
@@ -57,7 +75,7 @@ def draw_paths(result: Result) -> Figure:
     """Paths of all points, rigid and displaced; the displacements magnified."""
     shown = list(result.shown)
     axes: Any
-    if result.plane is None:
+    if result.flat is None:
         drawn_on, axes = space_figure(6.4, 5.2)
         axes.set_zlabel("z [mm]")
     else:
@@ -70,10 +88,21 @@ def draw_paths(result: Result) -> Figure:
         axes.plot(*rigid[result.pose : result.pose + 1].T, "o", mfc="none", mec=ORANGE, ms=8)
     axes.set_xlabel(f"{'xyz'[shown[0]]} [mm]")
     axes.set_ylabel(f"{'xyz'[shown[1]]} [mm]")
-    axes.set_aspect("equal", **({} if result.plane is None else {"adjustable": "datalim"}))
+    axes.set_aspect("equal", **({} if result.flat is None else {"adjustable": "datalim"}))
+    if result.flat is None:
+        _few_ticks(axes)
     axes.set_title(f"displacements × {result.magnify:g}", loc="left")
     axes.legend(loc="best")
     return drawn_on
+
+
+def _few_ticks(axes: Any) -> None:
+    """Fewer numbers on axes in space that are short beside the longest."""
+    each = (axes.xaxis, axes.yaxis, axes.zaxis)
+    axes.xaxis.labelpad = axes.yaxis.labelpad = 9.0
+    lengths = [float(np.ptp(axis.get_view_interval())) for axis in each]
+    for axis, length in zip(each, lengths, strict=True):
+        axis.get_major_locator().set_params(nbins=max(1, round(6 * length / max(lengths))))
 
 
 @styled

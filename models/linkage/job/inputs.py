@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,13 +10,18 @@ from typing import Any
 import numpy as np
 
 from ....framework.batch import Array
+from ...moments import NAN_POLICIES
+from ...sampling import SAMPLERS, Distribution
 from ..files.read import linkage_of
-from ..files.source import Source
+from ..files.source import Source, told
 from ..linkage import Linkage
-from .tolerances import Tolerance, put, tolerance
+from .effects import check_clearances, check_effects, check_single
+from .tolerances import Tolerance, tolerances, varied
 
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
-RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "pose", "magnify")
+RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify")
+MOST_POSES = 1_000_000
+GREATEST = float(np.finfo(np.float64).max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,7 @@ class Inputs:
         As `Linkage.move` takes them.
     tolerances
         By name.
-    samples, rng, sampler
+    samples, rng, sampler, nan_policy
         As `propagate` takes them.
     pose
         Value of the first drive at the pose that the figures show; None for one in the middle.
@@ -81,6 +85,7 @@ class Inputs:
     samples: int = 100
     rng: int = 0
     sampler: str = "random"
+    nan_policy: str = "omit"
     pose: float | None = None
     magnify: float | None = None
 
@@ -93,6 +98,11 @@ class Inputs:
     def moves(self) -> bool:
         """Whether a rate or an acceleration was given, so that there is inertia."""
         return any(np.any(drive.rate) or np.any(drive.acceleration) for drive in self.drives.values())
+
+    @property
+    def laws(self) -> dict[str, Distribution]:
+        """Distributions of the tolerances, by name."""
+        return {name: tolerance.law for name, tolerance in self.tolerances.items()}
 
     @property
     def driven(self) -> list[tuple[str, str, str]]:
@@ -110,17 +120,7 @@ class Inputs:
 
     def varied(self, draws: Mapping[str, Array]) -> Linkage:
         """The linkage with samples (n,) in place of the numbers that the tolerances name."""
-        data = copy.deepcopy(self.source.data)
-        for name, values in draws.items():
-            for path in self.tolerances[name].of:
-                *above, last = path
-                here: Any = data
-                for key in above:
-                    here = here[key]
-                here[last] = put(here[last], values)
-        twin = copy.copy(self.source)
-        twin.data = data
-        return linkage_of(twin)
+        return varied(self.source, self.tolerances, draws)
 
 
 def read_inputs(path: Path) -> Inputs:
@@ -145,10 +145,15 @@ def read_inputs(path: Path) -> Inputs:
     if not drives:
         source.fail(("run",), "moves nothing: drive a joint, and give its values in [run.drives.joint]")
     _check_lengths(source, drives)
+    check_single(source, linkage)
     points = tuple(source.texts(("run", "points"))) if "points" in run else _loaded(linkage)
     for index, point in enumerate(points):
         if point not in linkage.points:
             source.fail(("run", "points", index), f"there is no point {point!r}: choose of {', '.join(linkage.points)}")
+        if not any(point in link.points for link in linkage.links.values()):
+            source.fail(
+                ("run", "points", index), f"no link has the point {point!r}: add it to the link that carries it"
+            )
     given: dict[str, Any] = {}
     for key, kind, wanted in (
         ("samples", int, "a whole number, 2 or more"),
@@ -159,11 +164,13 @@ def read_inputs(path: Path) -> Inputs:
     ):
         if key in run:
             given[key] = _number(source, ("run", key), kind, wanted)
-    for key, among in (("branch", ("keep", "switch")), ("sampler", ("random", "sobol", "lhs"))):
+    for key, among in (("branch", ("keep", "switch")), ("sampler", SAMPLERS), ("nan_policy", NAN_POLICIES)):
         if key in run:
             given[key] = source.text_at(("run", key), among)
-    tolerances = {name: tolerance(source, name) for name in source.names(("tolerances",))}
-    return Inputs(source, linkage, drives, points, tolerances=tolerances, **given)
+    laws = tolerances(source)
+    check_effects(source, linkage, laws)
+    check_clearances(source, linkage)
+    return Inputs(source, linkage, drives, points, tolerances=laws, **given)
 
 
 def _drives(source: Source, linkage: Linkage, joint: str) -> dict[str, Drive]:
@@ -184,6 +191,11 @@ def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
     unit = source.text_at((*path, "unit"), UNITS if turns else ()) if "unit" in table else "rad" if turns else ""
     if "values" in table:
         values = np.atleast_1d(source.numbers((*path, "values")))
+        if values.ndim > 1 or not values.size or not np.isfinite(values).all():
+            source.fail((*path, "values"), f"is {told(table['values'])}: give finite numbers, one a pose")
+        for key in ("start", "stop", "steps"):
+            if key in table:
+                source.fail((*path, key), "has no effect beside values: give values, or start, stop and steps")
     else:
         for key in ("start", "stop", "steps"):
             if key not in table:
@@ -194,6 +206,8 @@ def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
     speeds = []
     for key in ("rate", "acceleration"):
         speeds.append(source.numbers((*path, key)) if key in table else np.zeros(()))
+        if not np.isfinite(speeds[-1]).all():
+            source.fail((*path, key), f"is {told(table[key])}: give finite numbers")
         if speeds[-1].shape not in ((), values.shape):
             source.fail((*path, key), f"has shape {speeds[-1].shape}: give one number, or {len(values)}, one a pose")
     return Drive(values, unit, *speeds)
@@ -213,12 +227,14 @@ def _check_lengths(source: Source, drives: Mapping[str, Drive]) -> None:
 
 def _number(source: Source, path: tuple[str | int, ...], kind: type, wanted: str) -> float:
     value = source.get(path)
-    good = isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value)
+    good = isinstance(value, int | float) and not isinstance(value, bool) and bool(abs(value) <= GREATEST)
     if kind is int:
         least = {"samples": 2, "steps": 1}.get(str(path[-1]), 0)
         good = good and isinstance(value, int) and value >= least
+    if path[-1] == "steps" and good and value > MOST_POSES:
+        source.fail(path, f"is {value}: give at most {MOST_POSES} poses")
     if not good or (path[-1] == "magnify" and value <= 0.0) or (path[-1] == "tolerance" and value < 0.0):
-        source.fail(path, f"is {value!r}: give {wanted}")
+        source.fail(path, f"is {told(value)}: give {wanted}")
     return kind(value)  # type: ignore[no-any-return]
 
 

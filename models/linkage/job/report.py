@@ -10,6 +10,7 @@ import numpy as np
 from ....framework.batch import Array
 from ...job.tables import markdown, spent
 from ..statics.reactions import NONE
+from .remarks import remarks
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
     paragraphs = [
         f"# {result.inputs.source.data.get('title', result.inputs.source.file.stem)}",
         *_summary(result),
+        *(f"**Note:** {note}" for note in remarks(result)),
         *notes,
         "## The linkage",
         *_linkage(result),
@@ -76,9 +78,10 @@ def _summary(result: Result) -> Iterable[str]:
     inputs = result.inputs
     drawn = f" × {inputs.samples} samples, seed {inputs.rng}" if inputs.tolerances else ""
     yield f"{result.poses} poses{drawn}, from `{inputs.source.file.name}`."
-    told = [status for status in dict.fromkeys(result.status.tolist()) if status != "regular"]
+    found = result.told_status
+    told = [status for status in dict.fromkeys(found.tolist()) if status != "regular"]
     for status in told[:20]:
-        at = np.flatnonzero(result.status == status)
+        at = np.flatnonzero(found == status)
         places = ", ".join(result.where(int(k)) for k in at[:8]) + (" ..." if len(at) > 8 else "")
         yield f"At {places}: {status}."
     if len(told) > 20:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError, MechanismWarning
+from ....framework.errors import FrameError, MechanismWarning, SampleWarning
 from ....framework.results.validity import LINEAR
 from ....framework.solution import Solution
 from ...propagation import Propagation, propagate
+from ...sampling import sample_blocks
 from ...spread import Spread
 from ..linkage import Linkage
 from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
 from .inputs import Inputs
-from .plane import plane
+from .plane import ROUNDING, plane
 
 # How large the drawn displacements are, as a share of the linkage.
 DRAWN = 0.06
@@ -112,41 +115,113 @@ class Result:
         """The two global axes of the plane in which the linkage moves; None where it moves in space."""
         return plane(self.motion)
 
+    @cached_property
+    def leaves_plane(self) -> bool:
+        """Whether a point to report is displaced across the plane in which the linkage moves."""
+        if self.plane is None:
+            return False
+        across = 3 - sum(self.plane)
+        moved = [found.total[..., :3] for found in self.accuracy.values()]
+        moved += [part for spread in self.spread.values() for part in (spread.mean, spread.std)]
+        sizes = np.concatenate([np.abs(part).reshape(-1, 3) for part in moved])
+        greatest = np.max(sizes, axis=0, where=np.isfinite(sizes), initial=0.0)
+        return bool(greatest[across] > ROUNDING * greatest.max())
+
     @property
     def shown(self) -> tuple[int, ...]:
-        """Components that the tables show: two in a plane, three in space."""
-        return (0, 1, 2) if self.plane is None else self.plane
+        """Components that the tables show: two in a plane that no point leaves, else three."""
+        return (0, 1, 2) if self.flat is None else self.flat
+
+    @property
+    def flat(self) -> tuple[int, int] | None:
+        """The plane in which displacements can be drawn; None where they need space."""
+        return None if self.leaves_plane else self.plane
+
+    @property
+    def propagation(self) -> Propagation | None:
+        """Displacement of all points from their nominal rigid positions, (samples, points, poses, 3).
+
+        NaN where the nominal linkage has no answer: that of its neighbours by linear mechanics has no meaning there.
+        """
+        return self._sampled[0]
+
+    @property
+    def lost(self) -> Mapping[str, int]:
+        """How many samples have no result where the nominal linkage has one, by reason, over all poses."""
+        return self._sampled[1]
 
     @cached_property
-    def propagation(self) -> Propagation | None:
-        """Displacement of all points from their nominal rigid positions, (samples, points, poses, 3)."""
-        if not self.inputs.tolerances:
-            return None
-        nominal = np.stack([found.rigid for found in self.accuracy.values()])
+    def _sampled(self) -> tuple[Propagation | None, Counter[str]]:
+        inputs, lost = self.inputs, Counter[str]()
+        if not inputs.tolerances:
+            return None, lost
+        nominal = self._nominal()
 
         def displaced(**draws: Array) -> Array:
-            motion = self.move(self.inputs.varied(draws), column=True)
-            each = [motion.accuracy(point, inertia=self.inputs.moves) for point in self.inputs.points]
-            size = len(next(iter(draws.values())))
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", MechanismWarning)
-                places = [found.rigid + found.total[..., :3] for found in each]
-            shape = (self.poses, size, 3)
-            return np.stack([np.broadcast_to(place, shape) for place in places]) - nominal[:, :, None]
+            places, reasons = self._places(draws)
+            moved: Array = places - nominal
+            missing = (np.isnan(moved) & ~np.isnan(nominal)).any(axis=(0, -1))
+            for reason, times in zip(*np.unique(reasons[missing], return_counts=True), strict=True):
+                # What follows a colon are numbers, which differ from sample to sample.
+                lost[str(reason).partition(":")[0]] += int(times)
+            return moved
 
-        laws = {name: tolerance.law for name, tolerance in self.inputs.tolerances.items()}
-        count, seed, sampler = self.inputs.samples, self.inputs.rng, self.inputs.sampler
-        return propagate(displaced, laws, n=count, rng=seed, sampler=sampler, axis=2, chunk=CHUNK)
+        with warnings.catch_warnings(), inputs.source.at("run", "nan_policy"):
+            warnings.simplefilter("ignore", SampleWarning)  # the tables count them
+            found = propagate(
+                displaced,
+                inputs.laws,
+                n=inputs.samples,
+                rng=inputs.rng,
+                sampler=inputs.sampler,
+                axis=2,
+                chunk=CHUNK,
+                nan_policy=inputs.nan_policy,
+            )
+        return found, lost
+
+    def _nominal(self) -> Array:
+        """Nominal rigid positions of the points, (points, poses, 1, 3); NaN where there is no displacement."""
+        shape = (self.poses, 3)
+        each = [
+            np.where(
+                np.isfinite(np.broadcast_to(found.total[..., :3], shape)), np.broadcast_to(found.rigid, shape), np.nan
+            )
+            for found in self.accuracy.values()
+        ]
+        return np.stack(each)[:, :, None]
+
+    def _places(self, draws: Mapping[str, Array]) -> tuple[Array, NDArray[np.str_]]:
+        """Positions of the points with samples, (points, poses, n, 3), and the status of each, (poses, n)."""
+        inputs = self.inputs
+        shape = (self.poses, len(next(iter(draws.values()))))
+        varied = inputs.varied(draws)
+        with warnings.catch_warnings(), inputs.source.at("tolerances"):
+            warnings.simplefilter("ignore", MechanismWarning)
+            motion = self.move(varied, column=True)
+            each = [motion.accuracy(point, inertia=inputs.moves) for point in inputs.points]
+            places = [np.broadcast_to(found.rigid + found.total[..., :3], (*shape, 3)) for found in each]
+            status = np.where(motion.status == "regular", each[0].status, motion.status)
+        return np.stack(places), np.broadcast_to(status, shape)
 
     @cached_property
     def spread(self) -> dict[str, Spread]:
         """Samples of the displacement of each point, (poses, samples, 3); none without tolerances."""
         if self.propagation is None:
             return {}
-        samples = np.moveaxis(self.propagation.samples, 0, 2).copy()
-        # Where the nominal linkage has no answer, that of its neighbours by linear mechanics has no meaning.
-        samples[:, ~np.isfinite(self.main.total).all(axis=-1)] = np.nan
-        return {point: Spread(samples[index]) for index, point in enumerate(self.inputs.points)}
+        samples = np.moveaxis(self.propagation.samples, 0, 2)
+        policy = self.inputs.nan_policy
+        return {point: Spread(samples[index], policy) for index, point in enumerate(self.inputs.points)}
+
+    @cached_property
+    def told_status(self) -> NDArray[np.str_]:
+        """`status`, and of how many samples there is no result where the nominal linkage has one, (poses,)."""
+        missing = np.max([spread.missing.max(axis=-1) for spread in self.spread.values()] or [np.zeros(1, int)], axis=0)
+        there = np.isfinite(np.broadcast_to(self.main.total, (self.poses, 6))).all(axis=-1)
+        words = [
+            f"; no result in {count} of {self.inputs.samples} samples" if count else "" for count in missing * there
+        ]
+        return np.char.add(self.status, words)
 
     @cached_property
     def pose(self) -> int:
@@ -200,6 +275,10 @@ def compute(inputs: Inputs) -> Result:
     FrameError
         If no pose can be assembled, or something cannot be solved.
     """
+    if inputs.tolerances:
+        for draws in sample_blocks(inputs.laws, inputs.samples, inputs.rng, inputs.sampler):
+            # Samples that describe no linkage are told before anything is computed.
+            inputs.varied(draws)
     result = Result(inputs)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.

@@ -14,6 +14,7 @@ from ...job.rendered import rendered
 from ...job.stages import Stages
 from .figures import captions, draw
 from .inputs import Inputs
+from .remarks import remarks
 from .report import report
 from .result import compute
 from .table import as_csv, as_text, reactions_csv
@@ -88,6 +89,6 @@ def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
         print(
             "\nIn brackets: one standard error of sampling, in units of the last digit; all poses share the same draws."
         )
-    for note in notes:
+    for note in [*remarks(result), *notes]:
         print(f"\n{note}")
     print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}\n{stages.spent}")

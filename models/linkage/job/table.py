@@ -21,7 +21,7 @@ def as_csv(result: Result) -> str:
     """All points and all components at full precision."""
     names, columns = _columns(result)
     numbers = np.column_stack(columns).tolist()
-    rows = ([*row, status] for row, status in zip(numbers, result.status.tolist(), strict=True))
+    rows = ([*row, status] for row, status in zip(numbers, result.told_status.tolist(), strict=True))
     return separated([*names, "status"], rows)
 
 
@@ -93,7 +93,7 @@ def _cells(result: Result) -> Iterator[list[str]]:
     errors += [np.full(result.poses, np.nan)] * len(forces)
     yield [*heads, "status"]
     numbers = (np.column_stack(each).tolist() for each in (columns, errors))
-    for row, doubts, status in zip(*numbers, result.status.tolist(), strict=True):
+    for row, doubts, status in zip(*numbers, result.told_status.tolist(), strict=True):
         yield [*(with_error(*each) for each in zip(row, doubts, forms, strict=True)), status]
 
 

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-import tomllib
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError
+from ..files.read import linkage_of
 from ..files.source import Source
+from ..files.toml import Path
+from ..linkage import Linkage
+from .targets import numbers_at
 
 if TYPE_CHECKING:
     from ...sampling import Distribution
+
+PERCENT = re.compile(r"\s*(±?)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
+# Of a distribution within limits, the nominal value may lie at one of them, but not further out than this.
+MOST_DEVIATIONS = 3.0
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,69 +32,175 @@ class Tolerance:
     Attributes
     ----------
     of
-        Where they stand in the file.
+        Where the entries stand that the file names.
+    nominal
+        The numbers that vary, by where they stand.
     law
-        Their distribution.
+        Their distribution; where `relative`, that of the deviation as a share of the nominal value.
+    relative
+        Whether the draw is a deviation that scales each number, rather than the number itself.
     told
         The law in words.
     """
 
-    of: tuple[tuple[str | int, ...], ...]
+    of: tuple[Path, ...]
+    nominal: Mapping[Path, float]
     law: Distribution
+    relative: bool
     told: str
+
+    def samples(self, place: Path, draws: Array) -> Array:
+        """Samples (n,) of the number at a place, from the draws (n,)."""
+        return self.nominal[place] * (1.0 + draws) if self.relative else draws
+
+
+def tolerances(source: Source) -> dict[str, Tolerance]:
+    """Read and check all tolerances of a file, by name."""
+    found: dict[str, Tolerance] = {}
+    owners: dict[Path, str] = {}
+    for name in source.names(("tolerances",)):
+        found[name] = tolerance(source, name)
+        for place in found[name].nominal:
+            if place in owners:
+                source.fail(
+                    ("tolerances", name, "of"),
+                    f"{dotted(place)} is in tolerance {owners[place]!r}, too: let one distribution draw it",
+                )
+            owners[place] = name
+    return found
+
+
+def varied(source: Source, laws: Mapping[str, Tolerance], draws: Mapping[str, Array]) -> Linkage:
+    """The linkage of a file with samples (n,) in place of the numbers that the tolerances name."""
+    samples: dict[Path, Array] = {}
+    by: dict[Path, Path] = {}
+    for name, values in draws.items():
+        for place in laws[name].nominal:
+            samples[place] = laws[name].samples(place, values)
+            by[place] = ("tolerances", name)
+    return linkage_of(source.drawn(samples, by))
 
 
 def tolerance(source: Source, name: str) -> Tolerance:
     """Read and check one of the file's tolerances."""
-    from scipy import stats
-
     path = ("tolerances", name)
     found = source.get(path)
     if not isinstance(found, dict) or "of" not in found or "law" not in found:
         source.fail(path, "give a table with of, law and the law's numbers")
+    law, relative, told = _law(source, path)
+    of: list[Path] = []
+    nominal: dict[Path, float] = {}
+    for index, text in enumerate(source.texts((*path, "of"))):
+        place, numbers = numbers_at(source, (*path, "of", index), text, relative=relative)
+        for twice in numbers.keys() & nominal.keys():
+            source.fail((*path, "of", index), f"names {dotted(twice)} a second time: name it once")
+        of.append(place)
+        nominal |= numbers
+    if not relative:
+        _check_equal(source, path, nominal, told)
+    _check_middle(source, path, nominal, law, relative, told)
+    return Tolerance(tuple(of), nominal, law, relative, told)
+
+
+def dotted(place: Path) -> str:
+    """A place in the file as it is written there."""
+    return ".".join(map(str, place))
+
+
+def _law(source: Source, path: tuple[str, str]) -> tuple[Distribution, bool, str]:
+    """The distribution, whether it is relative, and how it reads."""
+    from scipy import stats
+
     law = source.text_at((*path, "law"))
     kind = getattr(stats, law, None)
     if not isinstance(kind, stats.rv_continuous):
         source.fail(
             (*path, "law"), f"is {law!r}: give a continuous distribution of scipy.stats, such as norm or uniform"
         )
-    numbers = {key: float(source.numbers((*path, key))) for key in found if key not in ("of", "law")}
+    numbers, relative = _numbers(source, path)
     try:
-        frozen: Distribution = kind(**numbers)
-        middle = float(frozen.ppf(np.float64(0.5)))  # type: ignore[arg-type]
+        with np.errstate(all="ignore"):
+            frozen: Distribution = kind(**numbers)
+            middle = float(frozen.ppf(np.float64(0.5)))  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
         source.fail(path, f"{law} does not take {', '.join(numbers) or 'nothing'}: {error}")
     if not np.isfinite(middle):
         source.fail(path, f"{law} with {numbers} is no distribution: check its numbers")
-    told = f"{law}({', '.join(f'{key}={value:g}' for key, value in numbers.items())})"
-    paths = tuple(_place(source, path, index, text) for index, text in enumerate(source.texts((*path, "of"))))
-    return Tolerance(paths, frozen, told)
+    if "scale" not in numbers:
+        source.fail(path, f'has no scale: give one, such as the standard deviation of norm, or scale = "5 %" ({law})')
+    shown = [f"{key}={100.0 * value:g} %" if key in relative else f"{key}={value:g}" for key, value in numbers.items()]
+    return frozen, bool(relative), f"{law}({', '.join(shown)})"
 
 
-def _place(source: Source, path: tuple[str, str], index: int, text: str) -> tuple[str | int, ...]:
-    """Where a tolerance applies, such as ``joints.B.clearance`` or ``loads.0.fy``."""
-    try:
-        here: Any = tomllib.loads(f"{text} = 0")
-    except tomllib.TOMLDecodeError:
-        source.fail((*path, "of", index), f"{text!r} is no key: give one such as joints.B.clearance")
-    keys: list[str | int] = []
-    while isinstance(here, dict):
-        key, here = next(iter(here.items()))
-        keys.append(int(key) if isinstance(source.get(tuple(keys)), list) and key.isdecimal() else key)
-    value = source.get(tuple(keys))
-    try:
-        put(value, np.zeros(1))
-    except FrameError:
-        source.fail((*path, "of", index), f"{text!r} is {value!r} in this file: name a number, or a list of numbers")
-    if keys[0] in ("run", "tolerances"):
-        source.fail((*path, "of", index), f"{text!r} is no part of the linkage")
-    return tuple(keys)
+def _numbers(source: Source, path: tuple[str, str]) -> tuple[dict[str, float], tuple[str, ...]]:
+    """The law's numbers by name, and which of them are shares of the nominal value."""
+    numbers: dict[str, float] = {}
+    relative: list[str] = []
+    for key in source.table(path, (), tuple(source.get(path))):
+        if key in ("of", "law"):
+            continue
+        value = source.get((*path, key))
+        if not isinstance(value, str):
+            numbers[key] = source.number((*path, key))
+            continue
+        share = PERCENT.fullmatch(value)
+        if share is None or key not in ("loc", "scale") or (share[1] and key == "loc"):
+            source.fail((*path, key), f'is {value!r}: give a number, or loc and scale in percent, such as "5 %"')
+        numbers[key] = 0.01 * float(share[2])
+        relative.append(key)
+    for key in ("loc", "scale"):
+        if relative and key in numbers and key not in relative:
+            source.fail(
+                (*path, key),
+                f"is {numbers[key]:g} beside {relative[0]} in percent: in percent both are deviations from the nominal "
+                "value, so that loc may be left out",
+            )
+    return numbers, tuple(relative)
 
 
-def put(value: object, samples: Array) -> object:
-    """Samples in place of a number; in a list in place of all its numbers but zeros and infinite ones."""
-    if isinstance(value, list):
-        return [entry if entry == 0.0 or not np.all(np.isfinite(entry)) else put(entry, samples) for entry in value]
-    if isinstance(value, bool) or not isinstance(value, int | float | np.ndarray):
-        raise FrameError("not a number")
-    return samples
+def _check_equal(source: Source, path: tuple[str, str], nominal: Mapping[Path, float], told: str) -> None:
+    """Refuse one draw in place of different numbers: it would overwrite them by each other."""
+    (first, value), *others = nominal.items()
+    for place, other in others:
+        if other != value:
+            source.fail(
+                (*path, "of"),
+                f"{dotted(first)} is {value:g} and {dotted(place)} is {other:g}: one draw of {told} would stand in "
+                'place of both; give loc and scale in percent, such as scale = "5 %", to vary each about its own '
+                "value, or give each a tolerance of its own",
+            )
+
+
+def _check_middle(
+    source: Source, path: tuple[str, str], nominal: Mapping[Path, float], law: Distribution, relative: bool, told: str
+) -> None:
+    """Refuse a distribution whose mean is further from the nominal value than it spreads."""
+    place, value = next(iter(nominal.items()))
+    if relative:
+        value = 0.0
+    mean, spread, limits = _shape(law)
+    off = abs(value - mean)
+    within = limits[0] - ROUNDING * spread <= value <= limits[1] + ROUNDING * spread
+    if off <= (1.0 + ROUNDING) * spread or (np.isfinite(limits).all() and within and off <= MOST_DEVIATIONS * spread):
+        return
+    if relative:
+        source.fail(
+            path,
+            f"{told} deviates by {100.0 * mean:g} % on average, which is more than it spreads ({100.0 * spread:g} %): "
+            "percentages are deviations from the nominal value, so that their mean should be near 0",
+        )
+    source.fail(
+        path,
+        f"{told} has the mean {mean:g} and spreads by {spread:g}, but {dotted(place)} is {value:g}: give the file the "
+        "value about which it spreads, or loc and scale in percent, which are deviations from the nominal value",
+    )
+
+
+def _shape(law: Any) -> tuple[float, float, Array]:
+    """Mean, standard deviation, and limits of a distribution; of one without moments, median and half quartiles."""
+    with np.errstate(all="ignore"):
+        mean, spread = float(law.mean()), float(law.std())
+        if not np.isfinite([mean, spread]).all():
+            low, mean, high = (float(value) for value in law.ppf(np.array([0.25, 0.5, 0.75])))
+            spread = 0.5 * (high - low)
+        return mean, spread, np.asarray(law.support(), dtype=np.float64)

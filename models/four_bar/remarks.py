@@ -1,0 +1,57 @@
+"""What the reader should know of a run before using its numbers."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...framework.errors import MechanismWarning
+from ..job.remarks import beyond_size, without_result
+from .accuracy import accuracy
+from .result import four_bar
+
+if TYPE_CHECKING:
+    from .inputs import Inputs
+    from .result import Result
+    from .study import Study
+
+
+def remarks(result: Result) -> list[str]:
+    """Sentences for the terminal and the report."""
+    inputs, study = result.inputs, result.study
+    where = [f"θ = {np.degrees(angle):g}°" for angle in study.theta]
+    found = [
+        f"--{name.replace('_', '-')} {getattr(inputs, name)} has no effect: {why}."
+        for name, why in inputs.without_effect.items()
+    ]
+    found += beyond_size("P", study.nominal.compliance, _size(inputs), where)
+    return found + without_result(lost(study), len(where), study.n, study.nan_policy)
+
+
+def beforehand(inputs: Inputs) -> list[str]:
+    """What can be told before samples and large displacements, which take the longer the softer the linkage is."""
+    linkage = four_bar(inputs)
+    theta = inputs.theta[linkage.assembles(inputs.theta)]
+    if not theta.size:
+        return []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)
+        moved = accuracy(linkage, theta, load=(0.0, inputs.load, 0.0)).compliance
+    return beyond_size("P", moved, _size(inputs), [f"θ = {np.degrees(angle):g}°" for angle in theta])
+
+
+def _size(inputs: Inputs) -> float:
+    """Length of the chain of links."""
+    return inputs.crank + inputs.coupler + inputs.rocker
+
+
+def lost(study: Study) -> Counter[str]:
+    """How many samples have no result where the nominal linkage is regular, by reason, over all poses."""
+    found = Counter[str]()
+    for status in study.status[~study.nominal.motion.singular & (study.status != "regular")].tolist():
+        reason, _, count = status.rpartition(" in ")
+        found[reason] += int(count.split()[0])
+    return found

@@ -1,0 +1,64 @@
+"""What the reader of a job's numbers should know before using them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Poses that are named one by one.
+MOST_NAMED = 4
+
+
+def beyond_size(point: str, displacement: Array, size: float, where: Sequence[str]) -> list[str]:
+    """A sentence where a point moves further than its linkage is large, which no small displacement is.
+
+    Parameters
+    ----------
+    point
+        Name of the point.
+    displacement
+        Its displacement, (poses, 3 or more), metres; NaN where there is none.
+    size
+        Extent of the linkage, metres.
+    where
+        The poses in words.
+    """
+    lengths = np.linalg.norm(displacement[:, :3], axis=-1)
+    far = np.flatnonzero(np.nan_to_num(lengths, nan=0.0) > size).tolist()
+    if not far:
+        return []
+    return [
+        f"{point} is displaced by up to {lengths[far].max():.3g} m at {named([where[k] for k in far])}, further than "
+        f"the linkage is large ({size:.3g} m): linear mechanics does not hold there; check the units of moduli, "
+        "stiffnesses, sections and loads."
+    ]
+
+
+def named(places: Sequence[str]) -> str:
+    """Places in a row, the tail of a long one left out."""
+    more = len(places) - MOST_NAMED
+    return ", ".join(places[:MOST_NAMED]) + (f" and {more} more poses" if more > 0 else "")
+
+
+def without_result(lost: Mapping[str, int], poses: int, samples: int, nan_policy: str) -> list[str]:
+    """A sentence on samples that have no result where the nominal linkage has one.
+
+    Parameters
+    ----------
+    lost
+        How many, by reason, over all poses.
+    poses, samples
+        How many there are.
+    nan_policy
+        What was done with them.
+    """
+    if not lost:
+        return []
+    reasons = ", ".join(f"{reason} {count} times" for reason, count in lost.items())
+    omitted = "mean and standard deviation are those of the others"
+    end = omitted if nan_policy == "omit" else "their poses have no mean and no standard deviation (nan_policy)"
+    return [f"{sum(lost.values())} of {poses} × {samples} samples have no result ({reasons}): {end}."]

@@ -1,0 +1,110 @@
+"""What a job asks for that would change nothing, or cannot be meant, refused before it is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.parts import GROUND
+from ..files.source import Source
+from ..files.toml import written
+from ..files.write import tables
+from ..linkage import Linkage
+from .tolerances import Tolerance, dotted, varied
+
+# Options of [run] that speak of samples, which there are with tolerances only.
+OF_SAMPLES = ("samples", "rng", "sampler", "nan_policy")
+# A probability at which no usual distribution has its nominal value.
+TRIED = 0.31
+
+
+def check_effects(source: Source, linkage: Linkage, laws: Mapping[str, Tolerance]) -> None:
+    """Refuse options and tolerances that change nothing, and tolerances of what takes no samples.
+
+    Raises
+    ------
+    FrameError
+        With the line of the option or tolerance.
+    """
+    if not laws:
+        for key in OF_SAMPLES:
+            if source.get(("run", key)) is not None:
+                source.fail(("run", key), "has no effect, as the file has no tolerances: give [tolerances.name]")
+        return
+    tried = {name: np.full(2, tolerance.law.ppf(np.array(TRIED))) for name, tolerance in laws.items()}
+    varied(source, laws, tried)
+    as_drawn = _described(linkage)
+    for name, values in tried.items():
+        if _described(varied(source, laws, {name: values[0]})) == as_drawn:
+            what = ", ".join(map(dotted, laws[name].of))
+            source.fail(("tolerances", name), f"has no effect, as the linkage does not use {what}: leave it out")
+
+
+def check_clearances(source: Source, linkage: Linkage) -> None:
+    """Refuse a clearance in which a whole link would find room.
+
+    Raises
+    ------
+    FrameError
+        With the line of the clearance.
+    """
+    for name, pair in linkage.joints.items():
+        links = [linkage.links[link] for link in (pair.first, pair.second) if link != GROUND]
+        sizes = {link.name: _size(linkage, link.points) for link in links if len(link.points) > 1}
+        for link, size in sizes.items():
+            if pair.clearance is not None and 0.0 < size <= pair.clearance:
+                place = ("joints", name, "clearance")
+                source.fail(
+                    place, f"is {pair.clearance:g}, no less than link {link!r} is long ({size:g}): check its unit"
+                )
+
+
+def check_single(source: Source, linkage: Linkage) -> None:
+    """Refuse a linkage that stands for a batch: the job has poses and samples of one.
+
+    Raises
+    ------
+    FrameError
+        If a number of the linkage is an array.
+    """
+    links, joints = linkage.links.values(), linkage.joints.values()
+    shapes: dict[str, tuple[int, ...]] = {"points or joints": linkage.shape, "gravity": linkage.weight.shape[:-1]}
+    for link in links:
+        given = {"mass": (link.mass, 0), "centre": (link.centre, 1), "inertia": (link.inertia, 2)}
+        shapes |= {f"{key} of {link.name}": _batch(*value) for key, value in given.items()}
+        shapes |= {f"beam {' '.join(pair)}": beam.shape for pair, beam in link.beams.items()}
+    for pair in joints:
+        shapes[f"stiffness of {pair.name}"] = _batch(pair.stiffness, 1)
+        shapes[f"clearance of {pair.name}"] = _batch(pair.clearance, 0)
+    for index, spring in enumerate(linkage.springs):
+        shapes |= {f"spring {index}": np.shape(spring.stiffness + spring.length + spring.damping)}
+    shapes |= {f"load {index}": load.value.shape[:-1] for index, load in enumerate(linkage.loads)}
+    for what, shape in shapes.items():
+        if shape:
+            source.fail(
+                ("run",),
+                f"{what}: the file has a list of shape {shape} where a job needs one number; give it, and what varies "
+                "as a tolerance",
+            )
+
+
+def _batch(value: Array | None, trailing: int) -> tuple[int, ...]:
+    return () if value is None else value.shape[: value.ndim - trailing]
+
+
+def _size(linkage: Linkage, points: tuple[str, ...]) -> float:
+    """Greatest distance of two points."""
+    places = np.array([linkage.points[point] for point in points])
+    return float(np.linalg.norm(places[:, None] - places, axis=-1).max())
+
+
+def _described(linkage: Linkage) -> str:
+    """All that the linkage is made of, as text; points that nothing uses are left out."""
+    ends = (end for spring in linkage.springs for end in (spring.first, spring.second))
+    used = {point for link in linkage.links.values() for point in link.points}
+    used |= {point for link, point in ends if link == GROUND}
+    out = tables(linkage)
+    points: Mapping[str, object] = out.get("points", {})
+    return written(out | {"points": {name: place for name, place in points.items() if name in used}})

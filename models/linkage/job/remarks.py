@@ -1,0 +1,39 @@
+"""What the reader should know of a run before using its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...job.remarks import beyond_size, without_result
+from .plane import ROUNDING
+
+if TYPE_CHECKING:
+    from .result import Result
+
+
+def remarks(result: Result) -> list[str]:
+    """Sentences for the terminal and the report."""
+    where = [result.where(pose) for pose in range(result.poses)]
+    found: list[str] = []
+    for point, accuracy in result.accuracy.items():
+        moved = np.broadcast_to(accuracy.total, (result.poses, 6))
+        found += beyond_size(point, moved, result.size, where)
+    found += without_result(result.lost, result.poses, result.inputs.samples, result.inputs.nan_policy)
+    return [*found, *_unmoved(result), *_pose(result)]
+
+
+def _unmoved(result: Result) -> Iterable[str]:
+    """Points that the tolerances do not move."""
+    for point, spread in result.spread.items():
+        if np.all(np.nan_to_num(spread.std, nan=0.0) <= ROUNDING**1.5 * result.size):
+            yield f"The tolerances do not move {point}: its standard deviation is 0 at all poses."
+
+
+def _pose(result: Result) -> Iterable[str]:
+    """A pose to show that the drive does not pass."""
+    wanted = result.inputs.pose
+    if wanted is not None and not result.drive.min() <= wanted <= result.drive.max():
+        yield f"The pose {wanted:g} is beyond the drive's values; the figures show {result.where(result.pose)}."

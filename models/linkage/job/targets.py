@@ -1,0 +1,112 @@
+"""Which numbers of a file a tolerance names."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+from ..description.joints import COMPONENTS, KINDS
+from ..files.source import Source, told
+from ..files.toml import Path
+
+AXES = ("x", "y", "z")
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
+DIRECTIONS = ("axis", "second", "up", "axes")
+
+
+def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tuple[Path, dict[Path, float]]:
+    """Where an entry stands, and the numbers in it that vary, by where they stand.
+
+    Parameters
+    ----------
+    source
+        The file.
+    path
+        Where the tolerance names the entry, for errors.
+    text
+        Its name, such as ``joints.B.clearance``, ``joints.B.stiffness.ux``, ``points.C.x`` or ``loads.0.fy``.
+    relative
+        Whether the numbers are scaled.
+
+    Raises
+    ------
+    FrameError
+        If there is no such entry, or no number in it that can vary.
+    """
+    place = _place(source, path, text)
+    value = source.get(place)
+    if place[0] in ("run", "tolerances", "title"):
+        source.fail(path, f"{text!r} is no part of the linkage")
+    numbers = dict(_numbers(value, place))
+    if not numbers or any(isinstance(entry, bool) or not isinstance(entry, int | float) for entry in numbers.values()):
+        source.fail(path, f"{text!r} is {told(value)} in this file: name a number, or a list of numbers")
+    if isinstance(value, list) and place[-1] in DIRECTIONS:
+        source.fail(path, f"{text!r} is a direction, which has no size: name one number of it, such as {text}.x")
+    if isinstance(value, list):
+        # Free and ideal stay what they are, and so does a coordinate that is 0.
+        varied = {where: float(number) for where, number in numbers.items() if number and math.isfinite(number)}
+    else:
+        varied = {place: float(value)}
+    if not varied or not all(map(math.isfinite, varied.values())):
+        source.fail(path, f"{text!r} is {told(value)}: 0 and inf stay as they are in a list, and inf alone cannot vary")
+    if relative and 0.0 in varied.values():
+        source.fail(path, f"{text!r} is 0, of which a percentage is 0: give loc and scale as numbers")
+    return place, varied
+
+
+def _place(source: Source, path: Path, text: str) -> Path:
+    """The keys and indices of an entry; components may go by their names."""
+    try:
+        here: Any = tomllib.loads(f"{text} = 0")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        here = None
+    if not isinstance(here, dict) or len(here) != 1:
+        source.fail(path, f"{text!r} is no key: give one such as joints.B.clearance")
+    keys: list[str | int] = []
+    while isinstance(here, dict):
+        key, here = next(iter(here.items()))
+        keys.append(_index(source, path, text, tuple(keys), key))
+    return tuple(keys)
+
+
+def _index(source: Source, path: Path, text: str, above: Path, key: str) -> str | int:
+    """A key, or where it leads into a list its index."""
+    entries = source.get(above) if above else source.data
+    if not isinstance(entries, list):
+        return key
+    names = _components(source, above) if not any(isinstance(entry, list | dict) for entry in entries) else ()
+    index = int(key) if key.isdecimal() and len(key) < 10 else names.index(key) if key in names else len(entries)
+    if index >= len(entries):
+        known = ", ".join(names[: len(entries)])
+        source.fail(
+            path,
+            f"{text!r}: {'.'.join(map(str, above))} has no {key!r}: give "
+            f"{f'one of {known}, or ' if known else ''}a number from 0 to {len(entries) - 1}",
+        )
+    return index
+
+
+def _components(source: Source, place: Path) -> tuple[str, ...]:
+    """Names of the numbers in a list."""
+    match place:
+        case ("joints", _, "stiffness"):
+            return COMPONENTS
+        case ("joints", name, "at"):
+            kind = source.get(("joints", name, "kind"))
+            return KINDS[kind].coordinates if kind in KINDS else ()
+        case ("points", _) | ("gravity",) | (_, _, "axis" | "second" | "up" | "centre"):
+            return AXES
+        case ("links", _, "inertia"):
+            return TENSOR
+    return ()
+
+
+def _numbers(value: object, place: Path) -> Iterator[tuple[Path, Any]]:
+    """What stands in nested lists, by where it stands."""
+    if isinstance(value, list):
+        for index, entry in enumerate(value):
+            yield from _numbers(entry, (*place, index))
+    else:
+        yield place, value
