@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,7 +41,7 @@ class LargeSpread(Spread):
         (poses, n).
     """
 
-    passed: NDArray[np.bool_]
+    passed: NDArray[np.bool_] = field(kw_only=True)
 
 
 def large_samples(study: Study) -> LargeSpread:
@@ -62,7 +62,7 @@ def large_samples(study: Study) -> LargeSpread:
     samples[closes] = sampled.large + sampled.rigid - nominal.rigid[closes, None]
     passed = np.zeros(samples.shape[:2], dtype=bool)
     passed[closes] = sampled.large_passes
-    return LargeSpread(samples, passed)
+    return LargeSpread(samples, passed=passed)
 
 
 def passages(result: Result) -> Iterator[str]:

@@ -155,7 +155,7 @@ class Result:
     def large(self) -> LargeSpread:
         """Displacement of P from its rigid position at large displacement, (poses, samples, 3), also where singular."""
         found = large_samples(self.study)
-        return LargeSpread(self._everywhere(found.samples), self._everywhere(found.passed, False))
+        return LargeSpread(self._everywhere(found.samples), passed=self._everywhere(found.passed, False))
 
     @cached_property
     def large_mean_inputs(self) -> Array:
