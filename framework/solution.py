@@ -19,6 +19,7 @@ from .batched.reuse import same_structure
 from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
+from .examination import require_springs
 from .frame import Frame
 from .results.base import Results
 from .results.parts import of_joint, of_member, of_node, of_part
@@ -71,6 +72,7 @@ class Solution(Results):
     """
 
     def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
+        require_springs(frame)
         self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
         self._parts: dict[Plan, Solution] = {}

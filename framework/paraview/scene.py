@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -62,9 +62,10 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
     at = {name: frame.length(name)[..., None] * fraction for name in frame.members}
     ends = [(frame.position(member.start), frame.position(member.end)) for member in frame.members.values()]
     points = [start[..., None, :] + fraction[::2, None] * (end - start)[..., None, :] for start, end in ends]
-    displacement = results(solution, index, [solution.displacement_along(name, at[name][..., ::2]) for name in at])
-    force = results(solution, index, [solution.forces(name, at[name]) for name in at])
-    stress = results(solution, index, [_stress(solution, name, at[name][..., ::2]) for name in at])
+    coarse = {name: place[..., ::2] for name, place in at.items()}
+    displacement = results(solution, index, _known(solution, solution.displacement_along, coarse, 6))
+    force = results(solution, index, _known(solution, solution.forces, at, 6))
+    stress = results(solution, index, _known(solution, solution.stress, coarse, 3))
     worst = np.maximum(stress[:, :, :-1], stress[:, :, 1:])
     worst[..., 0] = np.minimum(stress[:, :, :-1, 0], stress[:, :, 1:, 0])
 
@@ -114,12 +115,15 @@ def joints(solution: Results, index: Index) -> Part:
     )
 
 
-def _stress(solution: Results, member: str, at: Array) -> Array:
-    """Extreme stresses at stations; NaN where the section does not tell where its material lies."""
-    try:
-        return solution.stress(member, at)
-    except FrameError:
-        return np.full((*solution.shape, at.shape[-1], 3), np.nan)
+def _known(solution: Results, ask: Callable[[str, Array], Array], at: Mapping[str, Array], size: int) -> list[Array]:
+    """Results at stations of members; NaN where one does not tell, as a section that does not say where it lies."""
+    out = []
+    for member, stations in at.items():
+        try:
+            out.append(ask(member, stations))
+        except FrameError:
+            out.append(np.full((*solution.shape, stations.shape[-1], size), np.nan))
+    return out
 
 
 def _link(solution: Results, start: str, end: str) -> int:

@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
+from ..errors import FrameError
 from ..structure.member_loads import PointForces, applied_forces, equivalent, weight_forces
 from ..structure.topology import Group, Topology
+
+# Share of the length by which a station is at an end.
+_AT = 1e-9
 
 
 def cut_forces(topology: Topology, group: Group, position: int, x: Array, start: Array) -> Array:
@@ -20,6 +24,30 @@ def cut_forces(topology: Topology, group: Group, position: int, x: Array, start:
     return total
 
 
+def at_ends(topology: Topology, group: Group, position: int, x: Array, ends: Array) -> Array:
+    """Internal forces at the ends of a piece (..., 6) from the forces on these (..., 12).
+
+    Raises
+    ------
+    FrameError
+        Where a station lies between them: what holds such a piece there, its ends do not tell.
+    """
+    length = group.length[position]
+    last = x >= length * (1.0 - _AT)
+    if not np.all(last | (x <= length * _AT)):
+        raise FrameError(
+            f"{_named(topology, group, position)} resists rigid motion, as what is held between its ends does: its "
+            "forces are known at the ends of its segments alone: give it more of them, and stations there"
+        )
+    return np.where(last[..., None], ends[..., 6:], -ends[..., :6])
+
+
+def _named(topology: Topology, group: Group, position: int) -> str:
+    piece = topology.pieces[group.pieces[position]]
+    kind = type(topology.frame.members[piece.member].element).__name__
+    return f"member {piece.member!r} ({kind})"
+
+
 def deflection(topology: Topology, group: Group, position: int, x: Array, ends: Array) -> Array:
     """Displacement at distance `x` from the start of a piece for its end displacements (..., 12), local, (..., 6)."""
     length = group.length[position]
@@ -28,9 +56,23 @@ def deflection(topology: Topology, group: Group, position: int, x: Array, ends: 
     held = equivalent(group, at, _loads(topology, group, position, None))[0]
     if not held.any() and not _carries(topology, group, position):
         return moved
+    if group.stands:
+        return _held_between(topology, group, position, x, moved)
     fixed = _integrated(topology, group, position, x, -held[..., :6])
     slip = _slips(group, length, _integrated(topology, group, position, length, -held[..., :6]))
     return moved + fixed + _rigid(slip, x)
+
+
+def _held_between(topology: Topology, group: Group, position: int, x: Array, moved: Array) -> Array:
+    """Displacement of a loaded piece that is held between its ends: as its shape functions have it, if not exact."""
+    length = group.length[position]
+    between = (x > length * _AT) & (x < length * (1.0 - _AT))
+    if group.element.exact and np.any(between):
+        raise FrameError(
+            f"{_named(topology, group, position)} resists rigid motion, as what is held between its ends does, and is "
+            "loaded there: its displacement is known at its ends alone: divide it into members, and read their nodes"
+        )
+    return moved
 
 
 def _carries(topology: Topology, group: Group, position: int) -> bool:

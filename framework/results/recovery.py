@@ -17,7 +17,7 @@ from ..structure.member_loads import applied_forces, equivalent, weight_forces
 from ..structure.parts import Row, add_row, combine
 from ..structure.topology import Group
 from ..structure.tree import ABOUT, ALONG, Branch, Edge
-from .member_field import cut_forces, deflection
+from .member_field import at_ends, cut_forces, deflection
 
 if TYPE_CHECKING:
     from ..solution import Solution
@@ -113,7 +113,10 @@ class Recovery:
 
     def _cut(self, piece: int, x: Array) -> Array:
         group, position = self._where[piece]
-        return cut_forces(self.topology, group, position, x, self.piece_forces(piece)[..., :6])
+        ends = self.piece_forces(piece)
+        if group.stands:
+            return at_ends(self.topology, group, position, x, ends)
+        return cut_forces(self.topology, group, position, x, ends[..., :6])
 
     def _along(self, member: str, at: Array, field: Callable[[int, Array], Array]) -> Array:
         pieces = self.topology.pieces_of[member]
