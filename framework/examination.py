@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .batch import Array, cutting
 from .errors import FrameError
 from .examined import Examined, Unanswered, fits
-from .protocol import JointElement, LineElement, PointElement
+from .protocol import Change, JointElement, LineElement, PointElement
 
 if TYPE_CHECKING:
     from .frame import Frame
@@ -32,6 +32,7 @@ _LENGTHS = (1.0, 1.25)
 # Batch entries of which springs are held against those of the batch cut, with as many others before.
 _FEW = 2
 _LEAST = 64
+_FIELDS = 'let metadata {"trailing": k} tell of a field that its last k axes are not of the batch'
 
 
 def examine_member(name: str, element: LineElement, chord: Array) -> None:
@@ -206,7 +207,10 @@ def _cut(own: Examined, length: Array) -> None:
     for axis, size in enumerate(shape):
         if size <= _FEW:
             continue
-        few, more = (own.cut(cutting(len(shape), axis, slice(size - n, size))) for n in (_FEW, min(size, _LEAST)))
+        few, more = (
+            own if n >= size else own.cut(_within(own, cutting(len(shape), axis, slice(size - n, size))))
+            for n in (_FEW, _LEAST)
+        )
         at = np.full((1,) * (len(shape) + 1), float(length.reshape(-1)[0]))
         take = cutting(len(shape), axis, slice(-_FEW, None))
         for method, part, whole, trailing in zip(
@@ -215,9 +219,22 @@ def _cut(own: Examined, length: Array) -> None:
             there = take(whole, trailing)
             if part.shape != there.shape or np.any(part != there):
                 raise FrameError(
-                    f"{own.what}: cut to a few entries of its batch it returns other {method} than in the batch: let "
-                    "each array in its fields be of the batch, with its other axes last and told of by metadata"
+                    f"{own.what}: cut to a few entries of its batch it returns other {method} than there: {_FIELDS}"
                 )
+
+
+def _within(own: Examined, change: Change) -> Change:
+    """`change`, refused what is not of the batch."""
+
+    def checked(array: Array, trailing: int) -> Array:
+        lead = array.shape[: array.ndim - trailing]
+        if not fits(lead, own.shape):
+            raise FrameError(
+                f"{own.what}: cut takes an array of shape {array.shape} for one of the batch {own.shape}: {_FIELDS}"
+            )
+        return change(array, trailing)
+
+    return checked
 
 
 # -- joints and masses ----------------------------------------------------------------------------------------------

@@ -164,9 +164,9 @@ def test_bounds_hold_without_any_support(method: str, modulus: float) -> None:
 
 
 def _within(exact: Sequence[mp.mpf], found: Array, bound: Array) -> None:
-    assert all(
-        abs(e - mp.mpf(float(f))) <= mp.mpf(float(b)) for e, f, b in zip(exact, found, bound, strict=True)
-    ), [float((e - mp.mpf(float(f))) / mp.mpf(float(b))) for e, f, b in zip(exact, found, bound, strict=True)]
+    assert all(abs(e - mp.mpf(float(f))) <= mp.mpf(float(b)) for e, f, b in zip(exact, found, bound, strict=True)), [
+        float((e - mp.mpf(float(f))) / mp.mpf(float(b))) for e, f, b in zip(exact, found, bound, strict=True)
+    ]
 
 
 # -- all else -------------------------------------------------------------------------------------------------------
