@@ -121,6 +121,11 @@ class Beam(LineElement):
         return True
 
     @property
+    def balanced(self) -> bool:
+        """A rigid motion deforms nothing."""
+        return True
+
+    @property
     def roundings(self) -> float:
         """Roundings in `springs`; of 400 random members the worst had 6, of tapered ones 28."""
         return 12.0 if self.end is None else 100.0

@@ -74,6 +74,11 @@ class Spring(LineElement):
         return True
 
     @property
+    def balanced(self) -> bool:
+        """A force at rest resists that its line turns."""
+        return not np.any(self.force)
+
+    @property
     def quadrature(self) -> int:
         """Gauss points for a linear load times the linear shape functions."""
         return 2

@@ -78,6 +78,11 @@ class LineElement(ABC):
         return 100.0
 
     @property
+    def balanced(self) -> bool | None:
+        """Whether a rigid motion costs nothing; None where a frame is to find out."""
+        return None
+
+    @property
     @abstractmethod
     def quadrature(self) -> int:
         """Gauss points that integrate a linear load times the shape functions to rounding."""

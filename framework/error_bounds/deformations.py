@@ -134,7 +134,9 @@ def _of(plan: Plan, group: Group) -> Springs:
     count = extended([topology.pieces[k].count for k in group.pieces]).reshape(-1, *(1,) * len(plan.frame.shape))
     length = _length(chord) / count
     stiffness, rows = standing.element.springs(length)
-    mixed, balanced = _mixed(rows), not resists_rigid(stiffness, rows, length, _FINE)
+    mixed, balanced = _mixed(rows), standing.element.balanced
+    if balanced is None:
+        balanced = not resists_rigid(stiffness, rows, length, _FINE)
     rows, level = np.moveaxis(rows, 0, -3), np.moveaxis(level, 0, -3)
     split = rows.reshape(*rows.shape[:-1], 4, 3)
     out = np.einsum("...nibj,...njl->...nibl", split, level)

@@ -116,7 +116,12 @@ class Recovery:
         ends = self.piece_forces(piece)
         if group.stands:
             return at_ends(self.topology, group, position, x, ends)
-        return cut_forces(self.topology, group, position, x, ends[..., :6])
+        forces = cut_forces(self.topology, group, position, x, ends[..., :6])
+        if group.resists:  # a force at rest, carried by the turned line as well
+            length = group.length[position]
+            last = cut_forces(self.topology, group, position, length, ends[..., :6])
+            forces = forces + (x / length)[..., None] * (ends[..., 6:] - last)
+        return forces
 
     def _along(self, member: str, at: Array, field: Callable[[int, Array], Array]) -> Array:
         pieces = self.topology.pieces_of[member]

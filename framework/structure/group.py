@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from ..batch import Array, block_diagonal, cutting, turned
 from ..examined import Examined
 from ..protocol import LineElement
-from .parts import Extended
+from .parts import Extended, Grid
 
 Index = NDArray[np.int64]
 
@@ -21,6 +22,8 @@ _EXTENDED = 4096
 ALL = slice(None)
 # Share of what a deformation is made of that a rigid motion surely makes of it, and no rounding.
 _PLAIN = 1e-6
+# Batch entries of which springs are looked at together.
+_SOME = 2**13
 
 
 def resists_rigid(stiffness: NDArray[Any], rows: NDArray[Any], length: NDArray[Any], share: float) -> bool:
@@ -149,8 +152,18 @@ class Group:
     @cached_property
     def resists(self) -> bool:
         """Whether its pieces, by the first of them, resist rigid motion: no more than rounding where they do not."""
-        one = self.part(slice(0, 1))
-        return resists_rigid(*one.element.springs(one.length), one.length, _PLAIN)
+        if self.element.balanced is not None:
+            return not self.element.balanced
+        one, ndim = self.part(slice(0, 1)), self.chord.ndim - 2
+        batch = np.broadcast_shapes(self.chord.shape[1:-1], self.element.shape)
+        if math.prod(batch) <= _SOME:
+            return one.resists_by_springs()
+        axis, slices = Grid((1,) * (ndim - len(batch)) + batch).slices(_SOME)
+        return any(one.cut(axis, indices).resists_by_springs() for indices in slices)
+
+    def resists_by_springs(self) -> bool:
+        """Whether a rigid motion deforms the springs of its pieces."""
+        return resists_rigid(*self.element.springs(self.length), self.length, _PLAIN)
 
     @cached_property
     def stands(self) -> bool:
