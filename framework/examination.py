@@ -8,19 +8,17 @@ theirs.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array, cutting
 from .errors import FrameError
-from .examined import Examined, Unanswered, fits
+from .examined import Examined, Unanswered, fits, held
 from .protocol import Change, JointElement, LineElement, PointElement
-
-if TYPE_CHECKING:
-    from .frame import Frame
 
 Extended = np.longdouble
 _EPS = float(np.finfo(np.float64).eps)
@@ -250,7 +248,7 @@ def examine_joint(name: str, element: JointElement) -> None:
     """
     what = f"{type(element).__name__} of joint {name!r}"
     for attribute, trailing in (("stiffness", (6,)), ("axes", (3, 3)), ("clearance", ()), ("pitch", ())):
-        value = getattr(element, attribute)
+        value = held(what, element, attribute)
         if attribute == "axes" and value is None:
             continue
         _held(what, attribute, value, trailing, element.shape)
@@ -283,7 +281,7 @@ def _held(what: str, attribute: str, value: Any, trailing: tuple[int, ...], shap
 
 
 def _play(what: str, element: JointElement) -> None:
-    play = element.play
+    play = held(what, element, "play")
     if not isinstance(play, tuple) or not all(k in range(6) for k in play) or len({k // 3 for k in play}) > 1:
         raise FrameError(f"{what}: play is {play!r}: give indices from 0 to 5, of translations or of rotations")
     if element.clearance.any() and not play:
@@ -334,16 +332,20 @@ def at_rest(what: str, element: JointElement) -> tuple[Array, Array]:
     return np.asarray(found[1], dtype=np.float64), np.asarray(found[2], dtype=np.float64)
 
 
-def require_springs(frame: Frame) -> None:
+def require_springs(joints: Iterable[tuple[str, JointElement]]) -> None:
     """Refuse joints that a linear solution does not follow: it takes the springs, and contact where there is clearance.
+
+    Parameters
+    ----------
+    joints
+        The joints of a frame, by name.
 
     Raises
     ------
     FrameError
         Where a joint's own law has clearance, or at rest another force and tangent than its springs.
     """
-    for name, joint in frame.joints.items():
-        element = joint.element
+    for name, element in joints:
         if not element.has_law:
             continue
         told = f"joint {name!r}: {type(element).__name__} has a law of its own, resistance"

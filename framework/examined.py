@@ -45,7 +45,7 @@ class Examined(LineElement):
 
     def __init__(self, own: LineElement, name: str) -> None:
         self.own, self.name = own, name
-        self.segments, self.releases = own.segments, own.releases
+        self.segments, self.releases = (held(self.what, own, each) for each in ("segments", "releases"))
 
     def __repr__(self) -> str:
         return repr(self.own)
@@ -191,6 +191,11 @@ class Examined(LineElement):
             return answer(*given)
         except NotImplementedError:
             raise Unanswered(f"{self.what} has no {method}: give its class this method") from None
+        except FrameError:
+            raise
+        except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
+            shapes = ", ".join(str(np.shape(each)) for each in given)
+            raise FrameError(f"{self.what}: {method} failed for arrays of shape {shapes}: {error}") from error
 
     def _asked(self, method: str, batch: Shape, tail: Shape, *given: Any, finite: bool = True) -> Array:
         finite = finite and all(np.isfinite(each).all() for each in given[1:])
@@ -219,6 +224,14 @@ class Examined(LineElement):
         if finite and not np.isfinite(array).all():
             raise FrameError(f"{told} {array[~np.isfinite(array)].flat[0]}: give finite numbers")
         return array if array.dtype.kind == "f" else array.astype(np.float64)
+
+
+def held(what: str, element: object, attribute: str) -> Any:
+    """An attribute that an element must have."""
+    try:
+        return getattr(element, attribute)
+    except AttributeError:
+        raise FrameError(f"{what} has no {attribute}: give it this attribute") from None
 
 
 def _whole(array: Real, length: Array, trailing: int) -> Real:

@@ -72,7 +72,7 @@ class Solution(Results):
     """
 
     def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
-        require_springs(frame)
+        require_springs((name, joint.element) for name, joint in frame.joints.items())
         self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
         self._parts: dict[Plan, Solution] = {}

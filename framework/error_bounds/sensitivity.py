@@ -91,6 +91,10 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
         total: Any = 0.0
         for piece in pieces:
             group, at = state.place(piece)
+            if np.ndim(total) and np.shape(total)[-1] != state.springs[group].stiffness.shape[-1]:
+                raise FrameError(
+                    f"sensitivity: parts of member {member!r} have different numbers of springs: divide it into members"
+                )
             total = total - adjoint.deformations[group][index][..., at, :] * state.member_pulls[group][..., at, :]
         yield ("members", member), total
     held = adjoint.held(index)

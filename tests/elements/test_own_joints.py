@@ -166,6 +166,13 @@ def test_what_a_joint_holds_is_examined(name: str, value: Any, told: str) -> Non
         _stub(joint)
 
 
+def test_what_a_joint_lacks_is_named() -> None:
+    joint = RewrittenJoint(Joint((1.0,) * 6))
+    del joint.pitch
+    with pytest.raises(FrameError, match="RewrittenJoint of joint 'rubber' has no pitch"):
+        _stub(joint)
+
+
 def test_what_a_joint_returns_is_examined() -> None:
     class Coupled(Joint):
         def matrix(self) -> Array:

@@ -81,7 +81,7 @@ def _loaded(seed: int) -> Frame:
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=12)
+@settings(max_examples=4)
 def test_an_element_written_anew_gives_the_same_bits(seed: int) -> None:
     frame = _loaded(seed)
     wanted, found = _read(frame), _read(rebuilt(frame, halved=-1))
@@ -91,7 +91,7 @@ def test_an_element_written_anew_gives_the_same_bits(seed: int) -> None:
 
 
 @given(st.integers(0, 10**6))
-@settings(max_examples=8)
+@settings(max_examples=3)
 def test_springs_in_any_order_and_number(seed: int) -> None:
     """Six springs in the other order, two of them as halves: the same but for rounding, which the bounds know."""
     frame = _loaded(seed)
@@ -124,15 +124,13 @@ def _portal(beam: LineElement, joint: Joint | RewrittenJoint) -> Frame:
     return frame
 
 
-@pytest.mark.parametrize("halved", [-1, 2])
-def test_modes_buckling_large_displacement_and_contact(halved: int) -> None:
-    beam = Beam(BAR, STEEL, segments=4)
+def test_modes_buckling_large_displacement_and_contact() -> None:
+    beam = Beam(BAR, STEEL, segments=2)
     for joint in (
-        Joint((1e7, 1e7, 1e7, 1e5, 1e5, 10.0)),
-        Joint((1e7, 1e7, 1e7, 1e5, 1e5, 0.0), clearance=1e-3),
+        Joint((1e7, 1e7, 1e7, 1e5, 1e5, 10.0), clearance=1e-3),
         Joint((np.inf,) * 5 + (0.0,), clearance=1e-3),
     ):
-        frames = _portal(beam, joint), _portal(Rewritten(beam, halved), RewrittenJoint(joint))
+        frames = _portal(beam, joint), _portal(Rewritten(beam), RewrittenJoint(joint))
         modes, factors, shapes, moved, force = zip(
             *(
                 (
@@ -155,22 +153,22 @@ def test_large_frames(method: str) -> None:
     found = []
     for beam in (BEAM, Rewritten(BEAM)):
         frame = Frame()
-        for k in range(30):
+        for k in range(20):
             frame.node(f"n{k}", (0.1 * k, 0.2 * (k % 2), 0.01 * k))
             if k:
                 frame.add(f"m{k}", beam, f"n{k - 1}", f"n{k}")
         frame.fix("n0")
-        frame.load("n29", fy=1.0, fz=2.0)
+        frame.load("n19", fy=1.0, fz=2.0)
         frame.load("n13", fx=3.0)
         solution = frame.solve(method)
-        found.append((solution.displacement("n20"), solution.error_bound("n20"), solution.end_forces("m7")))
+        found.append((solution.displacement("n12"), solution.error_bound("n12"), solution.end_forces("m7")))
     assert (np.abs(found[0][0] - found[1][0]) <= found[0][1] + found[1][1]).all()
     assert_allclose(found[1][2], found[0][2], rtol=1e-9, atol=1e-10)
 
 
 def test_many_entries_of_bare_springs() -> None:
     """One spring of its own, of a shape that has no batch of the lengths, in a batch that is cut in chunks."""
-    stiffness = np.linspace(1.0, 2.0, 20_000)
+    stiffness = np.linspace(1.0, 2.0, 6000)
     found = []
     for element in (Spring(stiffness), _String(stiffness)):
         frame = Frame()
@@ -324,6 +322,8 @@ def _silent(self: Rewritten, *given: Any) -> Any:
         (_answering(kind=property(lambda self: [])), "kind is \\[\\], which cannot be hashed"),
         (_answering(releases=property(lambda self: ((2, 0),))), "releases is"),
         (_answering(shape=property(lambda self: 3)), "shape is 3"),
+        (_answering(segments=property(lambda self: self.number)), "has no segments"),
+        (_wrong("mass_per_length", lambda m: float("heavy")), "mass_per_length failed for arrays of shape .* 'heavy'"),
     ],
 )
 def test_wrong_answers_are_refused_where_the_element_is_added(element: LineElement, told: str) -> None:
@@ -395,6 +395,24 @@ def test_no_cut_is_asked_of_what_does_not_vary() -> None:
     frame.load("B", fy=1.0)
     inertia = 0.01 * 0.02**3 / 12.0
     assert_allclose(frame.solve().displacement("B")[:, 1], length**3 / (3.0 * 200e9 * inertia), rtol=1e-12)
+
+
+class _Growing(Rewritten):
+    """Its second half has two springs more."""
+
+    def part(self, index: int, count: int) -> LineElement:
+        return Rewritten(self.inner.part(index, count), 2 * index)
+
+
+def test_parts_of_different_springs() -> None:
+    """They are one member all the same; only its sensitivity has no common springs."""
+    found = []
+    for beam in (Beam(BAR, STEEL, segments=2), _Growing(Beam(BAR, STEEL, segments=2))):
+        frame = _add(beam)
+        frame.fix("A")
+        frame.load("B", fy=1.0)
+        found.append(np.concatenate([frame.solve().displacement("B"), frame.modes(2).frequencies]))
+    assert_allclose(found[1], found[0], rtol=1e-10, atol=1e-15)
 
 
 def test_refused_elements_leave_no_trace() -> None:

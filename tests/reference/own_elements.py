@@ -94,6 +94,10 @@ class Rewritten(Delegating):
     inner: LineElement
     halved: int = 2
 
+    @property
+    def kind(self) -> Hashable:
+        return self.inner.kind, self.halved
+
     def springs(self, length: Array) -> tuple[Array, Array]:
         k, rows = self.inner.springs(length)
         if self.halved < 0:
