@@ -285,17 +285,20 @@ class Frame:
         if isinstance(element, LineElement):
             self._check_length(name, *nodes)
             element.check(self._chord(*nodes))
-            self._examine(name, element, nodes)
+            kinds = self._examine(name, element, nodes)
             self._join({f"member {name!r}": element.shape})
             self.members[name] = Member(element, *nodes)
+            self._examined |= kinds
         elif isinstance(element, JointElement):
             self._check_coincident(name, *nodes)
-            self._examine(name, element, nodes)
+            if not is_proven(element):
+                examine_joint(name, element)
             _check_ideal(name, element)
             self._join({f"joint {name!r}": element.shape})
             self.joints[name] = JointLink(element, *nodes)
         else:
-            self._examine(name, element, nodes)
+            if not is_proven(element):
+                examine_mass(name, element)
             self._join({f"mass {name!r}": element.shape})
             self.masses[name] = MassPoint(element, *nodes)
 
@@ -630,23 +633,18 @@ class Frame:
             return b.coordinates - a.coordinates
         return self.position(end) - self.position(start)
 
-    def _examine(self, name: str, element: LineElement | JointElement | PointElement, nodes: tuple[str, ...]) -> None:
-        """Put an element to the test that no tests of its own prove; of each kind of members one."""
+    def _examine(self, name: str, element: LineElement, nodes: tuple[str, ...]) -> dict[Hashable, str]:
+        """Put an element to the test that no tests of its own prove, one of each kind; that kind, and the name."""
         if is_proven(element):
-            return
-        if isinstance(element, JointElement):
-            examine_joint(name, element)
-        elif isinstance(element, PointElement):
-            examine_mass(name, element)
-        else:
-            kind = (type(element), element.kind) if isinstance(element.kind, Hashable) else None
-            try:
-                known = kind in self._examined
-            except TypeError:  # a tuple of what cannot be hashed, which the test refuses
-                known = False
-            if not known:
-                examine_member(name, element, self._chord(nodes[0], nodes[1]))
-                self._examined[kind] = name
+            return {}
+        kind = type(element), element.kind
+        try:
+            known = kind in self._examined
+        except TypeError:  # it cannot be hashed, which the test refuses
+            known = False
+        if not known:
+            examine_member(name, element, self._chord(nodes[0], nodes[1]))
+        return {} if known else {kind: name}
 
     def _check_length(self, name: str, start: str, end: str) -> None:
         length = np.linalg.norm(self._chord(start, end), axis=-1)

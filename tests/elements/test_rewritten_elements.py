@@ -422,6 +422,10 @@ def test_refused_elements_leave_no_trace() -> None:
     before = repr(frame.copy().__getstate__()), dict(frame._examined)
     with pytest.raises(FrameError):
         frame.add("AB", _wrong("axes", lambda a: 2.0 * a), "A", "B")
+    frame.node("C", np.ones((3, 1)) * (0.0, 0.0, 1.0))
+    before = repr(frame.copy().__getstate__()), dict(frame._examined)
+    with pytest.raises(FrameError, match="does not broadcast"):
+        frame.add("AB", Rewritten(Beam(BAR, Material(E=np.full(4, 2e11), nu=0.3))), "A", "B")
     assert (repr(frame.copy().__getstate__()), dict(frame._examined)) == before
 
 
