@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..framework.errors import FrameError
-from ..framework.protocol import Array, LineElement
+from ..framework.protocol import Array, LineElement, proven
 from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
 from .cross_section import CrossSection
 from .direction import BARS, DIRECTIONS, Direction, stamp_rows
@@ -23,6 +23,7 @@ from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
 
+@proven
 @dataclass(frozen=True, eq=False)
 class Beam(LineElement):
     """Straight 3-D beam, Euler-Bernoulli or Timoshenko, prismatic or tapered.
@@ -117,6 +118,11 @@ class Beam(LineElement):
     @property
     def exact(self) -> bool:
         """One piece is exact in statics: its shape functions solve the beam's equations."""
+        return True
+
+    @property
+    def balanced(self) -> bool:
+        """A rigid motion deforms nothing."""
         return True
 
     @property

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..framework.batch import rotation
-from ..framework.clearances.contact import law
 from ..framework.errors import FrameError
-from ..framework.protocol import Array, JointElement
+from ..framework.protocol import Array, JointElement, proven
 from .parameters import array_of, common_shape, require
 from .play import checked_play
 
 
+@proven
 @dataclass(frozen=True, eq=False, init=False)
 class Joint(JointElement):
     """Three springs and three rotational springs between two coincident nodes.
@@ -111,45 +111,8 @@ class Joint(JointElement):
         if rigid.any():
             name = ("ktx", "kty", "ktz", "krx", "kry", "krz")[int(rigid.argmax())]
             raise FrameError(f"Joint: {name} = inf has no stiffness matrix; give a finite spring")
-        axes = np.eye(3) if self.axes is None else self.axes
-        acts = np.zeros((*np.broadcast_shapes(axes.shape[:-2], self.pitch.shape), 6, 6))
-        acts[..., :3, :3] = acts[..., 3:, 3:] = axes
-        acts[..., 3:, 2] = -self.pitch[..., None] / (2.0 * np.pi) * axes[..., :, 2]
-        # the products commute, so that the block is symmetric to the last bit
-        dyads = acts[..., :, None, :] * acts[..., None, :, :]
-        block = np.sum(self.stiffness[..., None, None, :] * dyads, axis=-1)
-        near = np.concatenate([block, -block], axis=-1)
-        return np.concatenate([near, -near], axis=-2)
+        return self.springs_matrix()
 
     def typical(self) -> Joint:
         """The joint without clearance, each spring the stiffest of its batch, (6,)."""
         return Joint(self.stiffness.reshape(-1, 6).max(axis=0), self.axes, pitch=self.pitch)
-
-    def resistance(self, displacement: Array, pick: Callable[[Array, int], Array]) -> tuple[Array, Array, Array]:
-        """Energy, force and tangent at a displacement in the joint's axes: springs, and contact in what has play.
-
-        Parameters
-        ----------
-        displacement
-            Displacement (m, 6) of the second node from the first, or from an imposed offset.
-        pick
-            ``pick(array, trailing)`` takes the m rows of a parameter that belong to the displacements.
-
-        Returns
-        -------
-        energy, force, tangent
-            (m,), (m, 6) and (m, 6, 6), see `linkframe.framework.clearances.contact.law`; nothing from ideal components.
-        """
-        springs = np.where(np.isinf(self.stiffness), 0.0, self.stiffness)
-        free = list(self.play)
-        stiffness = pick(springs, 1) + 0.0 * displacement
-        contact = stiffness[:, free[0]].copy() if free else np.zeros(len(displacement))
-        stiffness[:, free] = 0.0
-        energy, force = 0.5 * np.sum(stiffness * displacement**2, axis=-1), stiffness * displacement
-        tangent = stiffness[:, :, None] * np.eye(6)
-        if free:
-            pull, turning, stored = law(displacement[:, free], pick(self.clearance[..., None], 1)[:, 0], contact)
-            force[:, free] = pull
-            tangent[np.ix_(range(len(force)), free, free)] = turning
-            energy = energy + stored
-        return energy, force, tangent

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..framework.errors import FrameError
-from ..framework.protocol import Array, PointElement
+from ..framework.protocol import Array, PointElement, proven
 from .parameters import Real, array_of, common_shape, not_negative, require
 
 
+@proven
 @dataclass(frozen=True, eq=False, init=False)
 class PointMass(PointElement):
     """Rigid mass on a node.

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..framework.errors import FrameError
-from ..framework.protocol import Array, LineElement
+from ..framework.protocol import Array, LineElement, proven
 from .orientation import default_axes
 from .parameters import Real, as_real, common_shape, not_negative, number
 
 ALONG, ACROSS = 0, (1, 2)
 
 
+@proven
 @dataclass(frozen=True, eq=False, init=False)
 class Spring(LineElement):
     """Spring that pulls two nodes along the line between them, and holds none of their rotations.
@@ -71,6 +72,11 @@ class Spring(LineElement):
     def exact(self) -> bool:
         """One piece is exact."""
         return True
+
+    @property
+    def balanced(self) -> bool:
+        """A force at rest resists that its line turns."""
+        return not np.any(self.force)
 
     @property
     def quadrature(self) -> int:

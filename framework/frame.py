@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, overload
@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from .batch import Array, Shape, joined, rotation, turned, unvaried, vector
 from .dofs import DISPLACEMENTS, FORCES, components, values
 from .errors import FrameError
+from .examination import examine_joint, examine_mass, examine_member
 from .loads import LineLoad, MemberLoad, PointLoad
 from .names import found, new, plain
-from .protocol import JointElement, LineElement, PointElement
+from .protocol import JointElement, LineElement, PointElement, is_proven
 
 if TYPE_CHECKING:
     from .batched.plan import Plan
@@ -153,6 +154,7 @@ class Frame:
     absent: NDArray[np.bool_] | None = None
     _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
     _shape: Shape = ()
+    _examined: dict[Hashable, str] = field(default_factory=dict, repr=False, compare=False)
     size: float = 0.0
     tolerance: float = 0.0
     kept: Plan | None = field(default=None, repr=False, compare=False)
@@ -265,7 +267,8 @@ class Frame:
         name
             Name of the member, joint or mass.
         element
-            What is added; its parameters may carry a batch.
+            What is added; its parameters may carry a batch. Of an element that is not linkframe's own, what it
+            returns is put to the test.
         *nodes
             Names of its nodes, start (first) before end (second).
         """
@@ -282,14 +285,20 @@ class Frame:
         if isinstance(element, LineElement):
             self._check_length(name, *nodes)
             element.check(self._chord(*nodes))
+            kinds = self._examine(name, element, nodes)
             self._join({f"member {name!r}": element.shape})
             self.members[name] = Member(element, *nodes)
+            self._examined |= kinds
         elif isinstance(element, JointElement):
             self._check_coincident(name, *nodes)
+            if not is_proven(element):
+                examine_joint(name, element)
             _check_ideal(name, element)
             self._join({f"joint {name!r}": element.shape})
             self.joints[name] = JointLink(element, *nodes)
         else:
+            if not is_proven(element):
+                examine_mass(name, element)
             self._join({f"mass {name!r}": element.shape})
             self.masses[name] = MassPoint(element, *nodes)
 
@@ -474,7 +483,7 @@ class Frame:
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; the plan that is kept holds what cannot travel, and is made again."""
-        return vars(self) | {"kept": None}
+        return vars(self) | {"kept": None, "_examined": {}}
 
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"
@@ -623,6 +632,19 @@ class Frame:
         if a.body == b.body:
             return b.coordinates - a.coordinates
         return self.position(end) - self.position(start)
+
+    def _examine(self, name: str, element: LineElement, nodes: tuple[str, ...]) -> dict[Hashable, str]:
+        """Put an element to the test that no tests of its own prove, one of each kind; that kind, and the name."""
+        if is_proven(element):
+            return {}
+        kind = type(element), element.kind
+        try:
+            known = kind in self._examined
+        except TypeError:  # it cannot be hashed, which the test refuses
+            known = False
+        if not known:
+            examine_member(name, element, self._chord(nodes[0], nodes[1]))
+        return {} if known else {kind: name}
 
     def _check_length(self, name: str, start: str, end: str) -> None:
         length = np.linalg.norm(self._chord(start, end), axis=-1)

@@ -9,18 +9,39 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
 from dataclasses import fields, is_dataclass
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .clearances.contact import law
+from .errors import FrameError
+
 Array = NDArray[np.float64]
 # Changes a parameter; the number says how many of its last axes are no batch axes.
 Change = Callable[[Array, int], Array]
+_Element = TypeVar("_Element", bound=type)
+_PROVEN = "_proven"
+
+
+def proven(kind: _Element) -> _Element:
+    """Mark a class of elements whose answers its own tests prove, so that a frame need not examine them.
+
+    A subclass is examined, as it may answer otherwise.
+    """
+    setattr(kind, _PROVEN, kind)
+    return kind
+
+
+def is_proven(element: object) -> bool:
+    """Whether the class of an element is marked as `proven` itself."""
+    return getattr(type(element), _PROVEN, None) is type(element)
 
 
 class LineElement(ABC):
     """A straight member between two nodes: stiffness, mass and recovery in its own axes.
+
+    What an element returns is examined when it is added to a frame, see `linkframe.framework.examined`.
 
     Attributes
     ----------
@@ -41,7 +62,7 @@ class LineElement(ABC):
     @property
     @abstractmethod
     def kind(self) -> Hashable:
-        """Equal for two elements whose stacks may be evaluated together."""
+        """Equal for two elements that answer alike, so that one is asked for both; `self` where none other does."""
 
     @property
     @abstractmethod
@@ -57,6 +78,11 @@ class LineElement(ABC):
         return 100.0
 
     @property
+    def balanced(self) -> bool | None:
+        """Whether a rigid motion costs nothing; None where a frame is to find out."""
+        return None
+
+    @property
     @abstractmethod
     def quadrature(self) -> int:
         """Gauss points that integrate a linear load times the shape functions to rounding."""
@@ -69,7 +95,7 @@ class LineElement(ABC):
         """The element at some entries of its batch: with every parameter that is an array changed.
 
         This is for dataclasses that hold nothing but their fields; metadata ``{"trailing": 1}`` tells of a field that
-        its last axis is no batch axis.
+        its last axis is no batch axis. It is asked for only where `shape` has an axis.
         """
         found: Self = changed(self, change)
         return found
@@ -88,9 +114,11 @@ class LineElement(ABC):
 
     @abstractmethod
     def springs(self, length: Array) -> tuple[Array, Array]:
-        """The stiffness as six springs k (..., 6) on deformations b (..., 6, 12): ``K = sum_i k_i b_i b_i^T``.
+        """The stiffness as any number n of springs k (..., n) on deformations b (..., n, 12).
 
-        The deformations come in the precision of `length`, as do `axes` in that of the chord.
+        ``K = sum_i k_i b_i b_i^T``. The deformations come in the precision of `length`, as do `axes` in that of the
+        chord: error bounds rest on it that a rigid motion costs no energy. A beam has six; where something outside the
+        frame holds the member, as a foundation does, springs resist its rigid motion.
         """
 
     @abstractmethod
@@ -107,7 +135,10 @@ class LineElement(ABC):
 
     @abstractmethod
     def shape_functions(self, length: Array, x: Array) -> Array:
-        """Displacement at distance `x` from the start for unit end displacements, (..., 6, 12)."""
+        """Displacement at distance `x` from the start for unit end displacements, (..., 6, 12).
+
+        At the ends the displacement, not always the rotation, is that of the nodes.
+        """
 
     @abstractmethod
     def section_flexibility(self, fraction: Array) -> Array:
@@ -121,12 +152,16 @@ class LineElement(ABC):
     def stress(self, fraction: Array, forces: Array) -> Array:
         """Least and greatest normal stress and greatest von Mises stress, (..., 3).
 
-        `forces` (..., 6) are ``N Vy Vz T My Mz`` at `fraction` of the length.
+        `forces` (..., 6) are ``N Vy Vz T My Mz`` at `fraction` of the length. An element without a section raises
+        FrameError.
         """
 
 
 class JointElement(ABC):
-    """Six springs between two coincident nodes, in the joint's own axes.
+    """Six springs between two coincident nodes, in the joint's own axes, or a law of its own by `resistance`.
+
+    Linear solutions follow the springs, and contact where there is clearance: a law must agree with them at rest, or it
+    is refused there. What a joint returns is examined when it is added to a frame.
 
     Attributes
     ----------
@@ -155,12 +190,62 @@ class JointElement(ABC):
 
     @abstractmethod
     def matrix(self) -> Array:
-        """Stiffness of the two nodes in global axes, (..., 12, 12)."""
+        """Stiffness of the two nodes in global axes, (..., 12, 12): what springs, axes and pitch make."""
 
     @abstractmethod
     def typical(self) -> JointElement:
         """The joint without clearance, its springs those that are stiffest in the batch: what has no batch of its own
         but that of its geometry."""
+
+    def resistance(self, displacement: Array, pick: Change) -> tuple[Array, Array, Array]:
+        """Energy, force and tangent at a displacement in the joint's axes: springs, and contact in what has play.
+
+        A joint of another law overrides this; large displacement then follows it in place of the springs of all
+        components that are not ideal. Forces must be the gradient of the energy, and the tangent its second derivative
+        (where the force has a kink, that of either side).
+
+        Parameters
+        ----------
+        displacement
+            Displacement (m, 6) of the second node from the first, or from an imposed offset.
+        pick
+            ``pick(array, trailing)`` takes the m rows of a parameter that belong to the displacements.
+
+        Returns
+        -------
+        energy, force, tangent
+            (m,), (m, 6) and (m, 6, 6), see `linkframe.framework.clearances.contact.law`; nothing from ideal components.
+        """
+        springs = np.where(np.isinf(self.stiffness), 0.0, self.stiffness)
+        free = list(self.play)
+        stiffness = pick(springs, 1) + 0.0 * displacement
+        contact = stiffness[:, free[0]].copy() if free else np.zeros(len(displacement))
+        stiffness[:, free] = 0.0
+        energy, force = 0.5 * np.sum(stiffness * displacement**2, axis=-1), stiffness * displacement
+        tangent = stiffness[:, :, None] * np.eye(6)
+        if free:
+            pull, turning, stored = law(displacement[:, free], pick(self.clearance[..., None], 1)[:, 0], contact)
+            force[:, free] = pull
+            tangent[np.ix_(range(len(force)), free, free)] = turning
+            energy = energy + stored
+        return energy, force, tangent
+
+    @property
+    def has_law(self) -> bool:
+        """Whether `resistance` is its own and not that of springs and contact."""
+        return type(self).resistance is not JointElement.resistance
+
+    def springs_matrix(self) -> Array:
+        """Stiffness that finite springs, axes and pitch make of the two nodes in global axes, (..., 12, 12)."""
+        axes = np.eye(3) if self.axes is None else self.axes
+        acts = np.zeros((*np.broadcast_shapes(axes.shape[:-2], self.pitch.shape), 6, 6))
+        acts[..., :3, :3] = acts[..., 3:, 3:] = axes
+        acts[..., 3:, 2] = -self.pitch[..., None] / (2.0 * np.pi) * axes[..., :, 2]
+        # the products commute, so that the block is symmetric to the last bit
+        dyads = acts[..., :, None, :] * acts[..., None, :, :]
+        block = np.sum(self.stiffness[..., None, None, :] * dyads, axis=-1)
+        near = np.concatenate([block, -block], axis=-1)
+        return np.concatenate([near, -near], axis=-2)
 
 
 class PointElement(ABC):
@@ -178,6 +263,10 @@ class PointElement(ABC):
 
 def changed(described: Any, change: Change) -> Any:
     """A dataclass with its arrays changed, and those of the dataclasses in it; its numbers are not checked again."""
+    if not is_dataclass(described):
+        kind = type(described).__name__
+        told = "make it one, or give it its own method cut(change)"
+        raise FrameError(f"{kind} holds a batch but is no dataclass: {told}")
     twin = object.__new__(type(described))
     for each in fields(described):
         value = getattr(described, each.name)

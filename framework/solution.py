@@ -19,6 +19,7 @@ from .batched.reuse import same_structure
 from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
+from .examination import require_springs
 from .frame import Frame
 from .results.base import Results, checked_fractions
 from .results.parts import of_joint, of_member, of_node, of_part
@@ -72,6 +73,7 @@ class Solution(Results):
     """
 
     def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
+        require_springs((name, joint.element) for name, joint in frame.joints.items())
         self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
         self._parts: dict[Plan, Solution] = {}

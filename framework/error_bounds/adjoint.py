@@ -133,8 +133,8 @@ class Adjoint:
             k, off = springs.stiffness, springs.roundings * state.rounding
             weight = off * np.abs(pull) + state.fine * k * sizes
             # a rounded elastic centre mixes the moment into the shear
-            for shear, bend in ((1, 5), (2, 4)):
-                lean = off * k[..., shear] * springs.length
+            for shear, bend in springs.mixed:
+                lean = 2.0 * off * np.abs(k[..., shear]) * springs.share(shear, bend)
                 weight[..., shear] += lean * np.abs(found[..., bend])
                 weight[..., bend] += lean * np.abs(found[..., shear])
             yield weight

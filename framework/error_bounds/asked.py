@@ -140,7 +140,7 @@ def _end_forces(state: Equilibrium, name: str) -> Asked:
         )
         acting = (springs.stiffness[..., at, :, None] * rows)[..., end]
         shape = np.broadcast_shapes(acting.shape[:-2], (1,) * state.ndim)
-        pulls: Any = extended(np.zeros((*shape, 6, len(springs.pieces), 6)))
+        pulls: Any = extended(np.zeros((*shape, 6, *springs.stiffness.shape[-2:])))
         pulls[..., at, :] = np.swapaxes(acting, -1, -2)
         pulls = np.moveaxis(pulls, -3, 0)
         forces.append(springs.forces(pulls, state.kinematics.count))

@@ -249,7 +249,7 @@ def _rows(
     size = len(unknowns)
     ndim = max([len(kinematics.shape), *(each.rows.ndim - 3 for each in springs)])
     if not size:
-        count = sum(6 * len(each.nodes) for each in springs) + 6 * len(kinematics.links)
+        count = sum(each.rows.shape[-3] * each.rows.shape[-2] for each in springs) + 6 * len(kinematics.links)
         none = np.zeros((0, *(1,) * ndim, count), kind)
         return none, none
     unit = np.eye(size, dtype=kind).reshape(size, *(1,) * ndim, size)

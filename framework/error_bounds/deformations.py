@@ -12,8 +12,12 @@ import numpy as np
 
 from ..batch import Array, aligned, turned
 from ..batched.plan import Plan
+from ..structure.group import resists_rigid
 from ..structure.topology import Group, Index
 from .kinematics import Change, Real, extended, position
+
+# Roundings of extended precision in a deformation, for the size of what it is made of.
+_FINE = 24.0 * float(np.finfo(np.longdouble).eps)
 
 
 @dataclass(frozen=True)
@@ -27,15 +31,20 @@ class Springs:
     pieces
         Their numbers (n,).
     rows
-        Deformations by the displacements of both ends in global axes, (..., n, 6, 12).
+        Deformations by the displacements of both ends in global axes, (..., n, springs, 12).
     level
         Local axes as rows, (..., n, 3, 3).
     length
         (..., n).
     stiffness
-        (..., n, 6), double precision.
+        (..., n, springs), double precision.
     roundings
         Roundings by which the stiffness may be off.
+    mixed
+        Pairs of springs (i, j) of which the rounding of what tells them apart may mix the second into the first, as a
+        rounded elastic centre does the bending into the shear: where b_j acts b_i does, and elsewhere, too.
+    balanced
+        Whether a rigid motion costs nothing: else something outside the frame holds the member, or it carries a force.
     hung
         1 where the end hangs on the start, -1 where the start on the end, 0 where neither (n,): the coordinates of what
         hangs are its displacement relative to the rigid motion of the other, and alone deform the member.
@@ -48,6 +57,8 @@ class Springs:
     length: Real
     stiffness: Array
     roundings: float
+    mixed: tuple[tuple[int, int], ...]
+    balanced: bool
     hung: Index
 
     def mapped(self, change: Change) -> Springs:
@@ -61,16 +72,16 @@ class Springs:
         )
 
     def of(self, displacements: Real, coordinates: Real) -> Real:
-        """Deformations (..., n, 6) from displacements and coordinates of the nodes (..., nodes, 6)."""
+        """Deformations (..., n, springs) from displacements and coordinates of the nodes (..., nodes, 6)."""
         return _applied(self.rows, self._ends(displacements, coordinates))
 
     def sizes(self, displacements: Real, coordinates: Real) -> Real:
-        """Sum of the sizes of what the deformations are made of, (..., n, 6), in double precision."""
+        """Sum of the sizes of what the deformations are made of, (..., n, springs), in double precision."""
         ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
         return _applied(np.abs(self.rows).astype(np.float64), ends)
 
     def forces(self, pulls: Real, count: int) -> Real:
-        """Forces (..., count, 6) on the nodes for forces (..., n, 6) that work on the deformations."""
+        """Forces (..., count, 6) on the nodes for forces (..., n, springs) that work on the deformations."""
         return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, pulls), count)
 
     def gathered(self, acting: Real, count: int) -> Real:
@@ -86,11 +97,19 @@ class Springs:
 
     @property
     def local_rows(self) -> Real:
-        """Deformations by the end displacements in local axes, (..., n, 6, 12)."""
+        """Deformations by the end displacements in local axes, (..., n, springs, 12)."""
         split = self.rows.reshape(*self.rows.shape[:-1], 4, 3)
         turned_back = np.einsum("...nibl,...njl->...nibj", split, self.level)
         local: Real = turned_back.reshape(*turned_back.shape[:-2], 12)
         return local
+
+    def share(self, i: int, j: int) -> Array:
+        """Of a pair in `mixed`, what of b_j is the size of b_i where both act, at most, (..., n)."""
+        pair = self.rows[..., (i, j), :].astype(np.float64)
+        size = np.sqrt(np.sum(pair.reshape(*pair.shape[:-1], 4, 3) ** 2, axis=-1))
+        first, second = size[..., 0, :], size[..., 1, :]
+        ratio: Array = np.where(second > 0.0, first / np.where(second > 0.0, second, 1.0), 0.0).max(axis=-1)
+        return ratio
 
     def _ends(self, displacements: Real, coordinates: Real) -> Real:
         taken = displacements[..., self.nodes, :]
@@ -115,6 +134,9 @@ def _of(plan: Plan, group: Group) -> Springs:
     count = extended([topology.pieces[k].count for k in group.pieces]).reshape(-1, *(1,) * len(plan.frame.shape))
     length = _length(chord) / count
     stiffness, rows = standing.element.springs(length)
+    mixed, balanced = _mixed(rows), standing.element.balanced
+    if balanced is None:
+        balanced = not resists_rigid(stiffness, rows, length, _FINE)
     rows, level = np.moveaxis(rows, 0, -3), np.moveaxis(level, 0, -3)
     split = rows.reshape(*rows.shape[:-1], 4, 3)
     out = np.einsum("...nibj,...njl->...nibl", split, level)
@@ -126,8 +148,18 @@ def _of(plan: Plan, group: Group) -> Springs:
         np.moveaxis(length, 0, -1),
         np.moveaxis(stiffness, 0, -2),
         standing.element.roundings,
+        mixed,
+        balanced,
         np.zeros(len(group.pieces), dtype=np.int64),
     )
+
+
+def _mixed(rows: Real) -> tuple[tuple[int, int], ...]:
+    """Pairs of springs of which the first acts where the second does, and elsewhere, too."""
+    acts = (rows != 0.0).reshape(-1, *rows.shape[-2:]).any(axis=0)
+    within = (acts[None, :] <= acts[:, None]).all(axis=-1)
+    pairs = np.argwhere(within & ~within.T & acts.any(axis=-1)).tolist()
+    return tuple((i, j) for i, j in pairs)
 
 
 def _geometry(plan: Plan, group: Group) -> tuple[Real, Real]:

@@ -18,15 +18,16 @@ def hanging(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[Lin
     """Members, stiffest first, of which one end can hang on the other, and their links.
 
     An end can that hangs on nothing yet, and on which the other does not hang. Frames with moving bodies, and with
-    coordinates that constraints determine, are left as they are.
+    coordinates that constraints determine, are left as they are; so are members whose rigid motion something resists.
     """
     topology = plan.topology
     if plan.tree.elimination.rows or plan.frame.bodies:
         return springs, []
     parents = {branch.child: branch.parent for branch in plan.tree.branches}
     stiff = [
-        (float(np.max(each.stiffness[..., at, 1:3])), number, at)
+        (float(np.max(each.stiffness[..., at, 1:3], initial=0.0)), number, at)
         for number, each in enumerate(springs)
+        if each.balanced
         for at, piece in enumerate(each.pieces)
         if topology.pieces[piece].count == 1
     ]

@@ -41,7 +41,8 @@ class Sensitivity:
     members
         By member: by the relative change of its stiffness in tension, shear along y and z, torsion, bending about
         y and z, (..., 6). Young's modulus E scales all six (nu fixed): their sum is E dR/dE. The moment of inertia
-        Iz of a member without shear scales shear along y and bending about z.
+        Iz of a member without shear scales shear along y and bending about z. Of an element of one's own by the
+        relative change of each of its springs, in their order, (..., n).
     """
 
     loads: dict[str, Array]
@@ -71,7 +72,7 @@ def sensitivity(solution: Solution, name: str, what: str, kind: str) -> Sensitiv
     out: dict[tuple[str, str], Array] = {}
     for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
         for key, value in _derivatives(adjoint, name, kind, index):
-            out.setdefault(key, np.zeros((*solution.shape, 6)))[where] = value
+            out.setdefault(key, np.zeros((*solution.shape, value.shape[-1])))[where] = value
     singular = solution.movable
     for value in out.values():
         value[singular] = np.nan
@@ -90,6 +91,10 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
         total: Any = 0.0
         for piece in pieces:
             group, at = state.place(piece)
+            if np.ndim(total) and np.shape(total)[-1] != state.springs[group].stiffness.shape[-1]:
+                raise FrameError(
+                    f"sensitivity: parts of member {member!r} have different numbers of springs: divide it into members"
+                )
             total = total - adjoint.deformations[group][index][..., at, :] * state.member_pulls[group][..., at, :]
         yield ("members", member), total
     held = adjoint.held(index)

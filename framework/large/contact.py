@@ -54,7 +54,7 @@ def touched(equations: Equations, state: State) -> State:
     """The state, and journals whose springs give way to a small force by less than rounding on their circles."""
     model, forces = equations.model, None
     for number, joint in enumerate(model.joints):
-        if joint.law is None or joint.rigid:
+        if not joint.play or joint.rigid:
             continue
         play, radius = list(joint.play), joint.clearance.at(equations.where)
         beyond = state.own[play, number] - equations.factor * joint.offset.at(equations.where)[play]
@@ -83,7 +83,7 @@ def unbalanced(solution: LargeSolution) -> NDArray[np.bool_]:
     # what is wrong is what is unbalanced, and the rounding in it
     more: NDArray[np.bool_] = (2.0 * np.abs(trust.at.forces) > trust.wrong)[own].any(axis=0)
     for number, joint in enumerate(model.edges):
-        if joint.law is not None:
+        if joint.play:
             play = list(joint.play)
             length, press = (np.hypot.reduce(v[play], axis=0) for v in (_beyond(solution, number), at.own[:, number]))
             more |= length < joint.clearance.at(solution.equations.where) * (1.0 - TOUCHING)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..protocol import JointElement
 from ..structure.tree import GROUND, Branch, Edge, spanning
-from .law import Law, law_of
+from .law import law_of
 from .links import Link
 from .numbers import Numbers, Where
 
@@ -30,7 +31,7 @@ class Joint:
     law
         What replaces its springs, None for nothing.
     play, clearance
-        Components with play, none where it has no law, and its radius.
+        Components with play, none where clearance is left out, and its radius.
     rigid
         Whether contact is rigid.
     lead
@@ -45,7 +46,7 @@ class Joint:
     arm: Numbers | None
     offset: Numbers
     stiffness: Numbers
-    law: Law | None
+    law: JointElement | None
     play: tuple[int, ...]
     clearance: Numbers
     rigid: bool
@@ -63,9 +64,10 @@ class Joint:
         if edge.kind == "rigid":
             arm = Numbers.of(topology.position(edge.second) - topology.position(edge.first), ndim, 1)
         element = frame.joints[edge.name].element if edge.kind == "joint" and edge.name is not None else None
-        law = law_of(element) if element is not None and clearance else None
-        play = () if element is None or law is None else element.play
-        radius = np.zeros(()) if element is None or law is None else element.clearance
+        law = None if element is None else law_of(element, clearance)
+        loose = law is not None and bool(law.clearance.any())
+        play = law.play if law is not None and loose else ()
+        radius = law.clearance if law is not None and loose else np.zeros(())
         return cls(
             edge,
             branch.parent,

@@ -1,4 +1,4 @@
-"""How the force in a joint depends on its displacement, beyond six springs: the place for contact.
+"""How the force in a joint depends on its displacement, beyond six springs: contact, and laws of its own.
 
 Rigid contact (stiffness inf where the joint has play) has no law: its force p holds the displacement d in the ball of
 radius e. It is found by augmented Lagrangians (Rockafellar, J. Optim. Theory Appl. 12 (1973) 555-562): with a guess of
@@ -11,9 +11,8 @@ is smooth, and p is right where f = p, for any k: so k bears on the way only, no
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -21,29 +20,20 @@ from ..batch import Array
 from ..clearances.contact import law
 from ..protocol import JointElement
 
-Pick = Callable[[Array, int], Array]
 
+def law_of(element: JointElement, clearance: bool) -> JointElement | None:
+    """The joint element itself where its `resistance` is to be followed; None where springs describe it.
 
-@runtime_checkable
-class Law(Protocol):
-    """What a joint element offers where springs do not describe it.
-
-    It replaces the springs of the components that are not ideal. Forces must be the gradient of the energy, and the
-    tangent its second derivative (where the force has a kink, that of either side).
+    Parameters
+    ----------
+    element
+        The joint element.
+    clearance
+        Whether clearances are taken into account. A law of its own that has none stands either way.
     """
-
-    def resistance(self, displacement: Array, pick: Pick) -> tuple[Array, Array, Array]:
-        """Energy (m,), force (m, 6) and tangent (m, 6, 6) at a displacement (m, 6), in the joint's axes.
-
-        The displacement counts from the joint's imposed offset. ``pick(array, trailing)`` takes from a parameter
-        (..., components) of the batch the rows of the entries asked for, (m, components) or (1, components).
-        """
-        ...
-
-
-def law_of(element: JointElement) -> Law | None:
-    """The law of a joint element with clearance; None where it has springs only."""
-    return element if isinstance(element, Law) and element.clearance.any() else None
+    if element.clearance.any():
+        return element if clearance else None
+    return element if element.has_law else None
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, block_diagonal
+from ..protocol import JointElement, is_proven
 from ..structure.parts import is_zero
-from ..structure.topology import Topology
+from ..structure.topology import Group, Topology
 from ..structure.tree import Edge
 from .joints import offsets
 from .loading import Loads
@@ -14,6 +15,9 @@ from .loading import Loads
 # Displacement components in the planes across z, y and x: two translations and the rotation about the normal.
 _PLANES = ((0, 1, 5), (0, 2, 4), (1, 2, 3))
 WHOLE = (0, 1, 2, 3, 4, 5)
+# Coupling of two components, by the root of their stiffnesses, that is rounding; and displacements tried on a law.
+_COUPLED = 1e-12
+_TRIED = (1e-6, 1e-3, 0.1)
 
 
 def plane(topology: Topology, edges: list[Edge], loads: Loads) -> tuple[int, ...]:
@@ -29,7 +33,9 @@ def plane(topology: Topology, edges: list[Edge], loads: Loads) -> tuple[int, ...
         normal = kept[2] - 3
         left = [k for k in WHOLE if k not in kept]
         lies = not any(chord[..., normal].any() for chord in chords)
-        if lies and all(_keeps(rows, normal) for rows in axes) and not any(v[..., left].any() for v in vectors):
+        if not lies or not all(_keeps(rows, normal) for rows in axes) or any(v[..., left].any() for v in vectors):
+            continue
+        if all(_uncoupled(group, kept) for group in topology.groups) and _laws_keep(topology, normal):
             return kept
     return WHOLE
 
@@ -38,6 +44,45 @@ def _keeps(rows: Array, normal: int) -> bool:
     """Whether each of the axes (..., 3, 3), the rows, lies either along the normal or across it."""
     across = np.delete(rows, normal, axis=-1)
     return not np.any((rows[..., normal] != 0.0) & (across != 0.0).any(axis=-1))
+
+
+def _uncoupled(group: Group, kept: tuple[int, ...]) -> bool:
+    """Whether the stiffness of members does not couple what moves in the plane with what does not."""
+    if is_proven(group.element):
+        return True
+    inside = [6 * end + k for end in (0, 1) for k in kept]
+    outside = [k for k in range(12) if k not in inside]
+    turn = block_diagonal([group.level] * 4)
+    for local in (
+        group.element.stiffness_matrix(group.length),
+        group.element.geometric_matrix(group.length, np.ones(())),
+    ):
+        matrix = np.swapaxes(turn, -1, -2) @ local @ turn
+        size = np.sqrt(np.abs(np.diagonal(matrix, axis1=-2, axis2=-1)))
+        coupled = np.abs(matrix[..., inside, :][..., outside])
+        if np.any(coupled > _COUPLED * size[..., inside, None] * size[..., None, outside]):
+            return False
+    return True
+
+
+def _laws_keep(topology: Topology, normal: int) -> bool:
+    """Whether no joint of a law of its own pushes across the plane where it is displaced in it."""
+    return all(_law_keeps(joint.element, normal) for joint in topology.frame.joints.values() if joint.element.has_law)
+
+
+def _law_keeps(element: JointElement, normal: int) -> bool:
+    axes = np.eye(3) if element.axes is None else element.axes
+    across = (axes[..., normal, :] == 0.0).reshape(-1, 3).all(axis=0)
+    kept = [k for k in range(6) if across[k % 3] == (k < 3)]
+    left = [k for k in range(6) if k not in kept]
+    moved = np.zeros((len(_TRIED), 6))
+    moved[:, kept] = np.array(_TRIED)[:, None] * (1.0, 0.7, -0.4)
+
+    def pick(array: Array, trailing: int) -> Array:
+        return array.reshape(-1, *array.shape[array.ndim - trailing :])[:1]
+
+    _, force, tangent = element.resistance(moved, pick)
+    return not (np.any(force[:, left]) or np.any(tangent[:, kept][:, :, left]))
 
 
 def _axes(topology: Topology, edges: list[Edge]) -> list[Array]:

@@ -76,6 +76,12 @@ class LargeSolution(Results):
             raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
         if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
             raise FrameError(f"steps is {steps!r}: give a whole number above zero")
+        lawful = [name for name in loose_joints(frame) if frame.joints[name].element.has_law]
+        if lawful and not clearance:
+            raise FrameError(
+                f"joint {lawful[0]!r} has a law of its own, which contains its clearance: leave out clearance=False, "
+                "or give it a clearance of 0"
+            )
         return cls(frame.copy(), int(steps), clearance)
 
     # -- displacements ----------------------------------------------------------------------------------------------
@@ -238,7 +244,7 @@ class LargeSolution(Results):
     def converged(self) -> NDArray[np.bool_]:
         """Whether an equilibrium was found, (...)."""
         found = self._found.converged
-        if found.any() and any(joint.law is not None for joint in self.model.edges):
+        if found.any() and any(joint.play for joint in self.model.edges):
             found = found & ~unbalanced(self)
         return found.reshape(self.shape)
 

@@ -26,7 +26,7 @@ _SMALL = 1e-9
 def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     """The state in which a search at a share `factor` of the loads had better begin."""
     model = newton.model
-    loose = [number for number, joint in enumerate(model.edges) if joint.law is not None]
+    loose = [number for number, joint in enumerate(model.edges) if joint.play]
     if not loose:
         return newton.start(count)
     tight = Newton(Model(model.plan, clearance=False))

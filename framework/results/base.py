@@ -182,7 +182,7 @@ class Results(ABC):
         Returns
         -------
         ndarray
-            ``N Vy Vz T My Mz``, (..., members, k, 6).
+            ``N Vy Vz T My Mz``, (..., members, k, 6); NaN for members that do not tell, see `forces`.
         """
         return self._each(self.forces, fractions, 6)
 
@@ -197,21 +197,20 @@ class Results(ABC):
         Returns
         -------
         ndarray
-            Least and greatest normal stress and greatest von Mises stress, (..., members, k, 3); NaN for a section
-            that is known by its properties only.
+            Least and greatest normal stress and greatest von Mises stress, (..., members, k, 3); NaN for members
+            that do not tell, such as those of a section that is known by its properties only.
         """
-        return self._each(self._stress_or_nan, fractions, 3)
-
-    def _stress_or_nan(self, member: str, at: Array) -> Array:
-        try:
-            return self.stress(member, at)
-        except FrameError:
-            return np.full((*self.shape, at.shape[-1], 3), np.nan)
+        return self._each(self.stress, fractions, 3)
 
     def _each(self, result: Callable[[str, Array], Array], fractions: ArrayLike, size: int) -> Array:
         """A result along each member at the same shares of its length, (..., members, k, size)."""
         at = checked_fractions(fractions)
-        found = [result(name, self.frame.length(name)[..., None] * at) for name in self.frame.members]
+        found = []
+        for name in self.frame.members:
+            try:
+                found.append(result(name, self.frame.length(name)[..., None] * at))
+            except FrameError:  # by name it says why
+                found.append(np.full((len(at), size), np.nan))
         return self._stacked(found, len(at), size)
 
     def _stacked(self, arrays: Sequence[Array], *trailing: int) -> Array:

@@ -10,14 +10,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..batch import Array
+from ..errors import FrameError
 from ..structure.member_loads import applied_forces, equivalent, weight_forces
 from ..structure.topology import Group, Index, Topology
 
+# Share of the length by which a station is at an end.
+_AT = 1e-9
 
-def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Array) -> Array:
+
+def internal_forces(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:
     """Internal forces ``N Vy Vz T My Mz`` in some pieces, (k, n, ..., 6).
-
-    Equilibrium of the stretch before the cut under `start`, the force on its first end, and the loads on it.
 
     Parameters
     ----------
@@ -26,9 +28,29 @@ def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Arr
     at
         Positions of the pieces in the group (n,).
     x
-        Distances of the cuts from the starts of the pieces (k, n, ...).
-    start
-        Forces on the starts of the pieces (n, ..., 6), local.
+        Distances from the starts of the pieces (k, n, ...).
+    ends
+        Forces on the ends of the pieces (n, ..., 12), local.
+
+    Raises
+    ------
+    FrameError
+        Where a station lies between the ends of a piece that is held between them: its ends do not tell.
+    """
+    if group.stands:
+        return _at_ends(topology, group, at, x, ends)
+    forces = cut_forces(topology, group, at, x, ends[..., :6])
+    if group.resists:  # a force at rest, carried by the turned line as well
+        length = group.length[at]
+        last = cut_forces(topology, group, at, length[None], ends[..., :6])
+        forces = forces + (x / length)[..., None] * (ends[..., 6:] - last)
+    return forces
+
+
+def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Array) -> Array:
+    """As `internal_forces`, where nothing holds the pieces between their ends.
+
+    Equilibrium of the stretch before the cut: under `start` (n, ..., 6), the force on its first end, and its loads.
     """
     total = -_about(start, -x)
     for s, force in weight_forces(topology, group, at, x):
@@ -37,6 +59,24 @@ def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Arr
         for s, force in applied_forces(topology, group, int(at[i]), x[:, i]):
             total[:, i] -= _about(force[0], s[0] - x[:, i])
     return total
+
+
+def _at_ends(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:
+    """Internal forces at the ends of pieces from the forces on these."""
+    length = group.length[at]
+    last = x >= length * (1.0 - _AT)
+    if not np.all(last | (x <= length * _AT)):
+        raise FrameError(
+            f"{_named(topology, group, at)} resists rigid motion, as what is held between its ends does: its "
+            "forces are known at the ends of its segments alone: give it more of them, and stations there"
+        )
+    return np.where(last[..., None], ends[..., 6:], -ends[..., :6])
+
+
+def _named(topology: Topology, group: Group, at: Index) -> str:
+    piece = topology.pieces[group.pieces[at[0]]]
+    kind = type(topology.frame.members[piece.member].element).__name__
+    return f"member {piece.member!r} ({kind})"
 
 
 def end_loads(topology: Topology, group: Group, at: Index) -> Array:
@@ -67,11 +107,24 @@ def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Arra
     shapes = group.element.shape_functions(group.length[at], x)
     moved: Array = np.einsum("...ij,...j->...i", shapes, ends)
     for some in _alike(topology, group, at):
+        if group.stands:
+            _check_held_between(topology, group, at[some], x[:, some])
+            continue
         between = _between_held_ends(topology, group, at[some], x[:, some])
         whole = np.broadcast_shapes(moved.shape, (1, len(at), *between.shape[2:]))
         moved = np.array(np.broadcast_to(moved, whole)) if whole != moved.shape else moved
         moved[:, some] += between
     return moved
+
+
+def _check_held_between(topology: Topology, group: Group, at: Index, x: Array) -> None:
+    """Refuse stations between the ends of loaded pieces that are held there and whose shape functions are exact."""
+    length = group.length[at]
+    if group.element.exact and np.any((x > length * _AT) & (x < length * (1.0 - _AT))):
+        raise FrameError(
+            f"{_named(topology, group, at)} resists rigid motion, as what is held between its ends does, and is "
+            "loaded there: its displacement is known at its ends alone: divide it into members, and read their nodes"
+        )
 
 
 def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:

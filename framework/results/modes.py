@@ -9,6 +9,7 @@ import numpy as np
 from ..batch import Array
 from ..batched.plan import Plan
 from ..errors import FrameError
+from ..examination import require_springs
 from ..frame import Frame
 from ..solvers.sparse import SparseSolver
 from . import dense
@@ -66,6 +67,7 @@ def modes(frame: Frame, count: int) -> Modes:
     FrameError
         Where the frame has no mass, or fewer modes than asked for.
     """
+    require_springs((name, joint.element) for name, joint in frame.joints.items())
     plan = Plan(frame.copy(), cut=True)
     check_count("modes", count, len(plan.unknowns))
     squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)

@@ -16,7 +16,7 @@ from ..structure.assembly import nodal_loads
 from ..structure.parts import Row, add_row, combine
 from ..structure.topology import Group
 from ..structure.tree import ABOUT, ALONG, Branch, Edge
-from .member_field import cut_forces, deflection, end_loads
+from .member_field import deflection, end_loads, internal_forces
 
 if TYPE_CHECKING:
     from ..solution import Solution
@@ -111,8 +111,8 @@ class Recovery:
 
     def _cut(self, piece: int, x: Array) -> Array:
         group, position = self._where[piece]
-        start = self.piece_forces(piece)[None, ..., :6]
-        return cut_forces(self.topology, group, np.array([position]), x[:, None], start)[:, 0]
+        ends = self.piece_forces(piece)[None]
+        return internal_forces(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
 
     def _along(self, member: str, at: Array, field: Callable[[int, Array], Array]) -> Array:
         pieces = self.topology.pieces_of[member]

@@ -10,7 +10,7 @@ import numpy as np
 from ..batch import Array, turned
 from ..errors import FrameError
 from ..structure.topology import Group, Index
-from .member_field import cut_forces, deflection, end_loads
+from .member_field import deflection, end_loads, internal_forces
 
 if TYPE_CHECKING:
     from ..solution import Solution
@@ -69,7 +69,10 @@ class Together:
         return self._along(fraction, 3, self._stress)
 
     def _along(self, fraction: Array, size: int, field: Field) -> Array:
-        """A field of `size` components at the same fractions (k,) of all members, (..., members, k, size)."""
+        """A field of `size` components at the same fractions (k,) of all members, (..., members, k, size).
+
+        NaN for members that do not tell, such as the stress of a section that is known by its properties only.
+        """
         out = np.zeros((*self.solution.shape, len(self.topology.counts), len(fraction), size))
         counts = self.topology.counts[self.topology.members]
         index = np.arange(len(counts)) - np.repeat(np.cumsum(self.topology.counts), self.topology.counts) + counts
@@ -81,8 +84,11 @@ class Together:
             length = group.length[at]
             x = inside.reshape(*inside.shape, *(1,) * (length.ndim - 1)) * length
             ends = self._ends(group, at)
-            found = field(group, at, x, ends, self._forces(group, at, ends))
-            whole = np.broadcast_to(found, (*on.shape, *self.solution.shape, size))
+            shape = (*on.shape, *self.solution.shape, size)
+            try:
+                whole = np.broadcast_to(field(group, at, x, ends, self._forces(group, at, ends)), shape)
+            except FrameError:  # by name it says why
+                whole = np.full(shape, np.nan)
             k, n = np.nonzero(on)
             out[..., self.topology.members[pieces[n]], k, :] = np.moveaxis(whole[k, n], 0, -2)
         return out
@@ -96,15 +102,11 @@ class Together:
 
     def _force(self, group: Group, at: Index, x: Array, ends: Array, forces: Array) -> Array:
         """Internal forces (k, n, ..., 6)."""
-        return cut_forces(self.topology, group, at, x, forces[..., :6])
+        return internal_forces(self.topology, group, at, x, forces)
 
     def _stress(self, group: Group, at: Index, x: Array, ends: Array, forces: Array) -> Array:
-        """Extreme stresses (k, n, ..., 3); NaN where a section is known by its properties only."""
-        cut = self._force(group, at, x, ends, forces)
-        try:
-            return group.element.stress(x / group.length[at], cut)
-        except FrameError:
-            return np.full((*cut.shape[:-1], 3), np.nan)
+        """Extreme stresses (k, n, ..., 3)."""
+        return group.element.stress(x / group.length[at], self._force(group, at, x, ends, forces))
 
     # -- pieces -----------------------------------------------------------------------------------------------------
 

@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, aligned
 from ..error_bounds.deformations import Springs
 from ..error_bounds.kinematics import Real
 
 if TYPE_CHECKING:
     from ..error_bounds.bounds import Part
+    from ..error_bounds.equilibrium import Equilibrium
     from ..solution import Solution
 
 # Relative error above which a linear result is not one to be printed.
@@ -53,11 +54,35 @@ def _of(part: Part) -> Real:
         energy = energy + np.sum(pull * found, axis=(-1, -2))
     for k, pull in zip(state.stiffness, state.pulls, strict=True):
         energy = energy + np.sum(np.where(k > 0.0, pull * pull / np.where(k > 0.0, k, 1.0), 0.0), axis=-1)
-    none: list[Real | None] = [None] * len(state.kinematics.links)
-    load = state.kinematics.reduced(state.unknowns, state.kinematics.generalised(unbalanced, none))
+    more = [_beyond_springs(state, number) for number in range(len(state.kinematics.links))]
+    load = state.kinematics.reduced(state.unknowns, state.kinematics.generalised(unbalanced, more))
     work = np.sum(load * compliance.solve(load.astype(compliance.root.dtype)), axis=-1)
     ratio = np.sqrt(np.maximum(work, 0.0) / np.where(energy > 0.0, energy, 1.0))
     out: Real = np.maximum(np.where(energy > 0.0, ratio, 0.0), 0.5 * np.sqrt(largest))
+    return out
+
+
+def _beyond_springs(state: Equilibrium, number: int) -> Real | None:
+    """What a joint's own law leaves unbalanced of the force of its springs, (..., 6); None where it has none."""
+    edge = state.kinematics.links[number].edge
+    if edge.kind != "joint" or edge.name is None:
+        return None
+    element = state.plan.frame.joints[edge.name].element
+    if not element.has_law:
+        return None
+    offset, whole = state.imposed[number], len(state.plan.frame.shape)
+    stretch = np.asarray(state.openings[number] if offset is None else state.openings[number] - offset, np.float64)
+    own = state.change(aligned(np.empty(element.shape), whole), 0).shape
+    shape = np.broadcast_shapes(stretch.shape[:-1], own)
+
+    def pick(array: Array, trailing: int) -> Array:
+        part = state.change(aligned(array, whole, trailing), trailing)
+        tail = part.shape[part.ndim - trailing :]
+        return np.broadcast_to(part, (*shape, *tail)).reshape(-1, *tail)
+
+    _, force, _ = element.resistance(np.broadcast_to(stretch, (*shape, 6)).reshape(-1, 6), pick)
+    held = np.isin(np.arange(6), edge.ideal)
+    out: Real = np.where(held, 0.0, state.pulls[number] - force.reshape(*shape, 6))
     return out
 
 

@@ -87,7 +87,8 @@ def held_unknowns(motions: Array) -> Index:
 def adrift(plan: Plan) -> Array:
     """Rigid motions (n, 6 parts) of the parts of a frame that nothing supports, from the topology alone.
 
-    Ties between places apart resist rotations, and so a part with one is left to be tried.
+    Ties between places apart resist rotations, as members may that stand on something outside the frame; so a part with
+    one is left to be tried.
     """
     topology, tree, graph = plan.topology, plan.tree, plan.graph
     count = len(topology.number)
@@ -98,6 +99,9 @@ def adrift(plan: Plan) -> Array:
     for edge in tree.edges:
         if edge.kind == "tie" or GROUND in (edge.first, edge.second):
             floats[label[edge.second if edge.first == GROUND else edge.first]] = False
+    for group in topology.groups:
+        if group.resists:
+            floats[label[group.nodes[:, 0]]] = False
     own = np.ones(count, dtype=bool)
     own[[branch.child for branch in tree.branches]] = False
     columns = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,14 +11,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, block_diagonal, cutting, turned
+from ..examined import Examined
 from ..protocol import LineElement
-from .parts import Extended
+from .parts import Extended, Grid
 
 Index = NDArray[np.int64]
 
 # Stiffness matrices up to which a stack is summed in extended precision.
 _EXTENDED = 4096
 ALL = slice(None)
+# Share of what a deformation is made of that a rigid motion surely makes of it, and no rounding.
+_PLAIN = 1e-6
+# Batch entries of which springs are looked at together.
+_SOME = 2**13
+
+
+def resists_rigid(stiffness: NDArray[Any], rows: NDArray[Any], length: NDArray[Any], share: float) -> bool:
+    """Whether any rigid motion of members deforms a spring, by more than a share of what its deformation is made of.
+
+    Parameters
+    ----------
+    stiffness, rows
+        Springs (..., n) and deformations (..., n, 12) of members in local axes.
+    length
+        Their lengths (...).
+    share
+        What of the deformation is rounding.
+    """
+    acts = (stiffness != 0.0).reshape(-1, stiffness.shape[-1]).any(axis=0)
+    start, end = rows[..., acts, :6], rows[..., acts, 6:]
+    arm = length[..., None]
+    for k in range(6):
+        parts = [start[..., k], end[..., k]]
+        if k > 3:
+            parts.append(-arm * end[..., 2] if k == 4 else arm * end[..., 1])
+        if np.any(np.abs(sum(parts)) > share * sum(map(np.abs, parts))):
+            return True
+    return False
 
 
 @dataclass(frozen=True)
@@ -118,6 +148,27 @@ class Group:
         low, high = np.tril_indices(12, -1)
         out[low, high] = out[high, low]
         return np.moveaxis(out, (0, 1), (-2, -1))
+
+    @cached_property
+    def resists(self) -> bool:
+        """Whether its pieces, by the first of them, resist rigid motion: no more than rounding where they do not."""
+        if self.element.balanced is not None:
+            return not self.element.balanced
+        one, ndim = self.part(slice(0, 1)), self.chord.ndim - 2
+        batch = np.broadcast_shapes(self.chord.shape[1:-1], self.element.shape)
+        if math.prod(batch) <= _SOME:
+            return one.resists_by_springs()
+        axis, slices = Grid((1,) * (ndim - len(batch)) + batch).slices(_SOME)
+        return any(one.cut(axis, indices).resists_by_springs() for indices in slices)
+
+    def resists_by_springs(self) -> bool:
+        """Whether a rigid motion deforms the springs of its pieces."""
+        return resists_rigid(*self.element.springs(self.length), self.length, _PLAIN)
+
+    @cached_property
+    def stands(self) -> bool:
+        """Whether something outside the frame holds its pieces between their ends, as a foundation does."""
+        return isinstance(self.element, Examined) and self.resists
 
     def part(self, part: slice | Index) -> Group:
         """Some of the pieces as a stack of their own."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..batch import Array, Shape, aligned, cutting
 from ..dofs import DISPLACEMENTS
+from ..examined import Examined, examined
 from ..protocol import LineElement, changed
 from .group import Group, Index
 
@@ -103,8 +104,12 @@ class Topology:
     @cached_property
     def _elements(self) -> list[LineElement]:
         """Element of each piece."""
-        each = zip(self.frame.members.values(), self.counts.tolist(), strict=True)
-        return [e for m, n in each for e in ([m.element] if n == 1 else [m.element.part(i, n) for i in range(n)])]
+        first: dict[int, LineElement] = {}
+        for name, member in self.frame.members.items():
+            if id(member.element) not in first:
+                first[id(member.element)] = examined(member.element, name)
+        each = zip((first[id(m.element)] for m in self.frame.members.values()), self.counts.tolist(), strict=True)
+        return [e for element, n in each for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
 
     @cached_property
     def groups(self) -> list[Group]:
@@ -120,7 +125,20 @@ class Topology:
             where = zip(codes.tolist(), (chord.shape for chord in chords), ends, strict=True)
             codes = np.array([keys.setdefault(key, len(keys)) for key in where], dtype=np.int64)
         members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
-        return [self._group(numbers, chords) for numbers in members if len(numbers)]
+        groups = [self._group(numbers, chords) for numbers in members if len(numbers)]
+        for group in groups:
+            self._check_kind(group)
+        return groups
+
+    def _check_kind(self, group: Group) -> None:
+        """Refuse elements that say that they are alike and are not."""
+        if isinstance(group.element, Examined):
+            others = {id(self._elements[piece]): self._elements[piece] for piece in group.pieces.tolist()}
+            del others[id(group.element)]
+            length = group.length[:1].reshape(-1)[:1].reshape((1,) * group.length.ndim)
+            for other in others.values():
+                assert isinstance(other, Examined)
+                other.same_as(group.element, length)
 
     @property
     def loaded_shape(self) -> Shape:

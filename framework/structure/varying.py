@@ -1,7 +1,7 @@
 """Members whose stiffness varies over most of a large batch: never held as a whole, assembled chunk by chunk.
 
 What is coupled is found once, in a first pass that looks at the deformations alone; the numbers follow when a chunk is
-solved, and go with it. Each is a sum over the six springs of a member, ``K = sum_i k_i b_i b_i^T``, made of operations
+solved, and go with it. Each is a sum over the springs of a member, ``K = sum_i k_i b_i b_i^T``, made of operations
 on whole arrays whose order does not depend on the chunk.
 """
 
@@ -19,7 +19,7 @@ from .parts import Grid, Value, combine, is_zero
 # Entries looked at together in the first pass.
 _CHUNK = 2**13
 Pair = tuple[int, int]
-# Six stiffnesses, and by spring its deformation for a unit of each of the twelve displacements of the nodes.
+# Stiffnesses, and by spring its deformation for a unit of each of the twelve displacements of the nodes.
 Springs = tuple[list[Value], list[list[Value]]]
 
 
@@ -111,7 +111,7 @@ def _springs(group: Group, grid: Grid) -> Iterator[Springs]:
                 for block in range(4)
                 for c in range(3)
             ]
-            for i in range(6)
+            for i in range(stiffness.shape[-1])
         ]
         yield grid.components(stiffness[piece]), deformed
 
@@ -119,11 +119,14 @@ def _springs(group: Group, grid: Grid) -> Iterator[Springs]:
 def _entries(group: Group, grid: Grid) -> list[list[Entry]]:
     """Entries of each piece that are not zero all over the batch."""
     axis, slices = grid.slices(_CHUNK)
-    codes = np.zeros((len(group.pieces), 6, 13), dtype=np.int64)
+    codes: NDArray[np.int64] | int = 0
     for indices in slices:
-        for piece, (stiffness, deformed) in enumerate(_springs(group.cut(axis, indices), grid)):
-            for i in range(6):
-                codes[piece, i] |= [_code(value, grid) for value in (*deformed[i], stiffness[i])]
+        found = [
+            [[_code(value, grid) for value in (*row, k)] for k, row in zip(stiffness, deformed, strict=True)]
+            for stiffness, deformed in _springs(group.cut(axis, indices), grid)
+        ]
+        codes = codes | np.array(found, dtype=np.int64).reshape(len(group.pieces), -1, 13)
+    assert isinstance(codes, np.ndarray)
     return [_pairs(dofs, code) for dofs, code in zip(group.dofs.tolist(), codes, strict=True)]
 
 
@@ -136,7 +139,7 @@ def _pairs(dofs: list[int], codes: NDArray[np.int64]) -> list[Entry]:
     found, code = [], codes.tolist()
     for a in range(12):
         for b in range(a, 12):
-            springs = tuple(i for i in range(6) if code[i][a] and code[i][b] and code[i][12])
+            springs = tuple(i for i, row in enumerate(code) if row[a] and row[b] and row[12])
             mask = 0
             for i in springs:
                 mask |= (code[i][a] | code[i][b] | code[i][12]) >> 1

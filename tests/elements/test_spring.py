@@ -66,6 +66,20 @@ def test_a_cantilever_propped_by_a_spring() -> None:
     assert frame.modes(2).frequencies[1] > loose.modes(2).frequencies[1]
 
 
+def test_a_string_carries_no_moment() -> None:
+    """Its force goes with its turned line: N = S, V = S / L times how far its ends are apart across, M = 0."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (L, 0.0, 0.0))
+    frame.add("string", Spring(K, [S, 2.0 * S]), "A", "B")
+    frame.fix("A")
+    frame.fix("B", "ux", "rx", "ry", "rz")
+    frame.load("B", fy=3.0, fz=-2.0)
+    found = frame.solve().forces("string", [0.0, 0.4 * L, L])
+    assert_allclose(found[..., 1:3], np.broadcast_to([3.0, -2.0], (2, 3, 2)), rtol=1e-12)
+    assert_allclose(found[..., 3:], 0.0, atol=1e-12)
+
+
 def test_a_row_of_parts_is_the_spring() -> None:
     assert Spring(K, S).part(1, 4).stiffness == 4 * K
     assert Spring(K, S).part(0, 1).force == S

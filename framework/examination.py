@@ -1,0 +1,390 @@
+"""What an element returns, put to the test once: when it is added to a frame.
+
+Shapes and finite numbers are examined by `linkframe.framework.examined` at every call. Here answers are held against
+each other, at two lengths and at a few entries of the batch: matrix, springs and end forces describe one stiffness,
+deformations and axes come in the precision that is asked for, displacement between the ends begins and ends with
+theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .batch import Array, cutting
+from .errors import FrameError
+from .examined import Examined, Unanswered, fits, held
+from .protocol import Change, JointElement, LineElement, PointElement
+
+Extended = np.longdouble
+_EPS = float(np.finfo(np.float64).eps)
+# Share of what is compared by which two answers may differ, and roundings of extended precision.
+_ALIKE = 1e-9
+_FINE = 32.0
+# Lengths at which a member is examined, by its own.
+_LENGTHS = (1.0, 1.25)
+# Batch entries of which springs are held against those of the batch cut, with as many others before.
+_FEW = 2
+_LEAST = 64
+_FIELDS = 'let metadata {"trailing": k} tell of a field that its last k axes are not of the batch'
+
+
+def examine_member(name: str, element: LineElement, chord: Array) -> None:
+    """Put an element to the test.
+
+    Parameters
+    ----------
+    name
+        Name of its member.
+    element
+        The element.
+    chord
+        From the member's start to its end, (..., 3).
+
+    Raises
+    ------
+    FrameError
+        Where an answer is not what a frame can take.
+    """
+    own = Examined(element, name)
+    _description(own)
+    some, along = _few(own, chord)
+    level = some.axes(along)
+    _axes(some, along, level)
+    length = np.linalg.norm(along, axis=-1)
+    _stiffness(some, length)
+    _precision(some, along)
+    _matrices(some, length)
+    _fields(some, length)
+    _cut(own, length[:1])
+    if own.segments > 1:
+        for index in (0, own.segments - 1):
+            part = own.part(index, own.segments)
+            if isinstance(part, Examined):
+                piece, _ = _few(part, chord)
+                _stiffness(piece, length / own.segments)
+
+
+def _description(own: Examined) -> None:
+    element, what = own.own, own.what
+    shape = element.shape
+    if not isinstance(shape, tuple) or not all(isinstance(n, (int, np.integer)) and n >= 0 for n in shape):
+        raise FrameError(f"{what}: shape is {shape!r}: give the batch shape, a tuple of whole numbers")
+    for number, told in ((element.segments, "segments"), (element.quadrature, "quadrature")):
+        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 1:
+            raise FrameError(f"{what}: {told} is {number!r}: give a whole number above zero")
+    if not isinstance(element.exact, (bool, np.bool_)):
+        raise FrameError(f"{what}: exact is {element.exact!r}: give True or False")
+    if not 0.0 <= element.roundings < np.inf:
+        raise FrameError(f"{what}: roundings is {element.roundings!r}: give a number from 0 on")
+    pairs = element.releases
+    known = isinstance(pairs, tuple) and all(
+        isinstance(pair, tuple) and len(pair) == 2 and pair[0] in (0, 1) and pair[1] in range(6) for pair in pairs
+    )
+    if not known:
+        raise FrameError(f"{what}: releases is {pairs!r}: give pairs (end, component), end 0 or 1, component 0 to 5")
+    try:
+        hash(own.kind)
+    except TypeError:
+        raise FrameError(f"{what}: kind is {element.kind!r}, which cannot be hashed: give a tuple, or self") from None
+
+
+def _few(own: Examined, chord: Array) -> tuple[Examined, Array]:
+    """The element at a few entries, and chords (2, ..., 3) of two lengths there."""
+    ndim = max(chord.ndim - 1, len(own.shape))
+    along = chord.reshape((1,) * (ndim + 1 - chord.ndim) + chord.shape)
+    shape = np.broadcast_shapes(along.shape[:-1], own.shape)
+    some = own
+    for axis, size in enumerate(shape):
+        if size > _FEW:
+            change = cutting(ndim, axis, slice(0, _FEW))
+            some, along = some.cut(change), change(along, 1)
+    return some, np.stack([factor * along for factor in _LENGTHS])
+
+
+def _axes(own: Examined, along: Array, level: Array) -> None:
+    unit = along / np.linalg.norm(along, axis=-1, keepdims=True)
+    off = np.abs(level @ np.swapaxes(level, -1, -2) - np.eye(3)).max(initial=0.0)
+    if off > _ALIKE or np.any(np.linalg.det(level) < 0.0):
+        raise FrameError(f"{own.what}: axes returned rows that are not right-handed and orthonormal: give rows x, y, z")
+    if np.abs(level[..., 0, :] - unit).max(initial=0.0) > _ALIKE:
+        raise FrameError(f"{own.what}: axes returned an x axis that is not along the member: give it from start to end")
+
+
+def _stiffness(own: Examined, length: Array) -> None:
+    """Whether the matrix, the springs and the end forces tell of one stiffness."""
+    matrix, (k, rows) = own.stiffness_matrix(length), own.springs(length)
+    summed = np.swapaxes(rows, -1, -2) @ (k[..., None] * rows)
+    root = np.sqrt(np.sum(np.abs(k)[..., None] * rows**2, axis=-2))
+    allowed = _ALIKE * root[..., :, None] * root[..., None, :]
+    _same(own, "stiffness_matrix", "the sum of its springs, K = sum_i k_i b_i b_i^T", matrix, summed, allowed)
+    unit = np.eye(12).reshape(12, *(1,) * length.ndim, 12)
+    forces = np.moveaxis(own.end_forces(length, unit), 0, -1)
+    _same(own, "end_forces", "its stiffness times the displacement", forces, summed, allowed)
+
+
+def _same(own: Examined, method: str, what: str, found: Array, wanted: Array, allowed: Array) -> None:
+    off = np.abs(found - wanted)
+    if np.any(off > allowed):
+        i, j = np.unravel_index(int(np.argmax((off - allowed).reshape(-1, 144).max(axis=0))), (12, 12))
+        pair = (np.broadcast_to(each, off.shape)[..., i, j].reshape(-1) for each in (found, wanted))
+        here, there = (float(each[int(np.argmax(off[..., i, j]))]) for each in pair)
+        raise FrameError(f"{own.what}: {method} is not {what}: entry ({i}, {j}) is {here:.6g} and {there:.6g}")
+
+
+def _precision(own: Examined, along: Array) -> None:
+    """Whether deformations and axes come in the precision of what they are asked for."""
+    if np.finfo(Extended).eps > 0.1 * _EPS:
+        return
+    fine = _FINE * float(np.finfo(Extended).eps)
+    chord = along.astype(Extended) * (1.0 + Extended(_EPS) / 16.0)
+    length = np.sqrt(np.sum(chord * chord, axis=-1))
+    level: NDArray[Any] = own.axes(chord)  # type: ignore[arg-type]
+    unit = chord / length[..., None]
+    off = max(np.abs(level[..., 0, :] - unit).max(), np.abs(level @ np.swapaxes(level, -1, -2) - np.eye(3)).max())
+    advice = "compute in the dtype of what is given, such as np.result_type(length, np.float64)"
+    if off > fine:
+        raise FrameError(f"{own.what}: axes are off by {float(off):.1g} for a chord in extended precision: {advice}")
+    rounded = own.springs(length.astype(np.float64))[1]
+    if np.all(own.springs(length)[1] == rounded) and np.any(own.springs(2.0 * length)[1] != rounded):
+        raise FrameError(f"{own.what}: springs rounds its deformations for a length in extended precision: {advice}")
+
+
+def _matrices(own: Examined, length: Array) -> None:
+    with suppress(Unanswered):
+        _symmetric(own, "mass_matrix", own.mass_matrix(length))
+    try:
+        once = own.geometric_matrix(length, np.ones(()))
+        twice = own.geometric_matrix(length, np.full(length.shape, 2.0))
+    except Unanswered:
+        return
+    _symmetric(own, "geometric_matrix", once)
+    if np.abs(twice - 2.0 * once).max(initial=0.0) > _ALIKE * np.abs(once).max(initial=0.0):
+        raise FrameError(f"{own.what}: geometric_matrix is not proportional to the axial force")
+
+
+def _symmetric(own: Examined, method: str, matrix: Array) -> None:
+    if np.abs(matrix - np.swapaxes(matrix, -1, -2)).max(initial=0.0) > _ALIKE * np.abs(matrix).max(initial=0.0):
+        raise FrameError(f"{own.what}: {method} returned a matrix that is not symmetric")
+
+
+def _fields(own: Examined, length: Array) -> None:
+    """What is asked between the ends."""
+    fraction = np.full(length.shape, 0.25)
+    for ask in (own.section_flexibility, own.mass_per_length):
+        with suppress(Unanswered):
+            ask(fraction)
+    try:
+        own.stress(fraction, np.zeros((*length.shape, 6)))
+    except Unanswered:
+        pass
+    except FrameError as error:
+        if str(error).startswith(own.what):
+            raise
+    try:
+        ends = [own.shape_functions(length, x) for x in (0.0 * length, length)]
+    except Unanswered:
+        return
+    if own.releases:
+        return
+    for side, found in enumerate(ends):
+        wanted = np.eye(12)[6 * side : 6 * side + 3]
+        size = np.maximum(1.0, length)[..., None, None]
+        if np.any(np.abs(found[..., :3, :] - wanted) > _ALIKE * size):
+            where = ("start", "end")[side]
+            raise FrameError(f"{own.what}: shape_functions at the {where} do not give the displacement of that node")
+
+
+def _cut(own: Examined, length: Array) -> None:
+    """Whether a part of the batch answers as the batch does there."""
+    shape = own.shape
+    for axis, size in enumerate(shape):
+        if size <= _FEW:
+            continue
+        few, more = (
+            own if n >= size else own.cut(_within(own, cutting(len(shape), axis, slice(size - n, size))))
+            for n in (_FEW, _LEAST)
+        )
+        at = np.full((1,) * (len(shape) + 1), float(length.reshape(-1)[0]))
+        take = cutting(len(shape), axis, slice(-_FEW, None))
+        for method, part, whole, trailing in zip(
+            ("stiffnesses", "deformations"), few.springs(at), more.springs(at), (1, 2), strict=True
+        ):
+            there = take(whole, trailing)
+            if part.shape != there.shape or np.any(part != there):
+                raise FrameError(
+                    f"{own.what}: cut to a few entries of its batch it returns other {method} than there: {_FIELDS}"
+                )
+
+
+def _within(own: Examined, change: Change) -> Change:
+    """`change`, refused what is not of the batch."""
+
+    def checked(array: Array, trailing: int) -> Array:
+        lead = array.shape[: array.ndim - trailing]
+        if not fits(lead, own.shape):
+            raise FrameError(
+                f"{own.what}: cut takes an array of shape {array.shape} for one of the batch {own.shape}: {_FIELDS}"
+            )
+        return change(array, trailing)
+
+    return checked
+
+
+# -- joints and masses ----------------------------------------------------------------------------------------------
+
+
+def examine_joint(name: str, element: JointElement) -> None:
+    """Put a joint element to the test.
+
+    Raises
+    ------
+    FrameError
+        Where what it holds or returns is not what a frame can take.
+    """
+    what = f"{type(element).__name__} of joint {name!r}"
+    for attribute, trailing in (("stiffness", (6,)), ("axes", (3, 3)), ("clearance", ()), ("pitch", ())):
+        value = held(what, element, attribute)
+        if attribute == "axes" and value is None:
+            continue
+        _held(what, attribute, value, trailing, element.shape)
+    if np.any(element.stiffness < 0.0):
+        raise FrameError(f"{what}: stiffness is {element.stiffness.min():.6g}: give 0 (free) to inf (ideal)")
+    if np.any(element.clearance < 0.0):
+        raise FrameError(f"{what}: clearance is {element.clearance.min():.6g}: give a length, zero or above")
+    if element.axes is not None:
+        turn = np.swapaxes(element.axes, -1, -2) @ element.axes
+        if np.abs(turn - np.eye(3)).max(initial=0.0) > _ALIKE or np.any(np.linalg.det(element.axes) < 0.0):
+            raise FrameError(f"{what}: axes are not right-handed and orthonormal: give the joint's axes as columns")
+    _play(what, element)
+    _joint_matrix(what, element)
+    _typical(what, element)
+    if element.has_law:
+        force, tangent = at_rest(what, element)
+        if not np.isfinite(force).all() or not np.isfinite(tangent).all():
+            raise FrameError(f"{what}: resistance returned numbers that are not finite at rest")
+
+
+def _held(what: str, attribute: str, value: Any, trailing: tuple[int, ...], shape: tuple[int, ...]) -> None:
+    if not isinstance(value, np.ndarray) or value.dtype.kind != "f":
+        raise FrameError(f"{what}: {attribute} is {value!r}: give an array of floats")
+    lead = value.shape[: value.ndim - len(trailing)]
+    if value.shape[len(lead) :] != trailing or not fits(lead, shape):
+        wanted = ", ".join(map(str, ("...", *trailing)))
+        raise FrameError(f"{what}: {attribute} has shape {value.shape}: give ({wanted}), within its shape {shape}")
+    if np.isnan(value).any() or (attribute != "stiffness" and np.isinf(value).any()):
+        raise FrameError(f"{what}: {attribute} contains nan or inf: give finite numbers")
+
+
+def _play(what: str, element: JointElement) -> None:
+    play = held(what, element, "play")
+    if not isinstance(play, tuple) or not all(k in range(6) for k in play) or len({k // 3 for k in play}) > 1:
+        raise FrameError(f"{what}: play is {play!r}: give indices from 0 to 5, of translations or of rotations")
+    if element.clearance.any() and not play:
+        raise FrameError(f"{what}: clearance is given and play is empty: give the components that have it")
+    springs = element.stiffness[..., list(play)]
+    if play and (np.any(springs != springs[..., :1]) or not np.all(springs)):
+        raise FrameError(f"{what}: components {play} of play are free or of unequal stiffness: give one and the same")
+
+
+def _joint_matrix(what: str, element: JointElement) -> None:
+    if np.isinf(element.stiffness).any():
+        return
+    found, made = np.asarray(element.matrix()), element.springs_matrix()
+    size = np.abs(made).max(initial=0.0)
+    if found.shape[-2:] != (12, 12) or not np.all(np.abs(found - made) <= _ALIKE * size):
+        raise FrameError(
+            f"{what}: matrix is not what its stiffness, axes and pitch make, by which a frame takes it: change these, "
+            "or describe what they cannot by its own method resistance"
+        )
+
+
+def _typical(what: str, element: JointElement) -> None:
+    found = element.typical()
+    free = (element.stiffness == 0.0).reshape(-1, 6).all(axis=0)
+    wrong = not isinstance(found, JointElement) or found.stiffness.size != 6 or bool(found.clearance.any())
+    if wrong or np.any((found.stiffness.reshape(6) == 0.0) != free):
+        raise FrameError(
+            f"{what}: typical returned {found!r}: give the joint with one stiffness (6,), the greatest of the batch, "
+            "and no clearance"
+        )
+
+
+def at_rest(what: str, element: JointElement) -> tuple[Array, Array]:
+    """Force (m, 6) and tangent (m, 6, 6) of a joint's own law without displacement, at all entries of its batch."""
+    shape = element.shape
+    count = int(np.prod(shape, dtype=np.int64))
+
+    def pick(array: Array, trailing: int) -> Array:
+        lead = array.ndim - trailing
+        whole = np.broadcast_to(array, (*shape, *array.shape[lead:])) if array.size else array
+        return whole.reshape(count, *array.shape[lead:])
+
+    found = element.resistance(np.zeros((count, 6)), pick)
+    shapes = tuple(np.shape(part) for part in found) if isinstance(found, tuple) else ()
+    wanted = ((count,), (count, 6), (count, 6, 6))
+    if shapes != wanted:
+        raise FrameError(f"{what}: resistance returned shapes {shapes} for {count} entries: give {wanted}")
+    return np.asarray(found[1], dtype=np.float64), np.asarray(found[2], dtype=np.float64)
+
+
+def require_springs(joints: Iterable[tuple[str, JointElement]]) -> None:
+    """Refuse joints that a linear solution does not follow: it takes the springs, and contact where there is clearance.
+
+    Parameters
+    ----------
+    joints
+        The joints of a frame, by name.
+
+    Raises
+    ------
+    FrameError
+        Where a joint's own law has clearance, or at rest another force and tangent than its springs.
+    """
+    for name, element in joints:
+        if not element.has_law:
+            continue
+        told = f"joint {name!r}: {type(element).__name__} has a law of its own, resistance"
+        if element.clearance.any():
+            raise FrameError(
+                f"{told}, and clearance: linear solutions follow its stiffness, and contact of that stiffness. Use "
+                "solve(large=True)"
+            )
+        if not _springs_at_rest(f"joint {name!r}", element):
+            raise FrameError(
+                f"{told}, that is not its stiffness at rest: linear solutions follow the stiffness. Give it the one "
+                "that its law has at rest, or use solve(large=True)"
+            )
+
+
+def _springs_at_rest(what: str, element: JointElement) -> bool:
+    force, tangent = at_rest(what, element)
+    stiffness = np.broadcast_to(element.stiffness, (*element.shape, 6)).reshape(-1, 6)
+    held = np.isinf(stiffness)
+    wanted = np.where(held, 0.0, stiffness)[..., None] * np.eye(6)
+    free = ~held[:, :, None] & ~held[:, None, :]
+    size = np.abs(wanted).max(initial=0.0)
+    return not np.any(force[~held]) and bool(np.all(np.abs(tangent - wanted)[free] <= _ALIKE * size))
+
+
+def examine_mass(name: str, element: PointElement) -> None:
+    """Put an element of inertia to the test.
+
+    Raises
+    ------
+    FrameError
+        Where its mass matrix is not one.
+    """
+    what = f"{type(element).__name__} of mass {name!r}"
+    matrix = np.asarray(element.mass_matrix())
+    lead = matrix.shape[:-2]
+    if matrix.dtype.kind not in "fiu" or matrix.shape[-2:] != (6, 6) or not np.isfinite(matrix).all():
+        raise FrameError(f"{what}: mass_matrix returned shape {matrix.shape}: give finite numbers (..., 6, 6)")
+    if not fits(lead, element.shape):
+        raise FrameError(f"{what}: mass_matrix has batch axes {lead}, which its shape {element.shape} leaves out")
+    if np.abs(matrix - np.swapaxes(matrix, -1, -2)).max(initial=0.0) > _ALIKE * np.abs(matrix).max(initial=0.0):
+        raise FrameError(f"{what}: mass_matrix returned a matrix that is not symmetric")
