@@ -507,8 +507,15 @@ class Motion:
         Each link is a body, in whose own axes its nodes do not move, so that its stiffness is computed once for all
         poses. A point that only one link has gives the node of its name; where joints part it each link has its own,
         ``point.link``, and the bare name means that of the first link. Members are called as their link, or
-        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ... A slider stands on the beam of
-        the link that carries it where it stays on that beam at all poses, else on a rigid arm from the joint's point.
+        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ...
+
+        A slider loads the link that carries it where it is at each pose: on any of the beams along which its slot
+        runs, at a point of the link, or, where it is beyond them all, on a rigid prolongation of the nearest end. A
+        beam counts where it leans from the slot by less than 0.01 radians and is off it by less than a hundredth of
+        its length. Where the slot runs along no beam, as that of a yoke, the slider stands on a rigid arm from the
+        joint's point. Where it changes from seat to seat with the pose, each seat is a joint ``joint.link.on.seat``
+        between the link and the slider's node, rigid at the poses at which the slider stands there and free else.
+
         A mass that was given sits, rigid, on the link's point nearest to its centre, and its beams weigh nothing.
 
         Parameters

@@ -87,7 +87,8 @@ class Sketch:
         name
             Its name.
         points
-            Names of its points, one or more; beams follow them in this order.
+            Names of its points, one or more; beams follow them in this order. Points of a straight stretch may come in
+            any order: where the line would run back over itself, one bar has them all.
         beam
             Beam of each part, or a mapping from pairs of points to beams; None for a rigid link.
         beams
@@ -124,7 +125,7 @@ class Sketch:
         self.links[name] = Link(
             name,
             points,
-            beams_of(name, points, beam, beams),
+            beams_of(name, points, beam, beams, self.points),
             None if mass is None else self._not_negative(mass, f"mass of link {name!r}"),
             None if centre is None else in_space(centre, f"centre of link {name!r}"),
             inertia_of(name, inertia),
