@@ -37,9 +37,14 @@ PLAY = {
 ABOUT = 5
 
 
-def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
-    """The linkage at every pose as a frame, held at its drives; see `Motion.frame`."""
-    bare = motion.bare if clearance else Builder(motion, clearance=False)
+def frame(
+    motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False, clamped: bool = False
+) -> Frame:
+    """The linkage at every pose as a frame, held at its drives; see `Motion.frame`.
+
+    With `clamped` drives hold whose stiffness is 0, as they do in the rigid motion.
+    """
+    bare = motion.bare if clearance and not clamped else Builder(motion, clearance=clearance, clamped=clamped)
     built = bare.frame.copy()
     if loads:
         add_loads(built, motion, bare.nodes)
@@ -59,9 +64,11 @@ class Builder:
         The motion.
     clearance
         Give the joints their clearance.
+    clamped
+        Hold drives whose stiffness is 0.
     """
 
-    def __init__(self, motion: Motion, *, clearance: bool) -> None:
+    def __init__(self, motion: Motion, *, clearance: bool, clamped: bool = False) -> None:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
         self.motion, self.linkage = motion, motion.linkage
@@ -69,6 +76,7 @@ class Builder:
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
         self.spins = _spins(self.linkage)
+        self.clamped = clamped
         self.lost = ~motion.is_assembled
         if self.lost.any():
             self.frame.exclude(self.lost)
@@ -107,10 +115,11 @@ class Builder:
             self._mass(name, link)
 
     def joint(self, pair: Pair, *, clearance: bool) -> None:
-        """A joint element, clamped where it is driven."""
+        """A joint element; a drive is rigid where no stiffness was given."""
         stiffness = pair.full_stiffness
         driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
-        stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
+        if pair.stiffness is None or self.clamped:
+            stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
         gap = pair.clearance if clearance and pair.clearance is not None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
         if pair.name in self.spins:

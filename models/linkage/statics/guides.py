@@ -188,8 +188,8 @@ def _in_order(visits: Sequence[Visit]) -> list[Visit]:
     for here, there in combinations(out, 2):
         if _ahead(here, there, by=-AT_NODE):
             raise FrameError(
-                f"sliders {here.slider.pair.name!r} and {there.slider.pair.name!r} pass each other on one beam, or stand "
-                "at one place of it: give each a link of its own, and join these firmly"
+                f"sliders {here.slider.pair.name!r} and {there.slider.pair.name!r} pass each other on one beam, or "
+                "stand at one place of it: give each a link of its own, and join these firmly"
             )
     return out
 
