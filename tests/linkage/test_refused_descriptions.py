@@ -100,7 +100,7 @@ for kind in JOINTS:
         return lambda k: getattr(k, kind)(at, *links, **{**NEEDED.get(kind, {}), **given})
 
     LINKAGE[kind] = [
-        *(make({"stiffness": v}) for v in (*BAD, (1, 2, 3), -np.ones(6))),
+        *(make({"stiffness": v}) for v in (np.nan, "text", SIX[0, :3], -SIX)),
         *(make({"clearance": v}) for v in (np.nan, "text", -1.0)),
         *(
             make({"axis": v, **({} if kind != "universal" else {"second": (1, 0)})})
@@ -190,8 +190,10 @@ def state(value: object) -> object:
         return [(key, state(part)) for key, part in value.items() if key not in ("kept", "inertias")]
     if isinstance(value, (list, tuple)):
         return [state(part) for part in value]
-    if dataclasses.is_dataclass(value) or isinstance(value, Linkage):
-        return type(value), state(vars(value))
+    if dataclasses.is_dataclass(value):
+        return type(value), state({each.name: getattr(value, each.name) for each in dataclasses.fields(value)})
+    if isinstance(value, Linkage):
+        return state(vars(value))
     return copy.copy(value)
 
 

@@ -66,7 +66,7 @@ class Joining(Sketch):
             If a name is taken or unknown, if there is such a joint already, or if a number is not what it should be;
             the linkage is then as it was.
         """
-        self._add("revolute", point, (first, *others), axis, None, drive, stiffness, clearance, name, at, None, replace)
+        self._add("revolute", point, (first, *others), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def prismatic(
         self,
@@ -99,7 +99,7 @@ class Joining(Sketch):
         at
             Displacement in the drawing, (...).
         """
-        self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None, replace)
+        self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def cylindrical(
         self,
@@ -133,7 +133,7 @@ class Joining(Sketch):
             Displacement and angle in the drawing, (..., 2).
         """
         links = first, second
-        self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, at, None, replace)
+        self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def spherical(
         self,
@@ -166,7 +166,7 @@ class Joining(Sketch):
         at
             Rotation vector in the drawing, in the joint's axes, (..., 3).
         """
-        self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None, replace)
+        self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def universal(
         self,
@@ -203,7 +203,7 @@ class Joining(Sketch):
             The two angles in the drawing, radians, (..., 2).
         """
         links = first, second_link
-        self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, at, None, replace)
+        self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def planar(
         self,
@@ -236,7 +236,7 @@ class Joining(Sketch):
         at
             Two displacements and the angle in the drawing, (..., 3).
         """
-        self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None, replace)
+        self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def screw(
         self,
@@ -299,7 +299,7 @@ class Joining(Sketch):
         stiffness, clearance, name, replace
             As for `revolute`.
         """
-        self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, None, replace)
+        self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, 0.0, replace)
 
     def drive(self, joint: str, *coordinates: str) -> None:
         """Drive a joint made elsewhere.
@@ -348,7 +348,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None,
         name: str | None,
         at: ArrayLike,
-        pitch: ArrayLike | None,
+        pitch: ArrayLike,
         replace: bool,
     ) -> None:
         kind = kind_of(kind_name)
@@ -360,7 +360,7 @@ class Joining(Sketch):
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
         axes = joint_axes(name, axis, second_axis)
         angles = self._coordinates(what, kind.freedom, at)
-        turn = None if pitch is None else finite(pitch, f"pitch of {what}")
+        turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, stiffness)
         play = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
         shapes = {"axis": axes.shape[:-2], "at": angles.shape[:-1], "pitch": () if turn is None else turn.shape}
