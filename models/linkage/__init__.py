@@ -4,7 +4,7 @@ from .description.joints import KINDS, Kind
 from .description.parts import GROUND, Link, Load, Pair, Spring
 from .files import read_linkage, write_linkage
 from .linkage import Linkage
-from .motion import Motion
+from .motion import LoadsWarning, Motion
 from .poses.dead_points import DeadPoint, DriveRange
 from .poses.mobility import Mobility
 from .statics.accuracy import PointAccuracy, Stress
@@ -19,6 +19,7 @@ __all__ = [
     "Link",
     "Linkage",
     "Load",
+    "LoadsWarning",
     "Mobility",
     "Motion",
     "Pair",

@@ -136,7 +136,7 @@ class Linkage(Joining):
         ------
         FrameError
             If a drive is unknown or given twice, shapes do not broadcast, the linkage hangs in the air, its drawing
-            cannot be assembled, or its drives leave points free to move.
+            cannot be assembled, its drives leave points free to move, or a stiffness is inf where a joint is free.
         """
         from .motion import move
         from .way.drives import by_joint

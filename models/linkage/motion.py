@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,6 +34,10 @@ if TYPE_CHECKING:
 BRANCHES = ("keep", "switch")
 
 
+class LoadsWarning(UserWarning):
+    """What is asked of a motion does not contain the loads that one of its frames was given."""
+
+
 def move(
     linkage: Linkage,
     values: Mapping[str, ArrayLike],
@@ -45,6 +51,7 @@ def move(
         raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
     if not 0.0 <= tolerance < np.inf:
         raise FrameError(f"tolerance is {tolerance:g}: give a length, 0 or above")
+    linkage.check_free()
     mechanism = compiled(linkage)
     drives = given_drives(linkage, mechanism, values, rates, accelerations)
     return Motion(
@@ -84,6 +91,10 @@ class Motion:
 
     def __repr__(self) -> str:
         return f"<Motion of shape {self.shape} of {self.linkage!r}>"
+
+    def __getstate__(self) -> dict[str, object]:
+        """What another process needs; frames that are in use in this one are not known there."""
+        return {name: value for name, value in vars(self).items() if name != "frames"}
 
     @property
     def shape(self) -> Shape:
@@ -439,10 +450,17 @@ class Motion:
         from the compliance of links and joints; if these are rigid, the reactions with the least sum of squares are
         given (moments divided by half of what the drawing spans). ``.method`` says which.
 
+        Loads that were given to a frame of the motion alone are not among them.
+
         Returns
         -------
         Reactions
             Reactions and drive forces; NaN where no finite forces hold the linkage.
+
+        Warns
+        -----
+        LoadsWarning
+            Where a frame of the motion was given loads.
 
         Raises
         ------
@@ -461,6 +479,7 @@ class Motion:
         """
         from .statics.reactions import reactions
 
+        self._check_frames("reactions()")
         return reactions(self)
 
     def kinetic_energy(self) -> Array:
@@ -507,8 +526,15 @@ class Motion:
         Each link is a body, in whose own axes its nodes do not move, so that its stiffness is computed once for all
         poses. A point that only one link has gives the node of its name; where joints part it each link has its own,
         ``point.link``, and the bare name means that of the first link. Members are called as their link, or
-        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ... A slider stands on the beam of
-        the link that carries it where it stays on that beam at all poses, else on a rigid arm from the joint's point.
+        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ...
+
+        A slider loads the link that carries it where it is at each pose: on any of the beams along which its slot
+        runs, at a point of the link, or, where it is beyond them all, on a rigid prolongation of the nearest end. A
+        beam counts where it leans from the slot by less than 0.01 radians and is off it by less than a hundredth of
+        its length. Where the slot runs along no beam, as that of a yoke, the slider stands on a rigid arm from the
+        joint's point. Where it changes from seat to seat with the pose, each seat is a joint ``joint.link.on.seat``
+        between the link and the slider's node, rigid at the poses at which the slider stands there and free else.
+
         A mass that was given sits, rigid, on the link's point nearest to its centre, and its beams weigh nothing.
 
         Parameters
@@ -517,6 +543,7 @@ class Motion:
             Give the joints their clearance.
         loads
             Apply what the linkage was loaded with: loads, torques, gravity, and the forces of springs and dampers.
+            What the frame is loaded with later acts in it alone, and neither in `reactions` nor in `stress`.
         inertia
             Apply the inertia forces of the rigid motion.
 
@@ -528,7 +555,24 @@ class Motion:
         """
         from .statics.frame import frame
 
-        return frame(self, clearance=clearance, loads=loads, inertia=inertia)
+        built = frame(self, clearance=clearance, loads=loads, inertia=inertia)
+        self.frames[built] = loads_of(built)
+        return built
+
+    @cached_property
+    def frames(self) -> WeakKeyDictionary[Frame, tuple[int, ...]]:
+        """Frames that were made of the motion and are still in use, and how many loads they then had."""
+        return WeakKeyDictionary()
+
+    def _check_frames(self, what: str) -> None:
+        """Warn where a frame of the motion was given loads, which what is asked of the motion does not contain."""
+        if any(loads_of(frame) != before for frame, before in self.frames.items()):
+            warnings.warn(
+                f"motion.{what} does not contain the loads that were given to a frame of this motion: loads given by "
+                "linkage.load(...) act in both",
+                LoadsWarning,
+                stacklevel=3,
+            )
 
     def save(self, path: str | Path, times: ArrayLike | None = None) -> None:
         """Write the motion for ParaView: links as lines, with the velocity and acceleration of their points.
@@ -639,6 +683,8 @@ class Motion:
     def stress(self, link: str) -> Stress:
         """Stress along the members of a link under the linkage's loads and its inertia, clearances closed.
 
+        Loads that were given to a frame of the motion alone are not among them.
+
         Parameters
         ----------
         link
@@ -656,6 +702,7 @@ class Motion:
         """
         from .statics.accuracy import stress
 
+        self._check_frames("stress()")
         return stress(self, link)
 
     # -- states and rates -------------------------------------------------------------------------------------------
@@ -750,6 +797,12 @@ class Motion:
     def _on(self, point: str, link: str | None) -> tuple[str, Array]:
         name, _ = self.linkage.end(point if link is None else (link, point), "the motion")
         return name, self.mechanism.place(name, point)
+
+
+def loads_of(frame: Frame) -> tuple[int, ...]:
+    """How many loads a frame has at nodes and on members, and which weight."""
+    given = (frame.loads, frame.member_loads)
+    return *(sum(map(len, loads.values())) for loads in given), 0 if frame.weight is None else id(frame.weight)
 
 
 def _drawn(place: ArrayLike) -> Array:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, finite, numbers
 from ....framework.errors import FrameError
+from .joints import COMPONENTS, Kind
 from .parts import GROUND, Pair, joint_axes, kind_of
 from .sketch import Sketch
 
@@ -22,11 +25,12 @@ class Joining(Sketch):
         first: str,
         *others: str,
         axis: ArrayLike = Z,
-        drive: bool | str = False,
+        drive: bool | Sequence[str] = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         contact: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
         at: ArrayLike = 0.0,
     ) -> None:
         """Join links by a pin: the second turns about the axis, which the first carries.
@@ -43,7 +47,9 @@ class Joining(Sketch):
         drive
             True where the angle is driven.
         stiffness
-            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint holds where None.
+            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint holds and on what is driven
+            where None. On a coordinate that the joint leaves free it is that of a spring, which cannot be inf; on a
+            driven one it is that of the drive, and with 0 nothing holds the frame there.
         clearance
             Radial clearance, (...).
         contact
@@ -53,11 +59,35 @@ class Joining(Sketch):
             ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not. Where None, each
             journal lies where equilibrium presses it.
         name
-            The joint's name; its point, or ``point.kind`` where that is taken.
+            The joint's name; its point, or ``point.kind`` where that is taken. A second joint of one kind between the
+            same links at one point needs one.
+        replace
+            Whether it takes the place of the joint of that name, or where no name is given of that of its kind
+            between the same links at the same point; it is new where there is none.
         at
             Angle in the drawing, radians, (...).
+
+        Raises
+        ------
+        FrameError
+            If a name is taken or unknown, if there is such a joint already, or if a number is not what it should be;
+            the linkage is then as it was.
         """
-        self._add("revolute", point, (first, *others), axis, None, drive, stiffness, clearance, name, at, None, contact)
+        self._add(
+            "revolute",
+            point,
+            (first, *others),
+            axis,
+            None,
+            drive,
+            stiffness,
+            clearance,
+            name,
+            at,
+            0.0,
+            replace,
+            contact,
+        )
 
     def prismatic(
         self,
@@ -66,10 +96,11 @@ class Joining(Sketch):
         second: str,
         *,
         axis: ArrayLike,
-        drive: bool | str = False,
+        drive: bool | Sequence[str] = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
         at: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a slider: the second slides along the axis, which the first carries.
@@ -84,12 +115,12 @@ class Joining(Sketch):
             Direction of sliding as drawn, (..., 2 or 3).
         drive
             True where the displacement is driven.
-        stiffness, clearance, name
+        stiffness, clearance, name, replace
             As for `revolute`.
         at
             Displacement in the drawing, (...).
         """
-        self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+        self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def cylindrical(
         self,
@@ -98,10 +129,11 @@ class Joining(Sketch):
         second: str,
         *,
         axis: ArrayLike = Z,
-        drive: bool | str = False,
+        drive: bool | Sequence[str] = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
         at: ArrayLike = 0.0,
     ) -> None:
         """Join two links so that the second slides along the axis and turns about it; the first carries it.
@@ -116,12 +148,13 @@ class Joining(Sketch):
             Direction of the axis as drawn, (..., 2 or 3).
         drive
             True where both coordinates are driven, ``"uz"`` or ``"rz"`` where one is.
-        stiffness, clearance, name
+        stiffness, clearance, name, replace
             As for `revolute`.
         at
             Displacement and angle in the drawing, (..., 2).
         """
-        self._add("cylindrical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+        links = first, second
+        self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def spherical(
         self,
@@ -130,10 +163,11 @@ class Joining(Sketch):
         second: str,
         *,
         axis: ArrayLike = Z,
-        drive: bool | str = False,
+        drive: bool | Sequence[str] = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
         at: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a ball.
@@ -148,12 +182,12 @@ class Joining(Sketch):
             z of the joint's axes as drawn, (..., 2 or 3).
         drive
             True where the rotation is driven.
-        stiffness, clearance, name
+        stiffness, clearance, name, replace
             As for `revolute`.
         at
             Rotation vector in the drawing, in the joint's axes, (..., 3).
         """
-        self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+        self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def universal(
         self,
@@ -163,10 +197,11 @@ class Joining(Sketch):
         *,
         axis: ArrayLike,
         second: ArrayLike,
-        drive: bool | str = False,
+        drive: bool | Sequence[str] = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
         at: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a cross (Cardan, Hooke): it turns about an axis of each.
@@ -183,12 +218,13 @@ class Joining(Sketch):
             Axis on the second link as drawn, (..., 2 or 3), perpendicular to `axis`: x of the joint.
         drive
             True where both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` where one is.
-        stiffness, clearance, name
+        stiffness, clearance, name, replace
             As for `revolute`.
         at
             The two angles in the drawing, radians, (..., 2).
         """
-        self._add("universal", point, (first, second_link), axis, second, drive, stiffness, clearance, name, at, None)
+        links = first, second_link
+        self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def planar(
         self,
@@ -197,10 +233,11 @@ class Joining(Sketch):
         second: str,
         *,
         axis: ArrayLike = Z,
-        drive: bool | str = False,
+        drive: bool | Sequence[str] = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
         at: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a plane on which the second slides and turns; the first carries it.
@@ -214,13 +251,13 @@ class Joining(Sketch):
         axis
             Normal of the plane as drawn, (..., 2 or 3).
         drive
-            True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"`` where one is.
-        stiffness, clearance, name
+            True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"``, or several, where these are.
+        stiffness, clearance, name, replace
             As for `revolute`.
         at
             Two displacements and the angle in the drawing, (..., 3).
         """
-        self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, None)
+        self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
     def screw(
         self,
@@ -230,10 +267,11 @@ class Joining(Sketch):
         *,
         axis: ArrayLike,
         pitch: ArrayLike,
-        drive: bool | str = False,
+        drive: bool | Sequence[str] = False,
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
         at: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a screw: the second turns about the axis and advances with it; the first carries it.
@@ -250,12 +288,12 @@ class Joining(Sketch):
             Advance along the axis per turn, (...); below zero for a left-hand thread.
         drive
             True where the angle is driven.
-        stiffness, clearance, name
+        stiffness, clearance, name, replace
             As for `revolute`.
         at
             Angle in the drawing, radians, (...).
         """
-        self._add("screw", point, (first, second), axis, None, drive, stiffness, clearance, name, at, pitch)
+        self._add("screw", point, (first, second), axis, None, drive, stiffness, clearance, name, at, pitch, replace)
 
     def fixed(
         self,
@@ -267,6 +305,7 @@ class Joining(Sketch):
         stiffness: ArrayLike | None = None,
         clearance: ArrayLike | None = None,
         name: str | None = None,
+        replace: bool = False,
     ) -> None:
         """Join two links firmly.
 
@@ -278,10 +317,10 @@ class Joining(Sketch):
             Links that it joins.
         axis
             z of the joint's axes as drawn, (..., 2 or 3).
-        stiffness, clearance, name
+        stiffness, clearance, name, replace
             As for `revolute`.
         """
-        self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, None)
+        self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, 0.0, replace)
 
     def drive(self, joint: str, *coordinates: str) -> None:
         """Drive a joint made elsewhere.
@@ -298,13 +337,23 @@ class Joining(Sketch):
         FrameError
             If there is no such joint or coordinate.
         """
-        free = self.joint(joint).kind.coordinates
-        if not free:
-            raise FrameError(f"joint {joint!r} is fixed: drive another, or make it a joint with a coordinate")
-        wrong = [name for name in coordinates if name not in free]
-        if wrong:
-            raise FrameError(f"joint {joint!r} has no coordinate {wrong[0]!r}: choose of {', '.join(free)}")
-        self.drives[joint] = tuple(name for name in free if not coordinates or name in coordinates)
+        self.drives[joint] = driven_coordinates(joint, self.joint(joint).kind, coordinates or True)
+
+    def check_free(self) -> None:
+        """See that no stiffness holds a coordinate that its joint leaves free.
+
+        Raises
+        ------
+        FrameError
+            If a stiffness is inf on a coordinate that is free and not driven.
+        """
+        for name, pair in self.joints.items():
+            for coordinate in set(pair.kind.coordinates) - set(self.drives.get(name, ())):
+                if np.any(np.isinf(pair.full_stiffness[..., COMPONENTS.index(coordinate)])):
+                    raise FrameError(
+                        f"stiffness of joint {name!r} is inf on {coordinate}, which a {pair.kind.name} joint leaves "
+                        "free: give 0 there, or the stiffness of a spring, or drive it, or take a joint that holds it"
+                    )
 
     # -- adding -----------------------------------------------------------------------------------------------------
 
@@ -315,45 +364,65 @@ class Joining(Sketch):
         links: tuple[str, ...],
         axis: ArrayLike,
         second_axis: ArrayLike | None,
-        drive: bool | str,
+        drive: bool | Sequence[str],
         stiffness: ArrayLike | None,
         clearance: ArrayLike | None,
         name: str | None,
         at: ArrayLike,
-        pitch: ArrayLike | None,
+        pitch: ArrayLike,
+        replace: bool,
         contact: ArrayLike | None = None,
     ) -> None:
         kind = kind_of(kind_name)
-        name = self._joint_name(name, point, kind_name)
+        name = self._joint_name(name, point, kind, links, replace=replace)
         what = f"joint {name!r}"
         self._check_links(what, point, links)
-        if drive and len(links) > 2:
+        driven = driven_coordinates(name, kind, drive)
+        if driven and len(links) > 2:
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
         axes = joint_axes(name, axis, second_axis)
         angles = self._coordinates(what, kind.freedom, at)
-        turn = None if pitch is None else finite(pitch, f"pitch of {what}")
+        turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, stiffness)
         play = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
         touch = None if contact is None else finite(contact, f"contact of {what}")
         if touch is not None and play is None:
             raise FrameError(f"{what} has a contact angle and no clearance: give its clearance, too")
-        shapes = (axes.shape[:-2], angles.shape[:-1], () if turn is None else turn.shape)
-        for of, shape in zip(("axis", "at", "pitch"), shapes, strict=True):
-            self._join(f"{of} of {what}", shape)
-        for index, other in enumerate(links[1:]):
-            own = name if index == 0 else f"{name}.{other}"
-            if own in self.joints:
-                raise FrameError(f"joint {own!r} is there already: give this one another name=")
+        shapes = {"axis": axes.shape[:-2], "at": angles.shape[:-1], "pitch": () if turn is None else turn.shape}
+        names = [name if index == 0 else f"{name}.{other}" for index, other in enumerate(links[1:])]
+        taken = [own for own in names if own in self.joints]
+        if taken and not replace:
+            raise FrameError(f"joint {taken[0]!r} is there already: give this one another name=")
+        self._join({f"{of} of {what}": shape for of, shape in shapes.items()}, instead=replace)
+        for own, other in zip(names, links[1:], strict=True):
             self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, play, turn, touch)
-        if drive:
-            self.drive(name, *([drive] if isinstance(drive, str) else []))
+            self.drives.pop(own, None)
+        if driven:
+            self.drives[name] = driven
 
-    def _joint_name(self, name: str | None, point: str, kind: str) -> str:
-        choices = [point, f"{point}.{kind}"] if name is None else [name]
+    def _joint_name(self, name: str | None, point: str, kind: Kind, links: tuple[str, ...], *, replace: bool) -> str:
+        choices = [point, f"{point}.{kind.name}"] if name is None else [name]
+        if replace and name is not None:
+            return name
+        if name is None and (twin := self._between(kind, point, links)) is not None:
+            if replace:
+                return twin.name
+            raise FrameError(
+                f"joint {twin.name!r} joins {twin.first!r} and {twin.second!r} by a {kind.name} joint at {point!r} "
+                "already: give replace=True to put this one in its place, or name= to have both"
+            )
         for choice in choices:
             if choice not in self.joints:
                 return choice
-        raise FrameError(f"joint {choices[-1]!r} is there already: give this one another name=")
+        raise FrameError(
+            f"joint {choices[-1]!r} is there already: give this one another name=, or replace=True to put it there"
+        )
+
+    def _between(self, kind: Kind, point: str, links: tuple[str, ...]) -> Pair | None:
+        """A joint of a kind at a point between the first and any other of the links."""
+        ends = [pair for other in links[1:] for pair in ((links[0], other), (other, links[0]))]
+        there = (own for own in self.joints.values() if own.kind == kind and own.point == point)
+        return next((own for own in there if (own.first, own.second) in ends), None)
 
     def _check_links(self, what: str, point: str, links: tuple[str, ...]) -> None:
         self._point(point, what)
@@ -377,6 +446,29 @@ class Joining(Sketch):
         if given.shape[-1:] != (freedom,):
             raise FrameError(f"at of {what} has shape {given.shape}: its last axis must hold {freedom} coordinates")
         return given
+
+
+def driven_coordinates(joint: str, kind: Kind, names: bool | Sequence[str]) -> tuple[str, ...]:
+    """Coordinates of a joint that are driven: those that are named, or all or none.
+
+    Raises
+    ------
+    FrameError
+        If the joint has no such coordinate.
+    """
+    free = kind.coordinates
+    if isinstance(names, (bool, np.bool_)):
+        named = free if names else ()
+    elif isinstance(names, (str, list, tuple)):
+        named = (names,) if isinstance(names, str) else tuple(names)
+    else:
+        raise FrameError(f"drive of joint {joint!r} is {names!r}: give True, or coordinates of {', '.join(free)}")
+    if not free and (named or names):
+        raise FrameError(f"joint {joint!r} is fixed: drive another, or make it a joint with a coordinate")
+    wrong = [name for name in named if name not in free]
+    if wrong:
+        raise FrameError(f"joint {joint!r} has no coordinate {wrong[0]!r}: choose of {', '.join(free)}")
+    return tuple(name for name in free if name in named)
 
 
 def _springs(what: str, value: ArrayLike) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from ....elements import Beam
 from ....framework.batch import Array, finite, vector
 from ....framework.errors import FrameError
+from .elastic_axis import neighbours
 from .joints import KINDS, Kind
 
 GROUND = "ground"
@@ -119,15 +119,20 @@ class Load:
     follows: bool = False
 
 
-def beams_of(link: str, points: tuple[str, ...], beam: object, beams: object) -> dict[tuple[str, str], Beam]:
-    """The beams of a link by pair of points, from what the user gave as ``beam=`` and ``beams=``."""
+def beams_of(
+    link: str, points: tuple[str, ...], beam: object, beams: object, places: Mapping[str, Array]
+) -> dict[tuple[str, str], Beam]:
+    """The beams of a link by pair of points, from what the user gave as ``beam=`` and ``beams=``.
+
+    `places` tell where the points are as drawn.
+    """
     if isinstance(beam, Mapping):
         given = {tuple(pair): value for pair, value in beam.items()}
     elif beam is None and beams is None:
         return {}
     else:
-        pairs = [tuple(pair) for pair in beams] if isinstance(beams, (list, tuple)) else list(pairwise(points))
-        given = dict.fromkeys(pairs, beam)
+        named = [tuple(pair) for pair in beams] if isinstance(beams, (list, tuple)) else None
+        given = dict.fromkeys(neighbours(link, points, places, beam) if named is None else named, beam)
     out: dict[tuple[str, str], Beam] = {}
     for pair, element in given.items():
         if len(pair) != 2 or pair[0] == pair[1] or any(point not in points for point in pair):

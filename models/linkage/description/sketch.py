@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ....elements import Beam
 from ....framework.batch import Array, Shape, finite, joined
+from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
 from .parts import GROUND, Link, Load, Pair, Spring, beams_of, in_space, inertia_of
 
@@ -64,7 +65,7 @@ class Sketch:
         if name in self.points:
             raise FrameError(f"point {name!r} is there already: choose another name")
         given = in_space(place, f"point {name!r}") + 0.0
-        self._join(f"point {name!r}", given.shape[:-1])
+        self._join({f"point {name!r}": given.shape[:-1]})
         # what is compiled is taken up again while the description holds the same arrays
         given.setflags(write=False)
         self.points[name] = given
@@ -87,7 +88,8 @@ class Sketch:
         name
             Its name.
         points
-            Names of its points, one or more; beams follow them in this order.
+            Names of its points, one or more; beams follow them in this order. Points of a straight stretch may come in
+            any order: where the line would run back over itself, one bar has them all.
         beam
             Beam of each part, or a mapping from pairs of points to beams; None for a rigid link.
         beams
@@ -120,23 +122,32 @@ class Sketch:
                 raise FrameError(f"link {name!r} has {len(points)} points: length= needs exactly two; move its points")
             if np.any(np.all(self.points[points[0]] == self.points[points[1]], axis=-1)):
                 raise FrameError(f"link {name!r}: {points[0]} and {points[1]} coincide: draw them apart for length=")
-            self._join(f"length of link {name!r}", true.shape)
-        self.links[name] = Link(
+        link = Link(
             name,
             points,
-            beams_of(name, points, beam, beams),
+            beams_of(name, points, beam, beams, self.points),
             None if mass is None else self._not_negative(mass, f"mass of link {name!r}"),
             None if centre is None else in_space(centre, f"centre of link {name!r}"),
             inertia_of(name, inertia),
             true,
         )
+        if true is not None:
+            self._join({f"length of link {name!r}": true.shape})
+        self.links[name] = link
 
     # -- springs and loads ------------------------------------------------------------------------------------------
 
     def spring(
-        self, first: End, second: End, *, stiffness: ArrayLike, length: ArrayLike, damping: ArrayLike = 0.0
+        self,
+        first: End,
+        second: End,
+        *,
+        stiffness: ArrayLike,
+        length: ArrayLike,
+        damping: ArrayLike = 0.0,
+        replace: bool = False,
     ) -> None:
-        """Put a spring, with a damper beside it, between two points.
+        """Put a spring, with a damper beside it, between two points; several that differ act side by side.
 
         Parameters
         ----------
@@ -148,18 +159,31 @@ class Sketch:
             Length without force, (...).
         damping
             Force per speed, (...).
+        replace
+            Whether it takes the place of all springs between the same two ends.
 
         Raises
         ------
         FrameError
-            If an end is unknown, both are the same, or a number is below zero.
+            If an end is unknown, both are the same, a number is below zero, or the same spring is there already.
         """
         ends = self.end(first, "spring"), self.end(second, "spring")
         if ends[0] == ends[1]:
             raise FrameError(f"spring: both ends are {ends[0][1]!r} on {ends[0][0]!r}: give two points")
         between = f"of the spring {ends[0][1]}-{ends[1][1]}"
         numbers = (("stiffness", stiffness), ("length", length), ("damping", damping))
-        self.springs.append(Spring(*ends, *(self._not_negative(v, f"{what} {between}") for what, v in numbers)))
+        new = Spring(*ends, *(self._not_negative(v, f"{what} {between}") for what, v in numbers))
+        there = [old for old in self.springs if {old.first, old.second} == set(ends)]
+        if replace:
+            self.springs = [old for old in self.springs if old not in there]
+        elif any(
+            _same((old.stiffness, old.length, old.damping), (new.stiffness, new.length, new.damping)) for old in there
+        ):
+            raise FrameError(
+                f"the spring {ends[0][1]}-{ends[1][1]} is there already: give replace=True to put this one in its "
+                "place, or one spring of twice the stiffness"
+            )
+        self.springs.append(new)
 
     def load(
         self,
@@ -173,8 +197,11 @@ class Sketch:
         my: ArrayLike = 0.0,
         mz: ArrayLike = 0.0,
         follows: bool = False,
+        replace: bool = False,
     ) -> None:
-        """Load a point with a force and a moment, global.
+        """Load a point with a force and a moment, global; loads that differ add up.
+
+        They act in all that is asked of the motion: reactions, drive forces, stress, accuracy, and in its frames.
 
         Parameters
         ----------
@@ -186,16 +213,18 @@ class Sketch:
             Components, (...); with as many entries as the motion has poses, they differ from pose to pose.
         follows
             Whether they turn with the link, as the thrust of an engine does; they are then as drawn.
+        replace
+            Whether they take the place of all loads on this point of the link.
 
         Raises
         ------
         FrameError
-            If there is no such point, or no link has it.
+            If there is no such point, no link has it, or the same load is there already.
         """
         where = self.end(point if link is None else (link, point), "load")
         if link is None and where[0] == GROUND:
             raise FrameError(f"load: no link has point {point!r}: add it to the link that is loaded")
-        self.loads.append(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follows))
+        self._act(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follows), replace=replace)
 
     def torque(
         self,
@@ -205,8 +234,9 @@ class Sketch:
         my: ArrayLike = 0.0,
         mz: ArrayLike = 0.0,
         follows: bool = False,
+        replace: bool = False,
     ) -> None:
-        """Load a link with a moment, global.
+        """Load a link with a moment, global; moments that differ add up.
 
         Parameters
         ----------
@@ -216,9 +246,11 @@ class Sketch:
             Components, (...).
         follows
             As for `load`.
+        replace
+            Whether it takes the place of all torques on the link.
         """
         self._link(link, "torque")
-        self.loads.append(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follows))
+        self._act(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follows), replace=replace)
 
     def gravity(self, acceleration: ArrayLike) -> None:
         """Let gravity act on all links.
@@ -229,6 +261,19 @@ class Sketch:
             Acceleration of gravity, global, (..., 2 or 3).
         """
         self.weight = in_space(acceleration, "gravity")
+
+    def _act(self, new: Load, *, replace: bool) -> None:
+        """Add a load, or put it in the place of those that act there."""
+        there = [old for old in self.loads if (old.link, old.point) == (new.link, new.point)]
+        if replace:
+            self.loads = [old for old in self.loads if old not in there]
+        elif any(old.follows == new.follows and _same((old.value,), (new.value,)) for old in there):
+            what = f"load on {new.point!r}" if new.point else f"torque on {new.link!r}"
+            raise FrameError(
+                f"the same {what} is there already: give replace=True to put this one in its place, or one load of "
+                "twice the value"
+            )
+        self.loads.append(new)
 
     # -- look-up ----------------------------------------------------------------------------------------------------
 
@@ -297,9 +342,17 @@ class Sketch:
             raise FrameError(f"{what}: there is no link {name!r}: choose one of {', '.join(self.links) or 'none yet'}")
         return self.links[name]
 
-    def _join(self, what: str, shape: Shape) -> None:
-        self._shape = joined(what, shape, self._shapes)
-        self._shapes[what] = shape
+    def _join(self, given: Mapping[str, Shape], *, instead: bool = False) -> None:
+        """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit.
+
+        With `instead` they take the place of what was given under the same names.
+        """
+        known = {what: shape for what, shape in self._shapes.items() if not (instead and what in given)}
+        whole = np.broadcast_shapes(*known.values())
+        for what, shape in given.items():
+            whole = joined(what, shape, known)
+            known[what] = shape
+        self._shape, self._shapes = whole, known
 
     @staticmethod
     def _above_zero(value: ArrayLike, what: str) -> Array:
@@ -316,5 +369,14 @@ class Sketch:
         return given
 
 
+def _same(some: Sequence[Array], others: Sequence[Array]) -> bool:
+    return all(np.array_equal(one, other) for one, other in zip(some, others, strict=True))
+
+
 def _six(what: str, *components: ArrayLike) -> Array:
-    return np.stack(np.broadcast_arrays(*(finite(value, what) for value in components)), axis=-1)
+    given = {name: finite(value, what) for name, value in zip(FORCES, components, strict=True)}
+    known: dict[str, Shape] = {}
+    for name, value in given.items():
+        joined(f"{name} of the {what}", value.shape, known)
+        known[f"{name} of the {what}"] = value.shape
+    return np.stack(np.broadcast_arrays(*given.values()), axis=-1)

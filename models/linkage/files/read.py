@@ -254,7 +254,7 @@ def _spring(source: Source, linkage: Linkage, index: int) -> None:
             source.fail((*path, "between"), f"has {told(list(end))}: give a point, or a list of link and point")
     with source.at(*path, "between"):
         first, second = (linkage.end(end, "spring") for end in both)  # type: ignore[arg-type]
-    numbers = {key: source.numbers((*path, key)) for key in table if key != "between"}
+    numbers: dict[str, Any] = {key: source.numbers((*path, key)) for key in table if key != "between"}
     with source.at(*path):
         linkage.spring(first, second, **numbers)
 

@@ -14,6 +14,7 @@ from ....framework.batch import Array, aligned
 from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
 from .contact import has_contacts
+from .frame import frame
 
 if TYPE_CHECKING:
     from ....framework.frame import Frame
@@ -94,7 +95,7 @@ class PointAccuracy:
 
     @cached_property
     def _frame(self) -> Frame:
-        loaded = self.motion.frame(inertia=self.inertia)
+        loaded = frame(self.motion, inertia=self.inertia)
         if self.load:
             loaded.load(self.point, **self.load)
         return loaded
@@ -117,7 +118,7 @@ def node_of(motion: Motion, point: str, link: str | None) -> str:
 def flexibility(motion: Motion, point: str, link: str | None) -> Array:
     """Displacement of a point by unit loads on it, (..., 6, 6); see `Motion.flexibility`."""
     node = node_of(motion, point, link)
-    cases = motion.frame(loads=False)
+    cases = frame(motion, loads=False)
     units = np.eye(6).reshape(6, *(1,) * len(cases.shape), 6)
     cases.load(node, **{name: units[..., k] for k, name in enumerate(FORCES)})
     return np.moveaxis(motion.bare.solve(cases, clearance=False).displacement(node), 0, -1)
@@ -144,7 +145,7 @@ def stiffness(motion: Motion, point: str, link: str | None) -> Array:
 
 def frequencies(motion: Motion, count: int) -> Array:
     """The lowest natural frequencies, Hz, (..., count); see `Motion.frequencies`."""
-    return motion.frame(loads=False).modes(count).frequencies
+    return frame(motion, loads=False).modes(count).frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +191,7 @@ class Stress:
 
 def stress(motion: Motion, link: str) -> Stress:
     """Stress in a link under the linkage's loads and inertia; see `Motion.stress`."""
-    built = motion.frame(inertia=True)
+    built = frame(motion, inertia=True)
     if link not in motion.linkage.links:
         raise FrameError(f"stress: there is no link {link!r}: choose one of {', '.join(motion.linkage.links)}")
     members = tuple(name for name, *_ in motion.bare.pieces.get(link, []))

@@ -18,7 +18,7 @@ from ..description.joints import COMPONENTS
 from ..description.parts import GROUND, Link, Pair, joint_axes
 from .actions import tension, turned_tensor
 from .contact import impose_contacts, without_contacts
-from .guides import cut, in_order, inside
+from .guides import Layout, Slider, bond
 from .inertia import inertia, is_given, place, with_density
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
@@ -38,9 +38,14 @@ PLAY = {
 ABOUT = 5
 
 
-def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
-    """The linkage at every pose as a frame, held at its drives; see `Motion.frame`."""
-    bare = motion.bare if clearance else Builder(motion, clearance=False)
+def frame(
+    motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False, clamped: bool = False
+) -> Frame:
+    """The linkage at every pose as a frame, held at its drives; see `Motion.frame`.
+
+    With `clamped` drives hold whose stiffness is 0, as they do in the rigid motion.
+    """
+    bare = motion.bare if clearance and not clamped else Builder(motion, clearance=clearance, clamped=clamped)
     built = bare.frame.copy()
     if loads:
         add_loads(built, motion, bare.nodes)
@@ -62,9 +67,11 @@ class Builder:
         The motion.
     clearance
         Give the joints their clearance.
+    clamped
+        Hold drives whose stiffness is 0.
     """
 
-    def __init__(self, motion: Motion, *, clearance: bool) -> None:
+    def __init__(self, motion: Motion, *, clearance: bool, clamped: bool = False) -> None:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
         self.motion, self.linkage = motion, motion.linkage
@@ -72,6 +79,7 @@ class Builder:
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
         self.spins = _spins(self.linkage)
+        self.clamped = clamped
         self.lost = ~motion.is_assembled
         if self.lost.any():
             self.frame.exclude(self.lost)
@@ -100,26 +108,23 @@ class Builder:
         places = {point: place(self.linkage, name, point) for point in link.points}
         for point, local in places.items():
             self.frame.node(self.nodes.of(name, point), local, body=name)
-        chains = {pair: list(pair) for pair in link.beams}
-        at = dict(places)
-        for guide, point, local in self._guides(name):
-            self.frame.node(guide, local, body=name)
-            at[guide] = local
-            pair = next((pair for pair in chains if inside(at[pair[0]], at[pair[1]], local)), None)
-            if pair is None:
-                self.frame.rigid(self.nodes.of(name, point), guide)
-            else:
-                chains[pair] = in_order([*chains[pair], guide], at)
-        self._beams(name, link, chains, at)
+        sliders = list(self._sliders(name))
+        layout = Layout.of(link.beams, places, sliders)
+        for node in layout.fractions:
+            self.frame.node(node, layout.at[node], body=name)
+        self._beams(name, link, layout)
         self._rigid(name, link, places)
+        for slider in sliders:
+            self._seat(name, slider, layout)
         if is_given(link):
             self._mass(name, link)
 
     def joint(self, pair: Pair, *, clearance: bool) -> None:
-        """A joint element, clamped where it is driven."""
+        """A joint element; a drive is rigid where no stiffness was given."""
         stiffness = pair.full_stiffness
         driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
-        stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
+        if pair.stiffness is None or self.clamped:
+            stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
@@ -171,27 +176,44 @@ class Builder:
         self.frame.node(name, position)
         self.frame.fix(name)
 
-    def _guides(self, link: str) -> Iterator[tuple[str, str, Array]]:
-        """Nodes of a link under the sliders that run on it: name, the joint's point, and place in the link's axes."""
+    def _sliders(self, link: str) -> Iterator[Slider]:
+        """The sliders that run on a link, with their places in its axes."""
         for pair in self.linkage.joints.values():
             if pair.first == link and pair.kind.name in SLIDING:
                 arm = self.motion.position(pair.point, pair.second) - self.motion.origin(link)
                 axes = np.swapaxes(self.motion.axes(link), -1, -2)
                 local = self._there(turned(axes, arm), self.linkage.points[pair.point])
-                yield self.nodes.guide(pair), pair.point, local
+                yield Slider(self.nodes.guide(pair), pair, local)
 
-    def _beams(self, name: str, link: Link, chains: dict[tuple[str, str], list[str]], at: dict[str, Array]) -> None:
+    def _seat(self, link: str, slider: Slider, layout: Layout) -> None:
+        """Put the node under a slider, rigid with the seat on which it stands at each pose."""
+        guide, point = slider.guide, slider.pair.point
+        seats = layout.seats[guide] or {point: np.ones((), dtype=bool)}
+        if guide in layout.fractions:
+            return
+        self.frame.node(guide, slider.place, body=link)
+        if len(seats) == 1:
+            self.frame.rigid(self.nodes.on(link, next(iter(seats))), guide)
+            return
+        hold = bond(self.linkage.links[link].beams, layout.at)
+        for seat, here in seats.items():
+            foot = f"{guide}.on.{seat}"
+            self.frame.node(foot, slider.place, body=link)
+            self.frame.rigid(self.nodes.on(link, seat), foot)
+            self.frame.add(foot, Joint(np.where(here[..., None], hold, 0.0)), foot, guide)
+
+    def _beams(self, name: str, link: Link, layout: Layout) -> None:
         pieces = [
             (part, ends)
-            for pair, chain in chains.items()
-            for part, ends in zip(cut(link.beams[pair], chain, at), pairwise(chain), strict=True)
+            for pair, beam in link.beams.items()
+            for part, ends in zip(layout.parts(pair, beam), pairwise(layout.chains[pair]), strict=True)
         ]
         given = is_given(link)
         for index, (part, ends) in enumerate(pieces, start=1):
             member = name if len(pieces) == 1 else f"{name}.{index}"
             beam = with_density(part, 0.0) if given else part
             self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
-            self.pieces.setdefault(name, []).append((member, beam, at[ends[0]], at[ends[1]]))
+            self.pieces.setdefault(name, []).append((member, beam, layout.at[ends[0]], layout.at[ends[1]]))
 
     def _rigid(self, name: str, link: Link, at: dict[str, Array]) -> None:
         """What no beam joins to the first beam is rigid with the nearest point that one does; all is without beams."""

@@ -212,7 +212,7 @@ def _by_compliance(motion: Motion) -> tuple[dict[str, Array], dict[str, Array]]:
     from .frame import frame
 
     linkage = motion.linkage
-    solution = frame(motion, clearance=False, inertia=True).solve()
+    solution = frame(motion, clearance=False, inertia=True, clamped=True).solve()
     wrenches, drives = {}, {}
     for name in linkage.joints:
         force = -solution.joint_force(name)

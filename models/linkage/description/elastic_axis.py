@@ -1,0 +1,68 @@
+"""Between which points of a link its beams run, where only the points were named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from ....elements import Beam
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+
+Ends = tuple[str, str]
+
+# Two stretches of a link lie in one line where they lean from each other by less, in radians.
+IN_LINE = 1e-2
+
+
+def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], beam: object) -> list[Ends]:
+    """Pairs of points between which the beams of a link run, one after the other.
+
+    Beams follow the points as they were named. Where points of a straight stretch were named out of their order, so
+    that the beams would run back over one another, there is one bar with all of these points on it.
+
+    Raises
+    ------
+    FrameError
+        If such a stretch tapers or has releases, or its points change their order within the batch.
+    """
+    pairs = list(pairwise(points))
+    chords = [places[end] - places[start] for start, end in pairs]
+    if any(np.any(np.linalg.norm(chord, axis=-1) == 0.0) for chord in chords):
+        return pairs
+    out: list[Ends] = []
+    first = 0
+    for index in range(1, len(pairs) + 1):
+        if index == len(pairs) or not _in_line(chords[first], chords[index]):
+            stretch = list(points[first : index + 1])
+            back = any(np.any(np.sum(chords[first] * chord, axis=-1) < 0.0) for chord in chords[first:index])
+            out += pairwise(_in_order(link, stretch, places, chords[first], beam) if back else stretch)
+            first = index
+    return out
+
+
+def _in_line(one: Array, other: Array) -> bool:
+    size = np.linalg.norm(one, axis=-1) * np.linalg.norm(other, axis=-1)
+    return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) <= IN_LINE * size))
+
+
+def _in_order(
+    link: str, points: Sequence[str], places: Mapping[str, Array], along: Array, beam: object
+) -> Sequence[str]:
+    """The points of a straight stretch in their order on it."""
+    told = ", ".join(points)
+    if isinstance(beam, Beam) and (beam.end is not None or beam.release):
+        raise FrameError(
+            f"link {link!r}: its line runs back over itself along {told}, and its beam tapers or has releases: name "
+            "the points in their order along the link, or give beam= by pairs of points"
+        )
+    where = {point: np.sum((places[point] - places[points[0]]) * along, axis=-1) for point in points}
+    ordered = sorted(points, key=lambda point: float(np.min(where[point])))
+    if any(np.any(where[here] >= where[there]) for here, there in pairwise(ordered)):
+        raise FrameError(
+            f"link {link!r}: the order of {told} along it changes within the batch, or two of them coincide: give "
+            "beam= by pairs of points"
+        )
+    return ordered
