@@ -12,12 +12,10 @@ from ..errors import FrameError
 from ..frame import Frame
 from ..solution import Solution
 from ..solvers.sparse import SparseSolver
-from ..structure.topology import Index
-from . import dense
 from .shapes import Shapes, check_count
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE, inverse_pencil, stiffness_halves
-from .under_load import geometric_stacks
+from .under_load import geometric_stacks, geometric_stiffness
 
 # Roundings that make an axial force where there is none, and an eigenvalue for each unknown.
 _ROUNDINGS = 16.0
@@ -86,8 +84,7 @@ def _dense(solution: Solution) -> tuple[Array, Array]:
     """All eigenvalues of what the load takes off by the stiffness, (..., n), and vectors (..., n, n); of what is absent
     those of nothing in particular."""
     plan, absent = solution.plan, solution.frame.absent
-    stacks = [(_dofs(nodes), matrices) for nodes, matrices in geometric_stacks(solution.bounds.whole())]
-    taken = -dense.reduced(plan, dense.summed(stacks, 6 * len(plan.topology.number)))
+    taken = -geometric_stiffness(plan, solution.bounds.whole())
     half, root = stiffness_halves(plan)
     if absent is not None:
         left = absent[..., None, None]
@@ -106,11 +103,6 @@ def _sparse(solution: Solution, count: int) -> tuple[Array, Array]:
         stacks = [(nodes, matrices[(slice(None), *_at(entry, matrices))].__getitem__) for nodes, matrices in found]
         values[entry], vectors[entry] = pencil.greatest(-solver.matrices.reduced(stacks), count)
     return values, vectors
-
-
-def _dofs(nodes: Index) -> Index:
-    """DOF numbers (n, 6 k) of nodes (n, k)."""
-    return (6 * nodes[:, :, None] + np.arange(6)).reshape(len(nodes), -1)
 
 
 def _at(entry: tuple[int, ...], matrices: Array) -> tuple[int, ...]:

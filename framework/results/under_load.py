@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..batch import Array, aligned, block_diagonal
+from ..batched.plan import Plan
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import Equilibrium
 from ..error_bounds.hanging import MEMBER
@@ -14,6 +15,7 @@ from ..structure.assembly import hung_weights
 from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import GROUND
+from . import dense
 from .geometric import of_arm, of_end_moments, of_link, of_load_between
 from .link_forces import link_forces, link_roundings
 
@@ -42,6 +44,23 @@ def geometric_stacks(state: Equilibrium) -> list[Stack]:
         matrices = _members(topology, group, np.moveaxis(ends, -2, 0))
         out.append((group.nodes, group.turned(matrices)))
     return [*out, *_links(state, roundings), *_weights(topology)]
+
+
+def geometric_stiffness(plan: Plan, state: Equilibrium) -> Array:
+    """Geometric stiffness over the unknowns, (..., n, n), in the order of ``plan.unknowns``.
+
+    Parameters
+    ----------
+    plan
+        The frame whose unknowns they are: that of the solution, or one that is held in another way.
+    state
+        The solution of the whole batch in its equations of equilibrium.
+    """
+    stacks = [
+        ((6 * nodes[:, :, None] + np.arange(6)).reshape(len(nodes), -1), matrices)
+        for nodes, matrices in geometric_stacks(state)
+    ]
+    return dense.reduced(plan, dense.summed(stacks, 6 * len(plan.topology.number)))
 
 
 def _ends(state: Equilibrium, springs: Springs, number: int) -> tuple[Array, Array]:

@@ -59,12 +59,14 @@ class Builder:
         The motion.
     clearance
         Give the joints their clearance.
+    clamped
+        Clamp also the drives that have a stiffness of their own.
     """
 
-    def __init__(self, motion: Motion, *, clearance: bool) -> None:
+    def __init__(self, motion: Motion, *, clearance: bool, clamped: bool = False) -> None:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
-        self.motion, self.linkage = motion, motion.linkage
+        self.motion, self.linkage, self.clamped = motion, motion.linkage, clamped
         self.frame = Frame(tolerance=motion.tolerance)
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
@@ -114,7 +116,7 @@ class Builder:
         """A joint element, clamped where it is driven."""
         stiffness = pair.full_stiffness
         driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
-        stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
+        stiffness = np.where(driven & (self.clamped | (stiffness == 0.0)), np.inf, stiffness)
         gap = pair.clearance if clearance and pair.clearance is not None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
         if pair.name in self.spins:
