@@ -1,8 +1,14 @@
-"""Linear buckling: load factors at which the stiffness under the axial forces of the load becomes singular."""
+"""Linear buckling: load factors at which the stiffness under the forces of the load becomes singular.
+
+These are the forces of the linear solution in members, joints and rigid links, on the shape at rest: what a frame moves
+before it buckles does not count. Bending and torsional moments count as axial forces do, so that frames also buckle
+sideways (see `linkframe.framework.results.geometric`).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -100,11 +106,13 @@ def _sparse(solution: Solution, count: int) -> tuple[Array, Array]:
     found = geometric_stacks(solution.bounds.whole())
     values, vectors = np.zeros((*shape, count)), np.zeros((*shape, len(solution.plan.unknowns), count))
     for entry in np.ndindex(*shape):
-        stacks = [(nodes, matrices[(slice(None), *_at(entry, matrices))].__getitem__) for nodes, matrices in found]
+        stacks = [(nodes, _at(entry, matrices).__getitem__) for nodes, matrices in found]
         values[entry], vectors[entry] = pencil.greatest(-solver.matrices.reduced(stacks), count)
     return values, vectors
 
 
-def _at(entry: tuple[int, ...], matrices: Array) -> tuple[int, ...]:
-    """Where a batch entry stands in matrices (n, ..., m, m), which need not vary along every axis."""
-    return tuple(k if n > 1 else 0 for k, n in zip(entry, matrices.shape[1:-2], strict=True))
+def _at(entry: tuple[int, ...], matrices: Array) -> Array:
+    """Those of a batch entry (n, m, m) of matrices (n, ..., m, m), which need not vary along every axis."""
+    where: Any = tuple(k if n > 1 else 0 for k, n in zip(entry, matrices.shape[1:-2], strict=True))
+    out: Array = matrices[(slice(None), *where)]
+    return out

@@ -6,8 +6,8 @@ and a moment that keeps its axis counts as a semitangential one (Argyris, Dunne 
 Engrg.* 14 (1978) 401-451); so does the tangent of `linkframe.framework.large`, which tends to this one where what is
 displaced before buckling is small.
 
-*Members.* In axes that turn with the chord by ``t = (mean twist, -w' / L, v' / L)`` the rotation of an end is, to second
-order, ``w - t - t x w / 2 - s`` with what the turn of the axes itself has of second order ::
+*Members.* In axes that turn with the chord by t (mean twist about x, and the turn of the line between the ends) the
+rotation of an end is, to second order, ``w - t - t x w / 2 - s`` with what the turn itself has of second order ::
 
     s = (-[t x (w1 + w2)]_x / 4,  t_x t_z / 2 - e t_y,  -t_x t_y / 2 - e t_z),    e = (u2 - u1) / L
 

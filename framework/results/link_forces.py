@@ -49,7 +49,9 @@ def _multipliers(kinematics: Kinematics, residual: Array) -> dict[int, Array]:
             force = -factor * flat[..., key]
             own = out.setdefault(number, np.zeros((*residual.shape[:-2], 6)))
             if own.shape[:-1] != force.shape:
-                own = out[number] = np.array(np.broadcast_to(own, (*np.broadcast_shapes(own.shape[:-1], force.shape), 6)))
+                own = out[number] = np.array(
+                    np.broadcast_to(own, (*np.broadcast_shapes(own.shape[:-1], force.shape), 6))
+                )
             own[..., component] += force
     return out
 
@@ -66,7 +68,9 @@ def link_roundings(state: Equilibrium, ends: list[Array]) -> list[Array]:
     """
     kinematics = state.double
     count = kinematics.count
-    nodal = sum((_gathered(each, own, count) for each, own in zip(state.springs, ends, strict=True)), np.zeros((count, 2)))
+    nodal = sum(
+        (_gathered(each, own, count) for each, own in zip(state.springs, ends, strict=True)), np.zeros((count, 2))
+    )
     passed = _passed_on(kinematics, nodal)
     for key, (_, by) in kinematics.dependents.items():
         node, component = divmod(key, 6)
@@ -75,7 +79,9 @@ def link_roundings(state: Equilibrium, ends: list[Array]) -> list[Array]:
             size = np.abs(factor)[..., None] * passed[..., node, component // 3, None] * (np.arange(2) == held // 3)
             for end in (link.first, link.second):
                 if end != GROUND:
-                    nodal = nodal + np.where(np.arange(count)[:, None] == end, _moved(size, link.arm)[..., None, :], 0.0)
+                    nodal = nodal + np.where(
+                        np.arange(count)[:, None] == end, _moved(size, link.arm)[..., None, :], 0.0
+                    )
     passed = _passed_on(kinematics, nodal) if kinematics.dependents else passed
     return [passed[..., link.child if link.sign else link.second, :] for link in kinematics.links]
 

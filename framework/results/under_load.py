@@ -85,7 +85,8 @@ def _stacked(each: list[Array]) -> Array:
 
 def _greatest(doubt: Array) -> Array:
     """The greatest force and the greatest moment on both ends, (..., n, 2, 2)."""
-    return doubt.reshape(*doubt.shape[:-1], 2, 2, 3).max(axis=-1)
+    out: Array = doubt.reshape(*doubt.shape[:-1], 2, 2, 3).max(axis=-1)
+    return out
 
 
 def _members(topology: Topology, group: Group, ends: Array) -> Array:
@@ -108,7 +109,7 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
 
 
 def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
-    """Dead loads between the ends: positions (k,) in the group, where (k, ...), force and moment, local, (k, ..., 6)."""
+    """Dead loads between the ends: positions (k,) in the group, where (k, ...), force and moment (k, ..., 6), local."""
     everywhere = np.arange(len(group.pieces))
     for x, force in weight_forces(topology, group, everywhere):
         yield everywhere, x, force

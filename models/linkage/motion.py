@@ -510,6 +510,8 @@ class Motion:
         ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ... A slider stands on the beam of
         the link that carries it where it stays on that beam at all poses, else on a rigid arm from the joint's point.
         A mass that was given sits, rigid, on the link's point nearest to its centre, and its beams weigh nothing.
+        Springs carry their force at rest and turn with it; that the forces in links turn, too, is left to
+        `flexibility`, `stiffness` and `frequencies`, and to ``frame.buckling``.
 
         Parameters
         ----------
@@ -579,6 +581,10 @@ class Motion:
     def flexibility(self, point: str, link: str | None = None) -> Array:
         """Displacement and rotation of a point by unit forces and moments on it, drives held, clearances closed.
 
+        About the pose under the linkage's springs, loads and weights: these make links stiffer or softer as they turn
+        (geometric stiffness), rigid ones as well. On a linkage of one degree of freedom whose drive has a stiffness k
+        it is ``1 / (k + V'')`` with the potential V of springs, loads and weights.
+
         Parameters
         ----------
         point
@@ -620,7 +626,7 @@ class Motion:
         return stiffness(self, point, link)
 
     def frequencies(self, count: int) -> Array:
-        """The lowest natural frequencies at every pose, drives held, clearances closed.
+        """The lowest natural frequencies at every pose, under springs, loads and weights; drives held, no clearances.
 
         Parameters
         ----------
@@ -630,7 +636,7 @@ class Motion:
         Returns
         -------
         ndarray
-            Hz, (..., count).
+            Hz, (..., count); NaN where the pose is unstable.
         """
         from .statics.accuracy import frequencies
 

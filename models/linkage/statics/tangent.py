@@ -1,9 +1,10 @@
 """Stiffness of a linkage about its loaded pose: that of links and joints, and what turning does to the forces in them.
 
 At rest a pose is held by its drives, under the forces of springs, loads and weights. The second derivative of the
-potential along any small motion is then that of the strain energy plus, for each member, joint and rigid link, the force
-in it times the second derivative of what it works on, kinematics of second order included (see
-`linkframe.framework.results.geometric`). Springs, which carry their force in the frame already, count once.
+potential along any small motion is then that of the strain energy plus, for each member, joint and rigid link, the
+force in it times the second derivative of what it works on, kinematics of second order included (see
+`linkframe.framework.results.geometric`). Springs, which carry their force in the frame already, count once. Loads keep
+their direction; of those that turn with a link the turning is left out.
 """
 
 from __future__ import annotations
@@ -90,7 +91,7 @@ class Tangent:
         return np.where(lost, np.nan, out)
 
     def frequencies(self, count: int) -> Array:
-        """The lowest natural frequencies, Hz, (..., count); NaN where the linkage is not held, and where it is unstable.
+        """The lowest natural frequencies, Hz, (..., count); NaN where the linkage is not held or is unstable.
 
         Raises
         ------
