@@ -9,12 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from .descent import Descent
 from .elimination import LARGE
 from .found import Balance, Found, Linear, Mask, Place
 from .newton import CLOSE, Newton
 from .numbers import Where
-from .sides import amount, node_motion
+from .sides import amount
 
 # Steps of the amount, in radians or sizes of the frame: the first, the longest, and one at which the way is given up.
 _BEGIN, _LONGEST, _LEAST = 0.03, 0.3, 1e-3
@@ -22,8 +21,6 @@ _BEGIN, _LONGEST, _LEAST = 0.03, 0.3, 1e-3
 _GROWTH, _SHRINK, _WHOLE, _STEPS, _ITERATIONS = 2.0, 0.2, 3.0, 40, 12
 # Interpolations of the amount at which the force is zero.
 _SECANTS = 2
-# Steps down the energy where Newton's method crosses to the other side.
-_FALLS = 100
 
 
 class Saddle:
@@ -47,7 +44,6 @@ class Saddle:
         found = Found.nothing(state)
         found.left[:] = True
         waiting: Mask = np.asarray(np.isfinite(mode).all(axis=0))
-        begin = state
         state, done, pull = state.taken(np.arange(count)), np.zeros(count), np.zeros(count)
         more = np.full(count, _BEGIN)
         for _ in range(_STEPS):
@@ -62,30 +58,13 @@ class Saddle:
                 there = tuple(k[turned] for k in where)
                 near = self._between(there, state.taken(turned), mode[:, turned], more[turned],
                                      (before[turned], pull[turned]), factor)  # fmt: skip
-                end = self._ended(there, near, factor, (begin.taken(turned), mode[:, turned]))
+                end = self.newton.solve(there, near, factor)
                 found.take(turned, end, end.good)
             more = np.where(held, np.minimum(_GROWTH * more, _LONGEST), _SHRINK * more)
             waiting &= (more > _LEAST) & (done < _WHOLE)
             if not waiting.any():
                 break
         return found
-
-    def _ended(self, where: Where, near: Place, factor: float, left: tuple[Place, Array]) -> Found:
-        """Equilibria near `near`, on the same side of the saddle that was `left` along a mode: else down the energy."""
-        end = self.newton.solve(where, near, factor)
-        away = np.flatnonzero(end.good & (self._aside(where, end.state, factor, *left) < 0.0))
-        if len(away):
-            there = tuple(k[away] for k in where)
-            end.take(away, Descent(self.newton).run(there, near.taken(away), factor, _FALLS))
-        return end
-
-    def _aside(self, where: Where, state: Place, factor: float, saddle: Place, mode: Array) -> Array:
-        """How far the nodes have moved from a saddle in the sense of a mode (m,)."""
-        balance = self.newton.equations(where, mode.shape[-1], factor)
-        ahead = node_motion(self.newton, balance, saddle, mode)
-        moved = self.newton.space(state).moved - self.newton.space(saddle).moved
-        count = ahead.shape[1]
-        return np.asarray(np.einsum("inm,inm->m", ahead[:3], moved[:, :count]))
 
     def _between(
         self, where: Where, state: Place, mode: Array, step: Array, pulls: tuple[Array, Array], factor: float

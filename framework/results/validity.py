@@ -70,7 +70,7 @@ def _of(part: Part) -> Real:
     ratio = np.sqrt(np.maximum(work, 0.0) / np.where(energy > 0.0, energy, 1.0))
     size = state.plan.frame.size
     scale = np.abs(state.displacements).astype(np.float64).reshape(*state.displacements.shape[:-1], 2, 3)
-    moves = (scale.max(axis=(-3, -1)) * np.array([1.0, size])).max(axis=-1) > _STILL * size
+    moves = (scale.max(axis=(-3, -1), initial=0.0) * np.array([1.0, size])).max(axis=-1) > _STILL * size
     out: Real = np.maximum(np.where(moves & (energy > 0.0), ratio, 0.0), 0.5 * np.sqrt(largest))
     return out
 

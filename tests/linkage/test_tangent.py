@@ -63,7 +63,7 @@ def test_rigid_links_are_the_limit_of_stiff_beams() -> None:
         elastic = slider_crank(beam, 40.0).move(A=turned).flexibility("B", "crank")[:, 5, 5]
         off.append(np.abs(elastic / rigid - 1.0).max())
     assert off[0] < 1e-4
-    assert off[1] < 0.02 * off[0]
+    assert off[1] < 0.05 * off[0]
 
 
 def pendulum(drive: float) -> Linkage:
