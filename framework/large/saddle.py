@@ -59,6 +59,10 @@ class Saddle:
                 near = self._between(there, state.taken(turned), mode[:, turned], more[turned],
                                      (before[turned], pull[turned]), factor)  # fmt: skip
                 end = self.newton.solve(there, near, factor)
+                bad = np.flatnonzero(~end.good)
+                if len(bad):
+                    again = tuple(k[bad] for k in there)
+                    end.take(bad, self.newton.solve(again, state.taken(turned[bad]), factor))
                 found.take(turned, end, end.good)
             more = np.where(held, np.minimum(_GROWTH * more, _LONGEST), _SHRINK * more)
             waiting &= (more > _LEAST) & (done < _WHOLE)

@@ -17,7 +17,7 @@ from .newton import Newton
 
 # Share of what loads of that size could do that is neither side; amount of a mode that shows how nodes move,
 # in radians or sizes of the frame; displacements, as a share of the largest, that are as large.
-_NEITHER, _AMOUNT, _ALIKE = 1e-12, 1e-6, 0.999
+_NEITHER, _AMOUNT, _ALIKE = 3e-8, 1e-6, 0.999
 
 
 def amount(newton: Newton, balance: Balance, state: Place, mode: Array) -> Array:
