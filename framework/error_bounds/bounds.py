@@ -132,6 +132,10 @@ class Bounds:
             value[where], doubt[where] = refined, left
         return value, doubt
 
+    def whole(self) -> Equilibrium:
+        """The solution of the whole batch in its equations of equilibrium."""
+        return Equilibrium(self._statics, Cut(self.axis, ()), *self._values)
+
     # -- parts of the batch -----------------------------------------------------------------------------------------
 
     def parts(self) -> Iterator[Part]:

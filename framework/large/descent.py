@@ -11,9 +11,10 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE
-from .found import Balance, Found, Index, Linear, Mask, Place
-from .newton import CLOSE, Newton
+from .found import Balance, Found, Linear, Mask, Place
+from .newton import CLOSE, NOTHING, Newton
 from .numbers import Where
+from .sides import amount
 
 _HALVINGS = 40
 # Modes that are stiff, by their eigenvalue beside a unit diagonal; Newton steps in which they settle.
@@ -44,7 +45,7 @@ class Descent:
         state = self._driven(balance, state.taken(active))
         for _ in range(iterations):
             at = balance.linearised(state)
-            step, stable, saddle = self._step(at)
+            step, stable, saddle = self._step(at, balance, state)
             close = self.newton.is_close(at, step) & ~saddle
             found.left[active] |= saddle
             share = np.where(close, 1.0, self._searched(balance, state, at, step))
@@ -92,8 +93,7 @@ class Descent:
             root, values, vectors = self.newton.elimination.spectrum(at.values)
             load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
             share = np.where(np.abs(values) > _STIFF, load / np.where(values == 0.0, 1.0, values), 0.0)
-            step = np.zeros((self.model.size, len(share)))
-            step[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
+            step = self._whole(share, vectors, root)
             out = balance.advanced(out, self.newton.limited(step) * step)
         return out
 
@@ -108,7 +108,7 @@ class Descent:
         moved: Place = balance.advanced(state, step)
         return moved
 
-    def _step(self, at: Linear) -> tuple[Array, Mask, Mask]:
+    def _step(self, at: Linear, balance: Balance, state: Place) -> tuple[Array, Mask, Mask]:
         """A step down the energy, whether no direction goes down from there, and whether the step leaves a saddle."""
         if self.model.free > LARGE:
             return self._shifted(at)
@@ -116,13 +116,21 @@ class Descent:
         load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
         floor = self.newton.zero
         share = load / np.maximum(np.abs(values), floor)
-        # nothing drives along the mode, but the energy falls there
-        saddle = (values[:, 0] < -floor) & (np.abs(np.einsum("mi,mi->m", load, share)) <= CLOSE * at.energy)
+        # nothing but rounding drives along the mode, but the energy falls there
+        still = np.abs(np.einsum("mi,mi->m", load, share)) <= CLOSE * at.energy
+        still |= self.newton.largest(self._whole(share, vectors, root)) <= NOTHING
+        saddle = (values[:, 0] < -floor) & still
         if saddle.any():
-            share[saddle, 0] = _KICK / self.largest((vectors[saddle, :, 0] * root[saddle]).T)
-        whole = np.zeros((self.model.size, len(share)))
-        whole[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
+            mode = (vectors[:, :, 0] * root).T
+            share[saddle, 0] = (_KICK / amount(self.newton, balance, state, mode))[saddle]
+        whole = self._whole(share, vectors, root)
         return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), values[:, 0] > -floor, saddle
+
+    def _whole(self, share: Array, vectors: Array, root: Array) -> Array:
+        """Steps of all coordinates (size, m) for shares of the modes (m, n)."""
+        out = np.zeros((self.model.size, len(share)))
+        out[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
+        return out
 
     def _shifted(self, at: Linear) -> tuple[Array, Mask, Mask]:
         """The same for a large frame: the diagonal raised until all pivots are positive."""
@@ -136,13 +144,6 @@ class Descent:
                 break
             shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))
         return self.newton.step(at, np.zeros((0, len(shift))), factors.solve), stable, np.zeros_like(stable)
-
-    def largest(self, mode: Array) -> Array:
-        """Component of a mode (n, m) that is seen most, in radians or sizes of the frame, with its sign (m,)."""
-        weighed = mode * self.newton.scale[: self.model.free, None]
-        at: Index = np.abs(weighed).argmax(axis=0)
-        out: Array = weighed[at, np.arange(len(at))]
-        return out
 
     def _searched(self, balance: Balance, state: Place, at: Linear, step: Array) -> Array:
         """Share of a step that lowers the energy enough (m,)."""

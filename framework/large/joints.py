@@ -99,9 +99,7 @@ class Joint:
     @cached_property
     def loose(self) -> NDArray[np.bool_]:
         """Components of rotation that turn first: the softest."""
-        springs = self.stiffness.array.reshape(6, -1).max(axis=1)
-        most = [np.inf if k in self.edge.ideal else springs[k] for k in (3, 4, 5)]
-        return np.array([value == min(most) for value in most])
+        return self.edge.softest
 
     def within(self, kept: tuple[int, ...]) -> list[int]:
         """Which of its own coordinates move within `kept` global components; its axes lie along these or across."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..batch import Array, turned
 from ..errors import FrameError
-from ..structure.assembly import component_loads
+from ..structure.assembly import component_loads, hung_weights
 from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group, Index, Topology
 from .corotation import DEFORMATIONS, Pieces
@@ -90,7 +90,7 @@ class Loads:
 
         for node, k, value in component_loads(topology):
             put(node, value[..., None] * np.eye(6)[k])
-        hung = _hung(topology)
+        hung = [Hung(*weight) for weight in hung_weights(topology)]
         for weight in hung:
             put(weight.node, np.concatenate([weight.force, np.zeros_like(weight.force)], axis=-1))
         for group in topology.groups:
@@ -137,19 +137,4 @@ def _work(topology: Topology, group: Group) -> Array | None:
     out = np.zeros((len(group.pieces), *shape))
     for position, term in terms:
         out[position] += term
-    return out
-
-
-def _hung(topology: Topology) -> list[Hung]:
-    """Weights of all masses."""
-    frame = topology.frame
-    if frame.weight is None:
-        return []
-    out = []
-    for point in frame.masses.values():
-        matrix = point.element.mass_matrix()
-        mass = matrix[..., 0, 0, None]
-        moment = np.stack([matrix[..., 5, 1], matrix[..., 3, 2], matrix[..., 4, 0]], axis=-1)
-        arm = np.divide(moment, mass, out=np.zeros(np.broadcast_shapes(moment.shape, mass.shape)), where=mass > 0.0)
-        out.append(Hung(topology.number[point.node], mass * frame.weight, arm))
     return out

@@ -28,7 +28,7 @@ CLOSE = 1e-16
 _ROUNDINGS = 4.0 * float(np.finfo(np.float64).eps)
 _ITERATIONS = 30
 # Longest step, and one that is nothing, in radians or sizes of the frame.
-_LONGEST, _NOTHING = 1.0, 1e-13
+_LONGEST, NOTHING = 1.0, 1e-13
 
 
 class Newton:
@@ -162,8 +162,8 @@ class Newton:
         Both are so small that what the step leaves open, of second order, lies below rounding. A `first` step, however
         small, is all that there is of a displacement, and holds the rounding of the factors: another one follows it.
         """
-        nothing = 0.0 if first else _NOTHING
+        nothing = 0.0 if first else NOTHING
         work = np.abs(np.einsum("im,im->m", at.forces, step))
-        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= _NOTHING * min(1.0, self.size)
+        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * min(1.0, self.size)
         near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= nothing)
         return near

@@ -9,16 +9,18 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from .descent import Descent
 from .elimination import LARGE
 from .found import Balance, Found, Linear, Mask, Place
 from .newton import CLOSE, Newton
 from .numbers import Where
+from .sides import amount
 
 # Steps of the amount, in radians or sizes of the frame: the first, the longest, and one at which the way is given up.
 _BEGIN, _LONGEST, _LEAST = 0.03, 0.3, 1e-3
 # How steps grow where they succeed and shrink where not; the whole amount, steps at most, and iterations for each.
 _GROWTH, _SHRINK, _WHOLE, _STEPS, _ITERATIONS = 2.0, 0.2, 3.0, 40, 12
+# Interpolations of the amount at which the force is zero.
+_SECANTS = 2
 
 
 class Saddle:
@@ -38,7 +40,7 @@ class Saddle:
         count = state.moved.shape[-1]
         balance = self.newton.equations(where, count, factor)
         at = balance.linearised(state)
-        mode = self._mode(at)
+        mode = self._mode(balance, state, at)
         found = Found.nothing(state)
         found.left[:] = True
         waiting: Mask = np.asarray(np.isfinite(mode).all(axis=0))
@@ -47,13 +49,20 @@ class Saddle:
         for _ in range(_STEPS):
             ahead, force, held = self._held(balance, state, mode, np.where(waiting, more, 0.0), pull, found)
             on = np.flatnonzero(waiting & held)
+            before = pull.copy()
             state.put(on, ahead.taken(on))
             done[on], pull[on] = done[on] + more[on], force[on]
             turned = on[pull[on] > 0.0]
             waiting[turned] = False
             if len(turned):
                 there = tuple(k[turned] for k in where)
-                end = self.newton.solve(there, state.taken(turned), factor)
+                near = self._between(there, state.taken(turned), mode[:, turned], more[turned],
+                                     (before[turned], pull[turned]), factor)  # fmt: skip
+                end = self.newton.solve(there, near, factor)
+                bad = np.flatnonzero(~end.good)
+                if len(bad):
+                    again = tuple(k[bad] for k in there)
+                    end.take(bad, self.newton.solve(again, state.taken(turned[bad]), factor))
                 found.take(turned, end, end.good)
             more = np.where(held, np.minimum(_GROWTH * more, _LONGEST), _SHRINK * more)
             waiting &= (more > _LEAST) & (done < _WHOLE)
@@ -61,8 +70,29 @@ class Saddle:
                 break
         return found
 
-    def _mode(self, at: Linear) -> Array:
-        """The softest mode (free, m), its largest component one and positive; NaN where the tangent has none."""
+    def _between(
+        self, where: Where, state: Place, mode: Array, step: Array, pulls: tuple[Array, Array], factor: float
+    ) -> Place:
+        """Back to where the force along the mode is nearly zero, between its values `pulls` a `step` ago and now.
+
+        Newton's method from farther away may end on the other side.
+        """
+        balance = self.newton.equations(where, len(step), factor)
+        before, now = pulls
+        for _ in range(_SECANTS):
+            change = now - before
+            step = np.where(change != 0.0, -step * now / np.where(change != 0.0, change, 1.0), 0.0)
+            ahead, force, held = self._held(balance, state, mode, step, now, Found.nothing(state))
+            state.put(np.flatnonzero(held), ahead.taken(held))
+            before, now = np.where(held, now, before), np.where(held, force, now)
+            step = np.where(held, step, 0.0)
+        return state
+
+    def _mode(self, balance: Balance, state: Place, at: Linear) -> Array:
+        """The softest mode (free, m), its largest component one, to the side to which the saddle is left.
+
+        NaN where the tangent has none.
+        """
         elimination = self.newton.elimination
         if self.model.free <= LARGE:
             root, _, vectors = elimination.spectrum(at.values)
@@ -73,7 +103,7 @@ class Saddle:
             for _ in range(8):
                 mode = factors.solve(elimination.diagonal(at.values) * mode)
                 mode = mode / np.abs(mode).max(axis=0)
-        return np.asarray(mode / Descent(self.newton).largest(mode))
+        return np.asarray(mode / amount(self.newton, balance, state, mode))
 
     def _held(
         self, balance: Balance, state: Place, mode: Array, more: Array, pull: Array, found: Found

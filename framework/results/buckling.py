@@ -1,8 +1,14 @@
-"""Linear buckling: load factors at which the stiffness under the axial forces of the load becomes singular."""
+"""Linear buckling: load factors at which the stiffness under the forces of the load becomes singular.
+
+These are the forces of the linear solution in members, joints and rigid links, on the shape at rest: what a frame moves
+before it buckles does not count. Bending and torsional moments count as axial forces do, so that frames also buckle
+sideways (see `linkframe.framework.results.geometric`).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +18,13 @@ from ..errors import FrameError
 from ..frame import Frame
 from ..solution import Solution
 from ..solvers.sparse import SparseSolver
-from ..structure.assembly import member_loads
-from ..structure.topology import Group
-from . import dense
 from .shapes import Shapes, check_count
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE, inverse_pencil, stiffness_halves
+from .under_load import geometric_stacks, geometric_stiffness
 
 # Roundings that make an axial force where there is none, and an eigenvalue for each unknown.
 _ROUNDINGS = 16.0
-_TRANSLATIONS = [0, 1, 2, 6, 7, 8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +90,7 @@ def _dense(solution: Solution) -> tuple[Array, Array]:
     """All eigenvalues of what the load takes off by the stiffness, (..., n), and vectors (..., n, n); of what is absent
     those of nothing in particular."""
     plan, absent = solution.plan, solution.frame.absent
-    stacks = [
-        (group, group.turned(group.element.geometric_matrix(group.length, axial))) for group, axial in _axial(solution)
-    ]
-    taken = -dense.reduced(plan, dense.nodal(plan, stacks))
+    taken = -geometric_stiffness(plan, solution.bounds.whole())
     half, root = stiffness_halves(plan)
     if absent is not None:
         left = absent[..., None, None]
@@ -103,36 +103,16 @@ def _sparse(solution: Solution, count: int) -> tuple[Array, Array]:
     assert isinstance(solution.solver, SparseSolver)
     solver, shape = solution.solver, solution.shape
     pencil = SparsePencil(solver)
-    forces = _axial(solution)
+    found = geometric_stacks(solution.bounds.whole())
     values, vectors = np.zeros((*shape, count)), np.zeros((*shape, len(solution.plan.unknowns), count))
     for entry in np.ndindex(*shape):
-        stacks = []
-        for group, axial in forces:
-            own = axial[(slice(None), *entry)].reshape(-1, *(1,) * len(shape))
-            matrices = group.turned(group.element.geometric_matrix(group.length, own))
-            stacks.append((group.nodes, matrices.__getitem__))
+        stacks = [(nodes, _at(entry, matrices).__getitem__) for nodes, matrices in found]
         values[entry], vectors[entry] = pencil.greatest(-solver.matrices.reduced(stacks), count)
     return values, vectors
 
 
-def _axial(solution: Solution) -> list[tuple[Group, Array]]:
-    """Mean axial forces of pieces, tension positive, (n, ...); zero where they are rounding of what their ends move."""
-    plan, ndim = solution.plan, len(solution.shape)
-    topology = plan.topology
-    nodes = range(len(topology.number))
-    nodal = solution.stacked([plan.tree.row(node, k) for node in nodes for k in range(6)])
-    carried: dict[int, Array] = {}
-    for group, positions, local in member_loads(topology):
-        own = carried.setdefault(id(group), np.zeros((len(group.pieces), *solution.shape)))
-        np.add.at(own, positions, (local[..., 6] - local[..., 0]) / 2.0)
-    out = []
-    for group in topology.groups:
-        ends = np.moveaxis(nodal[..., group.dofs], -2, 0)
-        moved = (group.transform @ ends[..., None])[..., 0]
-        forces = group.element.end_forces(group.length, moved)
-        axial = (forces[..., 6] - forces[..., 0]) / 2.0 - carried.get(id(group), 0.0)
-        stiffness = group.element.stiffness_matrix(group.length)[..., 0, 0]
-        stiffness = stiffness.reshape(len(stiffness), *(1,) * (ndim + 1 - stiffness.ndim), *stiffness.shape[1:])
-        rounding = _ROUNDINGS * np.finfo(float).eps * stiffness * np.abs(moved[..., _TRANSLATIONS]).max(axis=-1)
-        out.append((group, np.where(np.abs(axial) < rounding, 0.0, axial)))
+def _at(entry: tuple[int, ...], matrices: Array) -> Array:
+    """Those of a batch entry (n, m, m) of matrices (n, ..., m, m), which need not vary along every axis."""
+    where: Any = tuple(k if n > 1 else 0 for k, n in zip(entry, matrices.shape[1:-2], strict=True))
+    out: Array = matrices[(slice(None), *where)]
     return out

@@ -1,12 +1,14 @@
 """How far the displaced shape of a linear solution is from equilibrium: whether linear mechanics holds.
 
-In the displaced shape the internal forces of each member go with its chord. What they leave unbalanced at the nodes,
-``g = sum over members of psi x f`` with the rotation psi of the chord, would move the frame by ``K^-1 g``: the first
+In the displaced shape the internal forces of each member go with its chord, and those of joints and rigid links with
+their first node. What they leave unbalanced at the nodes, ``g = sum over members of psi x f`` with the rotation psi of
+the chord, and of links what `linkframe.framework.results.geometric` says, would move the frame by ``K^-1 g``: the first
 step of an iteration to large displacement, with f taken as dead. Its size in the energy norm over that of the solution,
 ``sqrt(g . K^-1 g / u . K u)``, is the relative error by which the linear result is off, to first order; and a chord
 that turns by psi draws its end back by half of psi times what it moves (Crisfield, *Non-linear Finite Element Analysis
 of Solids and Structures* 1, 1991, ch. 7, for the forces that go with the chord). The displaced shape includes what
-journals move within their clearances, which turns links however small the load is.
+journals move within their clearances, which turns links however small the load is. Where all displacements are rounding
+beside the size of the frame, as in a rigid link pushed along its axis, none of it is an error of linear mechanics.
 """
 
 from __future__ import annotations
@@ -17,7 +19,11 @@ import numpy as np
 
 from ..batch import Array, aligned
 from ..error_bounds.deformations import Springs
+from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
+from ..structure.tree import GROUND
+from .geometric import of_link
+from .link_forces import link_forces
 
 if TYPE_CHECKING:
     from ..error_bounds.bounds import Part
@@ -26,6 +32,8 @@ if TYPE_CHECKING:
 
 # Relative error above which a linear result is not one to be printed.
 LINEAR = 0.05
+# Displacements below this share of the frame's size are rounding, and so is by how much of themselves they are off.
+_STILL = 1e-13
 
 
 def nonlinearity(solution: Solution) -> Array:
@@ -54,11 +62,16 @@ def _of(part: Part) -> Real:
         energy = energy + np.sum(pull * found, axis=(-1, -2))
     for k, pull in zip(state.stiffness, state.pulls, strict=True):
         energy = energy + np.sum(np.where(k > 0.0, pull * pull / np.where(k > 0.0, k, 1.0), 0.0), axis=-1)
+    swung, turns = _links(state)
+    unbalanced, largest = unbalanced + swung, np.maximum(largest, turns)
     more = [_beyond_springs(state, number) for number in range(len(state.kinematics.links))]
     load = state.kinematics.reduced(state.unknowns, state.kinematics.generalised(unbalanced, more))
     work = np.sum(load * compliance.solve(load.astype(compliance.root.dtype)), axis=-1)
     ratio = np.sqrt(np.maximum(work, 0.0) / np.where(energy > 0.0, energy, 1.0))
-    out: Real = np.maximum(np.where(energy > 0.0, ratio, 0.0), 0.5 * np.sqrt(largest))
+    size = state.plan.frame.size
+    scale = np.abs(state.displacements).astype(np.float64).reshape(*state.displacements.shape[:-1], 2, 3)
+    moves = (scale.max(axis=(-3, -1), initial=0.0) * np.array([1.0, size])).max(axis=-1) > _STILL * size
+    out: Real = np.maximum(np.where(moves & (energy > 0.0), ratio, 0.0), 0.5 * np.sqrt(largest))
     return out
 
 
@@ -84,6 +97,22 @@ def _beyond_springs(state: Equilibrium, number: int) -> Real | None:
     held = np.isin(np.arange(6), edge.ideal)
     out: Real = np.where(held, 0.0, state.pulls[number] - force.reshape(*shape, 6))
     return out
+
+
+def _links(state: Equilibrium) -> tuple[Array, Array]:
+    """What turning links leave unbalanced at the nodes, (..., nodes, 6), and the largest square of an arm's turn."""
+    moved = np.asarray(state.displacements, dtype=np.float64)
+    out, largest = np.zeros(moved.shape), np.zeros(moved.shape[:-2])
+    for link, force in zip(state.kinematics.links, link_forces(state), strict=True):
+        if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
+            continue
+        ends = np.concatenate([moved[..., link.first, :], moved[..., link.second, :]], axis=-1)
+        swung = np.einsum("...ij,...j->...i", of_link(link, force), ends)
+        out[..., link.first, :] -= swung[..., :6]
+        out[..., link.second, :] -= swung[..., 6:]
+        if link.arm is not None:
+            largest = np.maximum(largest, np.sum(ends[..., 3:6] ** 2, axis=-1) * np.any(link.arm != 0.0, axis=-1))
+    return out, largest
 
 
 def _rotation(springs: Springs, displacements: Real) -> Real:

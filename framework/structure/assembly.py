@@ -142,6 +142,19 @@ def mass_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
             yield topology.number[mass.node], aligned(force, len(frame.shape), 1)
 
 
+def hung_weights(topology: Topology) -> Iterator[tuple[int, Array, Array]]:
+    """Weights of masses: node number, force (..., 3), and arm (..., 3) from the node to where it acts."""
+    frame = topology.frame
+    if frame.weight is None:
+        return
+    for point in frame.masses.values():
+        matrix = point.element.mass_matrix()
+        mass = matrix[..., 0, 0, None]
+        moment = np.stack([matrix[..., 5, 1], matrix[..., 3, 2], matrix[..., 4, 0]], axis=-1)
+        arm = np.divide(moment, mass, out=np.zeros(np.broadcast_shapes(moment.shape, mass.shape)), where=mass > 0.0)
+        yield topology.number[point.node], mass * frame.weight, arm
+
+
 def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
     """Equivalent end forces of the loads on members: group, positions in it (n,), local stack (n, ..., 12)."""
     frame = topology.frame

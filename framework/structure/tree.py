@@ -13,6 +13,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from ..frame import Frame, Tie
@@ -67,6 +68,12 @@ class Edge:
     def strength(self) -> tuple[int, float]:
         """Sorts what had better be in the tree: most ideal components, then the stiffest."""
         return len(self.ideal), max(k if isinstance(k, float) else float(np.max(k)) for k in self.stiffness)
+
+    @property
+    def softest(self) -> NDArray[np.bool_]:
+        """Components of rotation that turn first, (3,): those of the softest springs."""
+        most = [np.inf if k in self.ideal else float(np.max(self.stiffness[k])) for k in (3, 4, 5)]
+        return np.array([value == min(most) for value in most])
 
     def elastic(self, moved: list[Row]) -> list[Row]:
         """What of the relative displacement `moved` is neither imposed nor the advance of a screw."""

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 # Share of the true spread by which linear means and spreads may be off before a pose is marked.
 APART = 0.1
+# A spread below this share of the whole displacement is none to be measured by.
+SHARE = 0.02
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
 
@@ -122,11 +124,14 @@ class Result:
     def apart(self) -> Array:
         """By how many true standard deviations mean and deviation of P are off for being linear, in x or y, (poses,).
 
-        What is true is large displacement; NaN where a pose has no statistics.
+        What is true is large displacement; NaN where a pose has no statistics. A deviation that is less than a small
+        share of the whole displacement, as that in x where P moves along y, counts as that share.
         """
-        mean, spread = (self.rigid + self.large.mean)[:, :2], self.large.std[:, :2]
-        off = np.abs(self.mean[:, :2] - mean) + np.abs(self.std[:, :2] - spread)
-        apart: Array = np.divide(off, spread, out=np.zeros_like(off), where=spread > 0.0).max(axis=1)
+        moved, spread = self.large.mean[:, :2], self.large.std[:, :2]
+        off = np.abs(self.mean[:, :2] - self.rigid[:, :2] - moved) + np.abs(self.std[:, :2] - spread)
+        whole = np.hypot(np.linalg.norm(moved, axis=1), np.linalg.norm(spread, axis=1))[:, None]
+        seen = np.maximum(spread, SHARE * whole)
+        apart: Array = np.divide(off, seen, out=np.zeros_like(off), where=seen > 0.0).max(axis=1)
         return np.where(self.regular, apart, np.nan)
 
     @cached_property

@@ -536,6 +536,8 @@ class Motion:
         between the link and the slider's node, rigid at the poses at which the slider stands there and free else.
 
         A mass that was given sits, rigid, on the link's point nearest to its centre, and its beams weigh nothing.
+        Springs carry their force at rest and turn with it; that the forces in links turn, too, is left to
+        `flexibility`, `stiffness` and `frequencies`, and to ``frame.buckling``.
 
         Parameters
         ----------
@@ -623,6 +625,10 @@ class Motion:
     def flexibility(self, point: str, link: str | None = None) -> Array:
         """Displacement and rotation of a point by unit forces and moments on it, drives held, clearances closed.
 
+        About the pose under the linkage's springs, loads and weights: these make links stiffer or softer as they turn
+        (geometric stiffness), rigid ones as well. On a linkage of one degree of freedom whose drive has a stiffness k
+        it is ``1 / (k + V'')`` with the potential V of springs, loads and weights.
+
         Parameters
         ----------
         point
@@ -664,7 +670,7 @@ class Motion:
         return stiffness(self, point, link)
 
     def frequencies(self, count: int) -> Array:
-        """The lowest natural frequencies at every pose, drives held, clearances closed.
+        """The lowest natural frequencies at every pose, under springs, loads and weights; drives held, no clearances.
 
         Parameters
         ----------
@@ -674,7 +680,7 @@ class Motion:
         Returns
         -------
         ndarray
-            Hz, (..., count).
+            Hz, (..., count); NaN where the pose is unstable.
         """
         from .statics.accuracy import frequencies
 

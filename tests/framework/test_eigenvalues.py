@@ -25,13 +25,11 @@ def bracket(turn: np.ndarray[tuple[int, int], np.dtype[np.float64]], force: tupl
 
 
 @pytest.mark.parametrize("turn", [np.eye(3), TURN], ids=["level", "turned"])
-@pytest.mark.parametrize("force", [(1e3, 0.0, 0.0), (0.0, 1e3, 0.0), (1e3, 1e3, 0.0), (0.0, 0.0, 0.0)])
-def test_what_is_not_compressed_does_not_buckle(
-    turn: np.ndarray[tuple[int, int], np.dtype[np.float64]], force: tuple[float, float, float]
-) -> None:
-    """Pulled, bent, both, and not loaded at all: no factor, however large, is made of rounding."""
-    assert np.isinf(bracket(turn, force).buckling(4).factors).all()
-    pressed = bracket(turn, (-1e3, force[1], force[2])).buckling(1).factors
+@pytest.mark.parametrize("force", [1e3, 1e-3, 0.0])
+def test_what_is_pulled_does_not_buckle(turn: np.ndarray[tuple[int, int], np.dtype[np.float64]], force: float) -> None:
+    """Pulled, and not loaded at all: no factor, however large, is made of rounding."""
+    assert np.isinf(bracket(turn, (force, 0.0, 0.0)).buckling(4).factors).all()
+    pressed = bracket(turn, (-1e3, 0.0, 0.0)).buckling(1).factors
     assert_allclose(pressed, np.pi**2 * 200e9 * 0.03 * 0.02**3 / 12 / 4.0 / 1e3, rtol=2e-3)
 
 

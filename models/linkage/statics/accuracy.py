@@ -15,6 +15,7 @@ from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
 from .contact import has_contacts
 from .frame import frame
+from .tangent import Tangent, is_loaded
 
 if TYPE_CHECKING:
     from ....framework.frame import Frame
@@ -118,6 +119,8 @@ def node_of(motion: Motion, point: str, link: str | None) -> str:
 def flexibility(motion: Motion, point: str, link: str | None) -> Array:
     """Displacement of a point by unit loads on it, (..., 6, 6); see `Motion.flexibility`."""
     node = node_of(motion, point, link)
+    if is_loaded(motion):
+        return Tangent(motion, cut=False).flexibility(node)
     cases = frame(motion, loads=False)
     units = np.eye(6).reshape(6, *(1,) * len(cases.shape), 6)
     cases.load(node, **{name: units[..., k] for k, name in enumerate(FORCES)})
@@ -133,7 +136,7 @@ def stiffness(motion: Motion, point: str, link: str | None) -> Array:
     size = np.sqrt(np.abs(np.diagonal(compliance, axis1=-2, axis2=-1)))
     scaled = compliance / np.where(size > 0.0, size, 1.0)[..., :, None] / np.where(size > 0.0, size, 1.0)[..., None, :]
     scaled[~known] = np.eye(6)
-    least = np.linalg.eigvalsh(scaled)[..., 0]
+    least = np.abs(np.linalg.eigvalsh(scaled)).min(axis=-1)
     if np.any(least <= RIGID):
         raise FrameError(
             f"point {point!r} cannot give way in every direction, links and joints on its way are rigid: its stiffness "
@@ -145,6 +148,8 @@ def stiffness(motion: Motion, point: str, link: str | None) -> Array:
 
 def frequencies(motion: Motion, count: int) -> Array:
     """The lowest natural frequencies, Hz, (..., count); see `Motion.frequencies`."""
+    if is_loaded(motion):
+        return Tangent(motion, cut=True).frequencies(count)
     return frame(motion, loads=False).modes(count).frequencies
 
 

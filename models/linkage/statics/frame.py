@@ -74,7 +74,7 @@ class Builder:
     def __init__(self, motion: Motion, *, clearance: bool, clamped: bool = False) -> None:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
-        self.motion, self.linkage = motion, motion.linkage
+        self.motion, self.linkage, self.clamped = motion, motion.linkage, clamped
         self.frame = Frame(tolerance=motion.tolerance)
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}

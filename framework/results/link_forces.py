@@ -1,0 +1,115 @@
+"""Forces in joints, rigid links, ties and supports of a linear solution, all of them at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..batch import Array
+from ..error_bounds.deformations import Springs
+from ..error_bounds.equilibrium import Equilibrium
+from ..error_bounds.kinematics import Kinematics, Real
+from ..structure.tree import GROUND
+
+
+def link_forces(state: Equilibrium) -> list[Array]:
+    """Force and moment of each link on its first node, in its axes, (..., 6): they work on its opening.
+
+    Of springs by their displacement, of what is held by equilibrium; in the order of ``state.kinematics.links``.
+
+    Parameters
+    ----------
+    state
+        The solution in its equations of equilibrium.
+    """
+    kinematics = state.double
+    pulls = [np.asarray(pull, dtype=np.float64) for pull in state.pulls]
+    residual = np.asarray(state.residual, dtype=np.float64)
+    if kinematics.dependents:
+        multipliers = _multipliers(kinematics, residual)
+        pulls = [pull + multipliers.get(k, 0.0) for k, pull in enumerate(pulls)]
+        # What holds the loops closed acts on the links of the tree as well.
+        held: list[Real | None] = [multipliers.get(k) for k in range(len(pulls))]
+        nothing = np.zeros((kinematics.count, 6))
+        residual = residual - kinematics.generalised(nothing, held)
+    out = []
+    for link, pull in zip(kinematics.links, pulls, strict=True):
+        if link.sign and link.edge.ideal:
+            ideal = np.isin(np.arange(6), link.edge.ideal)
+            pull = np.where(ideal, residual[..., link.child, :], pull)
+        out.append(np.asarray(link.exerted(pull), dtype=np.float64))
+    return out
+
+
+def _multipliers(kinematics: Kinematics, residual: Array) -> dict[int, Array]:
+    """By number of a link that closes a loop, the forces (..., 6) of what it holds on its opening."""
+    flat = residual.reshape(*residual.shape[:-2], -1)
+    out: dict[int, Array] = {}
+    for key, (_, by) in kinematics.dependents.items():
+        for (number, component), factor in by.items():
+            force = -factor * flat[..., key]
+            own = out.setdefault(number, np.zeros((*residual.shape[:-2], 6)))
+            if own.shape[:-1] != force.shape:
+                own = out[number] = np.array(
+                    np.broadcast_to(own, (*np.broadcast_shapes(own.shape[:-1], force.shape), 6))
+                )
+            own[..., component] += force
+    return out
+
+
+def link_roundings(state: Equilibrium, ends: list[Array]) -> list[Array]:
+    """What rounding may make of the forces in links where there are none, (..., 2): force, and moment.
+
+    Parameters
+    ----------
+    state
+        The solution in its equations of equilibrium.
+    ends
+        By kind of member, the same of the forces on both ends, (..., n, 2, 2).
+    """
+    kinematics = state.double
+    count = kinematics.count
+    nodal = sum(
+        (_gathered(each, own, count) for each, own in zip(state.springs, ends, strict=True)), np.zeros((count, 2))
+    )
+    passed = _passed_on(kinematics, nodal)
+    for key, (_, by) in kinematics.dependents.items():
+        node, component = divmod(key, 6)
+        for (number, held), factor in by.items():
+            link, size = kinematics.links[number], np.zeros((*passed.shape[:-2], 2))
+            size = np.abs(factor)[..., None] * passed[..., node, component // 3, None] * (np.arange(2) == held // 3)
+            for end in (link.first, link.second):
+                if end != GROUND:
+                    nodal = nodal + np.where(
+                        np.arange(count)[:, None] == end, _moved(size, link.arm)[..., None, :], 0.0
+                    )
+    passed = _passed_on(kinematics, nodal) if kinematics.dependents else passed
+    return [passed[..., link.child if link.sign else link.second, :] for link in kinematics.links]
+
+
+def _gathered(springs: Springs, ends: Array, count: int) -> Array:
+    """Sums on the nodes, (..., count, 2)."""
+    shape = ends.shape[:-3]
+    flat = np.zeros((*shape, springs.nodes.size, 6))
+    flat[..., :2] = ends.reshape(*shape, -1, 2)
+    return springs.gathered(flat.reshape(*shape, -1, 12), count)[..., :2]
+
+
+def _passed_on(kinematics: Kinematics, nodal: Array) -> Array:
+    """Sizes (..., nodes, 2) with those of all that hangs on a node."""
+    links = [link for link in kinematics.links if link.sign]
+    arms = [link.arm.shape[:-1] for link in links if link.arm is not None]
+    shape = np.broadcast_shapes(nodal.shape[:-2], *arms)
+    out = np.array(np.broadcast_to(nodal, (*shape, *nodal.shape[-2:])))
+    for link in reversed(links):
+        if link.parent != GROUND:
+            out[..., link.parent, :] += _moved(out[..., link.child, :], link.arm)
+    return out
+
+
+def _moved(size: Array, arm: Real | None) -> Array:
+    """Sizes of a force and a moment (..., 2) at the end of an arm as felt at its root."""
+    if arm is None:
+        return size
+    reach = np.linalg.norm(np.asarray(arm, dtype=np.float64), axis=-1)
+    moment = size[..., 1] + reach * size[..., 0]
+    return np.stack([np.broadcast_to(size[..., 0], moment.shape), moment], axis=-1)

@@ -1,0 +1,160 @@
+"""Geometric stiffness of a whole frame under the forces of its linear solution, as stacks of matrices between nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..batch import Array, aligned, block_diagonal
+from ..batched.plan import Plan
+from ..error_bounds.deformations import Springs
+from ..error_bounds.equilibrium import Equilibrium
+from ..error_bounds.hanging import MEMBER
+from ..structure.assembly import hung_weights
+from ..structure.member_loads import applied_forces, weight_forces
+from ..structure.topology import Group, Index, Topology
+from ..structure.tree import GROUND
+from . import dense
+from .geometric import of_arm, of_end_moments, of_link, of_load_between
+from .link_forces import link_forces, link_roundings
+
+# Roundings that make a force where there is none.
+_ROUNDINGS = 16.0
+_EPS = float(np.finfo(float).eps)
+Stack = tuple[Index, Array]
+
+
+def geometric_stacks(state: Equilibrium) -> list[Stack]:
+    """Node numbers (n, k) and geometric stiffness (n, ..., 6 k, 6 k) in the nodes' axes.
+
+    Forces that are zero but for rounding count as zero.
+
+    Parameters
+    ----------
+    state
+        The solution of the whole batch in its equations of equilibrium.
+    """
+    topology = state.plan.topology
+    out, roundings = [], []
+    for group, springs, number in zip(topology.groups, state.double_springs, range(len(state.springs)), strict=True):
+        ends, doubt = _ends(state, springs, number)
+        roundings.append(_greatest(doubt))
+        ends = np.where(np.abs(ends) < doubt, 0.0, ends)
+        matrices = _members(topology, group, np.moveaxis(ends, -2, 0))
+        out.append((group.nodes, group.turned(matrices)))
+    return [*out, *_links(state, roundings), *_weights(topology)]
+
+
+def geometric_stiffness(plan: Plan, state: Equilibrium) -> Array:
+    """Geometric stiffness over the unknowns, (..., n, n), in the order of ``plan.unknowns``.
+
+    Parameters
+    ----------
+    plan
+        The frame whose unknowns they are: that of the solution, or one that is held in another way.
+    state
+        The solution of the whole batch in its equations of equilibrium.
+    """
+    stacks = [
+        ((6 * nodes[:, :, None] + np.arange(6)).reshape(len(nodes), -1), matrices)
+        for nodes, matrices in geometric_stacks(state)
+    ]
+    return dense.reduced(plan, dense.summed(stacks, 6 * len(plan.topology.number)))
+
+
+def _ends(state: Equilibrium, springs: Springs, number: int) -> tuple[Array, Array]:
+    """Forces on both ends of members in local axes, and what rounding may make of them, (..., n, 12)."""
+    rows = np.asarray(springs.local_rows, dtype=np.float64)
+    pulls = np.asarray(state.member_pulls[number], dtype=np.float64)
+    sizes = np.asarray(springs.stiffness * state.deformation_sizes[number], dtype=np.float64)
+    ends = np.einsum("...nij,...ni->...nj", rows, pulls)
+    doubt = _ROUNDINGS * _EPS * np.einsum("...nij,...ni->...nj", np.abs(rows), sizes)
+    if state.loads.by_piece:
+        given = [state.loads.ends(piece) for piece in springs.pieces.tolist()]
+        ends = ends - _stacked([np.asarray(force, dtype=np.float64) for force, _ in given])
+        doubt = doubt + _stacked([about for _, about in given])
+    return ends, doubt
+
+
+def _stacked(each: list[Array]) -> Array:
+    """Arrays (..., 12) as one (..., n, 12)."""
+    shape = np.broadcast_shapes(*(array.shape for array in each))
+    return np.stack([np.broadcast_to(array, shape) for array in each], axis=-2)
+
+
+def _greatest(doubt: Array) -> Array:
+    """The greatest force and the greatest moment on both ends, (..., n, 2, 2)."""
+    out: Array = doubt.reshape(*doubt.shape[:-1], 2, 2, 3).max(axis=-1)
+    return out
+
+
+def _members(topology: Topology, group: Group, ends: Array) -> Array:
+    """Geometric stiffness of a group in local axes, (n, ..., 12, 12), for the forces on the ends (n, ..., 12)."""
+    length = np.broadcast_to(group.length, np.broadcast_shapes(group.length.shape, ends.shape[:-1]))
+    axial = 0.5 * (ends[..., 6] - ends[..., 0])
+    loads = list(_between(topology, group))
+    applied = None
+    if any(np.any(force[..., 3:]) for _, _, force in loads):
+        applied = np.zeros((*length.shape, 3))
+        for position, _, force in loads:
+            applied[position] += force[..., 3:]
+    bent = of_end_moments(length, ends[..., 3:6], ends[..., 9:], applied)
+    out: Array = group.element.geometric_matrix(length, axial) + bent
+    for position, x, force in loads:
+        own = np.broadcast_to(length[position], np.broadcast_shapes(length[position].shape, x.shape, force.shape[:-1]))
+        shapes = group.element.shape_functions(own, x)
+        out[position] += of_load_between(own, shapes, np.broadcast_to(x, own.shape), force)
+    return out
+
+
+def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
+    """Dead loads between the ends: positions (k,) in the group, where (k, ...), force and moment (k, ..., 6), local."""
+    everywhere = np.arange(len(group.pieces))
+    for x, force in weight_forces(topology, group, everywhere):
+        yield everywhere, x, force
+    if topology.frame.member_loads:
+        for position, piece in enumerate(group.pieces.tolist()):
+            if topology.pieces[piece].member in topology.frame.member_loads:
+                for x, force in applied_forces(topology, group, position):
+                    yield np.array([position]), x, force
+
+
+def _links(state: Equilibrium, roundings: list[Array]) -> list[Stack]:
+    """Joints, rigid links and ties that pass on forces."""
+    nodes, matrices = [], []
+    topology = state.plan.topology
+    forces, doubts = link_forces(state), link_roundings(state, roundings)
+    for link, force, doubt in zip(state.kinematics.links, forces, doubts, strict=True):
+        if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
+            continue
+        force = np.where(np.abs(force) < np.repeat(doubt, 3, axis=-1), 0.0, force)
+        matrix = of_link(link, force)
+        if np.any(matrix):
+            nodes.append((link.first, link.second))
+            matrices.append(_in_axes(topology, (link.first, link.second), matrix))
+    if not nodes:
+        return []
+    shape = np.broadcast_shapes(*(matrix.shape for matrix in matrices))
+    return [(np.array(nodes), np.stack([np.broadcast_to(matrix, shape) for matrix in matrices]))]
+
+
+def _weights(topology: Topology) -> Iterator[Stack]:
+    """Weights at the end of arms that turn with a node."""
+    ndim = len(topology.frame.shape)
+    for node, force, arm in hung_weights(topology):
+        if np.any(arm):
+            swing = of_arm(aligned(arm, ndim, 1), aligned(force, ndim, 1))
+            matrix = np.zeros((*swing.shape[:-2], 6, 6))
+            matrix[..., 3:, 3:] = -swing
+            yield np.array([[node]]), _in_axes(topology, (node,), matrix)[None]
+
+
+def _in_axes(topology: Topology, nodes: tuple[int, ...], matrix: Array) -> Array:
+    """A matrix (..., 6 k, 6 k) in global axes as one in those of its nodes."""
+    axes = [topology.axes(node) for node in nodes]
+    if all(own is None for own in axes):
+        return matrix
+    plain = np.eye(3)
+    turn = block_diagonal([plain if own is None else own for own in axes for _ in range(2)])
+    return np.swapaxes(turn, -1, -2) @ matrix @ turn

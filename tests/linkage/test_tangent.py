@@ -1,0 +1,116 @@
+"""Stiffness and frequencies about a loaded pose: the second derivative of the potential through the closed loop."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Material, Rectangle
+from linkframe.models import Linkage
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+INF = np.inf
+CRANK, ROD, DRAWN = 0.1, 0.25, 0.9
+ANCHOR = (0.5, 0.1)
+DRIVE = 30.0
+HINGE = (INF,) * 5 + (DRIVE,)
+
+
+def slider_crank(beam: Beam | None = None, force: float = 0.0) -> Linkage:
+    """A spring from the slider to the ground, perhaps a force on the crank's pin and a weight on the slider's point."""
+    pin = CRANK * np.cos(DRAWN), CRANK * np.sin(DRAWN)
+    linkage = Linkage(A=(0, 0), B=pin, C=(pin[0] + np.sqrt(ROD**2 - pin[1] ** 2), 0.0), Q=ANCHOR)
+    linkage.link("crank", "A", "B", beam=beam)
+    linkage.link("rod", "B", "C", beam=beam)
+    linkage.link("slider", "C")
+    linkage.revolute("A", "ground", "crank", stiffness=HINGE, drive=True)
+    linkage.revolute("B", "crank", "rod")
+    linkage.revolute("C", "rod", "slider")
+    linkage.prismatic("C", "ground", "slider", axis=(1, 0), name="S")
+    linkage.spring("C", ("ground", "Q"), stiffness=1000.0, length=0.2)
+    if force:
+        linkage.load("B", fx=force, fy=-2.0 * force)
+    return linkage
+
+
+def potential(angle: object, force: float) -> object:
+    """Of spring and force, by the crank's angle."""
+    x, y = CRANK * mpmath.cos(angle), CRANK * mpmath.sin(angle)
+    slider = x + mpmath.sqrt(ROD**2 - y**2)
+    length = mpmath.sqrt((ANCHOR[0] - slider) ** 2 + mpmath.mpf(ANCHOR[1]) ** 2)
+    return 500 * (length - mpmath.mpf("0.2")) ** 2 - force * x + 2 * force * y
+
+
+@pytest.mark.parametrize("force", [0.0, 40.0])
+def test_the_tangent_stiffness_of_a_slider_crank(force: float) -> None:
+    """Of spring, crank and rod together; it is negative where the potential has a top."""
+    turned = np.array([0.0, 0.5, 1.0, 2.0, 3.0])
+    found = 1.0 / slider_crank(force=force).move(A=turned).flexibility("B", "crank")[:, 5, 5] - DRIVE
+    with mpmath.workdps(30):
+        wanted = [float(mpmath.diff(lambda a: potential(a, force), DRAWN + t, 2)) for t in turned]
+    assert min(wanted) < -1.0
+    assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
+
+
+def test_rigid_links_are_the_limit_of_stiff_beams() -> None:
+    turned = np.array([0.0, 1.0, 2.0])
+    rigid = slider_crank(force=40.0).move(A=turned).flexibility("B", "crank")[:, 5, 5]
+    off = []
+    for modulus in (1e13, 1e15):
+        beam = Beam(Rectangle(y=0.02, z=0.02), Material(E=modulus, nu=0.3))
+        elastic = slider_crank(beam, 40.0).move(A=turned).flexibility("B", "crank")[:, 5, 5]
+        off.append(np.abs(elastic / rigid - 1.0).max())
+    assert off[0] < 1e-4
+    assert off[1] < 0.05 * off[0]
+
+
+def pendulum(drive: float) -> Linkage:
+    linkage = Linkage(A=(0, 0), B=(0, -0.5))
+    linkage.link("arm", "A", "B", mass=2.0, centre=(0, -0.5), inertia=0.0)
+    linkage.revolute("A", "ground", "arm", stiffness=(INF,) * 5 + (drive,), drive=True)
+    linkage.gravity((0, -9.81))
+    return linkage
+
+
+@pytest.mark.parametrize("drive", [1.0, 20.0])
+def test_a_pendulum_swings_by_its_weight(drive: float) -> None:
+    """``m l^2 w^2 = k + m g l cos(angle)``; upside down on a weak spring it has no frequency."""
+    angle = np.radians([0.0, 40.0, 120.0, 180.0])
+    motion = pendulum(drive).move(A=angle)
+    stiffness = drive + 2.0 * 9.81 * 0.5 * np.cos(angle)
+    assert_allclose(1.0 / motion.flexibility("B")[:, 5, 5], stiffness, rtol=1e-12)
+    wanted = np.where(stiffness > 0.0, np.sqrt(np.abs(stiffness) / 0.5) / (2.0 * np.pi), np.nan)
+    assert_allclose(motion.frequencies(1)[:, 0], wanted, rtol=1e-9)
+
+
+def test_a_balanced_arm_moves_freely_at_every_angle() -> None:
+    """A spring of no free length from above the pivot balances a weight: the stiffness is the drive's alone."""
+    linkage = Linkage(A=(0, 0), B=(0.3, 0), T=(0, 0.2), M=(0.6, 0))
+    linkage.link("arm", "A", "B", "M")
+    linkage.revolute("A", "ground", "arm", stiffness=(INF,) * 5 + (1e-3,), drive=True)
+    stiffness = 500.0
+    linkage.load("M", fy=-stiffness * 0.3 * 0.2 / 0.6)
+    linkage.spring("B", ("ground", "T"), stiffness=stiffness, length=0.0)
+    motion = linkage.move(A=np.radians([-60.0, 0.0, 35.0, 80.0]))
+    assert_allclose(motion.reactions().drive("A"), 0.0, atol=1e-12)
+    assert_allclose(1.0 / motion.flexibility("B")[:, 5, 5], 1e-3, rtol=1e-8)
+
+
+def test_an_elastic_arm_under_load_keeps_its_shape_of_results() -> None:
+    """A column pushed at half its buckling load gives way about twice as far; batches of loads come with the poses."""
+    steel = Material(E=200e9, nu=0.3, density=7850.0)
+    bar = Beam(Rectangle(y=0.01, z=0.02), steel, segments=4)
+    linkage = Linkage(A=(0, 0), B=(1.0, 0))
+    linkage.link("arm", "A", "B", beam=bar)
+    linkage.revolute("A", "ground", "arm", drive=True)
+    euler = np.pi**2 / 4.0 * 200e9 * 0.02 * 0.01**3 / 12.0
+    linkage.load("B", fx=-euler * np.array([1e-9, 0.5]))
+    motion = linkage.move(A=np.zeros((3, 1)))
+    across = motion.flexibility("B")[..., 1, 1]
+    assert across.shape == (3, 2)
+    assert_allclose(across[:, 1] / across[:, 0], 2.0, rtol=0.02)
+    frequencies = motion.frequencies(2)
+    assert frequencies.shape == (3, 2, 2)
+    assert_allclose(frequencies[:, 1, 0] / frequencies[:, 0, 0], np.sqrt(0.5), rtol=0.02)
