@@ -43,7 +43,7 @@ def frame(
 ) -> Frame:
     """The linkage at every pose as a frame, held at its drives; see `Motion.frame`.
 
-    With `clamped` drives hold whose stiffness is 0, as they do in the rigid motion.
+    With `clamped` all drives hold, also those that have a stiffness of their own, as they do in the rigid motion.
     """
     bare = motion.bare if clearance and not clamped else Builder(motion, clearance=clearance, clamped=clamped)
     built = bare.frame.copy()
@@ -68,7 +68,7 @@ class Builder:
     clearance
         Give the joints their clearance.
     clamped
-        Hold drives whose stiffness is 0.
+        Hold all drives, also those that have a stiffness of their own.
     """
 
     def __init__(self, motion: Motion, *, clearance: bool, clamped: bool = False) -> None:
@@ -123,8 +123,8 @@ class Builder:
         """A joint element; a drive is rigid where no stiffness was given."""
         stiffness = pair.full_stiffness
         driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
-        if pair.stiffness is None or self.clamped:
-            stiffness = np.where(driven & (stiffness == 0.0), np.inf, stiffness)
+        held = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
+        stiffness = np.where(driven & held, np.inf, stiffness)
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
