@@ -28,6 +28,8 @@ class Springs:
         Their numbers (n,).
     rows
         Deformations by the displacements of both ends in global axes, (..., n, 6, 12).
+    local_rows
+        The same in local axes, where most are exactly zero; turned back from the global ones they would not be.
     level
         Local axes as rows, (..., n, 3, 3).
     length
@@ -44,6 +46,7 @@ class Springs:
     nodes: Index
     pieces: Index
     rows: Real
+    local_rows: Real
     level: Real
     length: Real
     stiffness: Array
@@ -55,6 +58,7 @@ class Springs:
         return replace(
             self,
             rows=change(self.rows, 3),
+            local_rows=change(self.local_rows, 3),
             level=change(self.level, 3),
             length=change(self.length, 1),
             stiffness=change(self.stiffness, 2),
@@ -68,6 +72,32 @@ class Springs:
         """Sum of the sizes of what the deformations are made of, (..., n, 6), in double precision."""
         ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
         return _applied(np.abs(self.rows).astype(np.float64), ends)
+
+    def uncertain(self, deformations: Real, rounding: float) -> Real:
+        """How much the forces on the deformations (..., n, 6) change with the rounding of stiffness and elastic centre.
+
+        An elastic centre that is off by a share d of the length L mixes the moment into the shear and the shear into
+        the moment: ``b_shear`` becomes ``b_shear + d L b_bend``. A hinge is no elastic centre, and where it is.
+        """
+        off, found = self.roundings * rounding, np.abs(deformations)
+        out = off * self.stiffness * found
+        for shear, bend in ((1, 5), (2, 4)):
+            lean = off * self.stiffness[..., shear] * self.length * (self.stiffness[..., bend] > 0.0)
+            out[..., shear] += lean * found[..., bend]
+            out[..., bend] += lean * found[..., shear]
+        return out
+
+    def work(self, pulls: Real) -> Real:
+        """Square of the greatest work that forces (..., n, 6) do on a motion of unit energy norm, (...)."""
+        stiff = self.stiffness > 0.0
+        shares = np.where(stiff, pulls * pulls / np.where(stiff, self.stiffness, 1.0), 0.0)
+        out: Real = np.sum(shares, axis=(-1, -2))
+        return out
+
+    def spread_forces(self, pulls: Real, count: int) -> Real:
+        """Sum of the sizes of what the forces (..., count, 6) on the nodes are made of, in double precision."""
+        rows = np.abs(self.rows).astype(np.float64)
+        return self.gathered(np.einsum("...nij,...ni->...nj", rows, pulls.astype(np.float64)), count)
 
     def forces(self, pulls: Real, count: int) -> Real:
         """Forces (..., count, 6) on the nodes for forces (..., n, 6) that work on the deformations."""
@@ -83,14 +113,6 @@ class Springs:
         starts = np.flatnonzero(np.diff(ends[order], prepend=-1))
         out[..., ends[order][starts], :] = np.add.reduceat(acting[..., order, :], starts, axis=-2)
         return out
-
-    @property
-    def local_rows(self) -> Real:
-        """Deformations by the end displacements in local axes, (..., n, 6, 12)."""
-        split = self.rows.reshape(*self.rows.shape[:-1], 4, 3)
-        turned_back = np.einsum("...nibl,...njl->...nibj", split, self.level)
-        local: Real = turned_back.reshape(*turned_back.shape[:-2], 12)
-        return local
 
     def _ends(self, displacements: Real, coordinates: Real) -> Real:
         taken = displacements[..., self.nodes, :]
@@ -122,6 +144,7 @@ def _of(plan: Plan, group: Group) -> Springs:
         topology.ends[group.pieces],
         group.pieces,
         out.reshape(*out.shape[:-2], 12),
+        rows,
         level,
         np.moveaxis(length, 0, -1),
         np.moveaxis(stiffness, 0, -2),
