@@ -363,6 +363,8 @@ class Solution(Results):
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
         """Derivatives of one component of a result by every load, joint stiffness, offset, support and member.
 
+        Those by loads, offsets and supports do not depend on the load, and hold where there is none.
+
         Parameters
         ----------
         name
@@ -375,7 +377,7 @@ class Solution(Results):
         Returns
         -------
         Sensitivity
-            By name, each (..., 6); NaN where the frame is a mechanism.
+            By name, each (..., 6); NaN where what the result depends on is a mechanism, loaded or not.
 
         Raises
         ------
@@ -424,6 +426,8 @@ class Solution(Results):
 
     def distance_to_singularity(self) -> Array:
         """Least singular value of the deformations by the unknowns, their columns scaled to length one, (...).
+
+        Of what the loads reach; of the whole frame where there are none.
 
         With the stiffness as springs k on deformations B q it is that of ``sqrt(k) B``, the square root of the least
         eigenvalue of the scaled stiffness: rounding (1e-15) where nothing resists some motion. For a four-bar it falls

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,11 @@ class BroadcastSolver:
         twin = BroadcastSolver(plan)
         twin._factors = self._factors
         return twin
+
+    def reaching(self, unknowns: Iterable[int]) -> BroadcastSolver:
+        """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        plan = self.plan.reaching(unknowns)
+        return self if plan is self.plan else self.only(plan)
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""

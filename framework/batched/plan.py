@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import functools
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import Any
 
@@ -215,6 +215,16 @@ class Plan:
             twin.factors = self.factors
             vars(twin)["excited"] = inside
         return self._parts[island]
+
+    def reaching(self, unknowns: Iterable[int]) -> Plan:
+        """This plan where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        inside = self.excited | {self.component[k] for k in unknowns}
+        if len(inside) == len(self.excited):
+            return self
+        twin = copy.copy(self)
+        twin.factors, twin._parts = self.factors, {}
+        vars(twin)["excited"] = inside
+        return twin
 
     def members_of(self, component: int) -> set[int]:
         """Unknowns of a component."""

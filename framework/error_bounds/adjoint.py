@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -14,10 +13,13 @@ from .asked import Asked
 from .compliance import Compliance
 from .deformations import Springs
 from .equilibrium import Equilibrium
+from .force_sizes import reduced_sizes
 from .kinematics import Kinematics, Real, extended
 
-# Roundings of a scaled load on an unknown, a safe count.
-_CAREFUL = 64.0
+# Roundings of a load on an unknown: those of turning it into its axes, a safe count, and of each rigid link on the way.
+_CAREFUL, _CARRIED = 64.0, 4.0
+# The same in a deformation in double precision, for the size of what it is made of.
+_STRETCH = 8.0
 _LEAST = float(np.finfo(Extended).eps)
 
 
@@ -43,10 +45,8 @@ class Adjoint:
 
     def __init__(self, state: Equilibrium, compliance: Compliance, result: Asked, steps: int = 0) -> None:
         self.state, self.compliance, self.result = state, compliance, result
-        kinematics, links = state.kinematics, range(len(state.kinematics.links))
-        imposed = [extended(result.imposed[k]) if k in result.imposed else None for k in links]
-        none = extended(np.zeros((1,) * (state.ndim + 1) + (len(state.unknowns),)))
-        self._fixed = kinematics.coordinates(state.unknowns, none, imposed).astype(np.float64)
+        kinematics, imposed = state.kinematics, _openings(state, result)
+        self._fixed = _imposed(state, result).astype(np.float64)
         self.right = self._unbalanced(self._fixed, state.double, state.double_springs)
         self.answer: Real = compliance.solve(self.right)
         self.coordinates = kinematics.coordinates(state.unknowns, extended(self.answer), imposed)
@@ -83,7 +83,7 @@ class Adjoint:
         It is the work done where a unit displacement is imposed on the component and nothing else moves but what must.
         """
         state, double = self.state, self.state.double
-        acting = self._forces(self.rough, double, state.double_springs)[index]
+        acting = _forces(state, self.result, self.rough, double, state.double_springs)[index]
         out = []
         for k, link in enumerate(double.links):
             forces = np.zeros((*acting.shape[:-2], 6))
@@ -108,92 +108,130 @@ class Adjoint:
         state, double = self.state, self.state.double
         spread = double.sizes(self.rough)
         total: Any = extended(0.0)
-        kinds = zip(state.double_springs, self.deformations, self._weights(), state.member_pulls, strict=True)
-        for springs, found, weight, pull in kinds:
-            size = springs.sizes(spread, self.rough)
-            total = total + _dot(np.abs(found) + 8.0 * state.rounding * size, weight)
-            total = total + _dot(size, state.fine * np.abs(pull))
+        kinds = zip(state.double_springs, self._stretches, state.pull_doubts, state.member_pulls, strict=True)
+        for springs, found, doubt, pull in kinds:
+            total = total + _dot(found, doubt)
+            total = total + _dot(springs.sizes(spread, self.rough), state.fine * np.abs(pull))
         opened = double.opening_sizes(self.rough, spread)
         for k, found, own, pull, size in zip(
             state.stiffness, self.openings, opened, state.pulls, state.opening_sizes, strict=True
         ):
             if k.any():
-                total = total + np.einsum("...k,...k->...", np.abs(found), state.fine * k * size)
+                here = np.abs(found) + _STRETCH * state.rounding * own
+                total = total + np.einsum("...k,...k->...", here, state.fine * k * size)
                 total = total + np.einsum("...k,...k->...", own, state.fine * np.abs(pull))
         total = total + _dot(spread, state.loads.doubt + state.fine * np.abs(state.loads.forces))
         total = total + _dot(np.abs(self.coordinates), state.fine * np.abs(state.residual))
         out: Real = np.moveaxis(total + self._second_order(), 0, -1) + self.result.doubt
         return out + 4.0 * _LEAST * np.abs(self.refined)
 
-    def _weights(self) -> Iterator[Real]:
-        """By kind of member: what a unit deformation of the adjoint makes of rounding, (..., n, 6)."""
-        state = self.state
-        kinds = zip(state.springs, state.deformations, state.member_pulls, state.deformation_sizes, strict=True)
-        for springs, found, pull, sizes in kinds:
-            k, off = springs.stiffness, springs.roundings * state.rounding
-            weight = off * np.abs(pull) + state.fine * k * sizes
-            # a rounded elastic centre mixes the moment into the shear
-            for shear, bend in springs.mixed:
-                lean = 2.0 * off * np.abs(k[..., shear]) * springs.share(shear, bend)
-                weight[..., shear] += lean * np.abs(found[..., bend])
-                weight[..., bend] += lean * np.abs(found[..., shear])
-            yield weight
+    @cached_property
+    def _stretches(self) -> list[Array]:
+        """Sizes of the deformations by kind of member, what double precision makes of them included, (m, ..., n, 6)."""
+        spread, kinds = self.state.double.sizes(self.rough), self.state.double_springs
+        parts = zip(kinds, self.deformations, strict=True)
+        return [
+            np.abs(found) + _STRETCH * self.state.rounding * each.sizes(spread, self.rough) for each, found in parts
+        ]
 
     def _second_order(self) -> Real:
-        """Bound on the product of what the solution and what the adjoint leave of their equations, (m, ...)."""
-        state, compliance = self.state, self.compliance
-        root = extended(compliance.root)
-        kinds = zip(state.springs, state.deformation_sizes, strict=True)
-        theirs = _norm(root * state.balance) + state.fine * np.sqrt(compliance.greatest * _energy(kinds))
-        own = self._left()
-        out: Real = np.where((own == 0.0) | (theirs == 0.0), 0.0, own * theirs / compliance.least)
+        """Bound on what is a product of two errors, (m, ...).
+
+        The exact solution differs from the computed one by a motion w, of which only the energy norm is known. It does
+        the work ``s . w`` on what the adjoint z leaves of its equations and, as stiffnesses are off by dk, ``dk e(z) .
+        e(w)`` on the adjoint, and ``dk a . e(w)`` on a force asked for by way of the rows a. With S the stiffness
+        scaled to unit diagonal by D, forces g on the unknowns work no more than ``|D g| / sqrt(least)`` on a motion of
+        unit energy norm, and forces p on the deformations no more than ``|k^-1/2 p|``. What drives w is bounded alike:
+        the residual and its own rounding, and the rounding of the stiffness at the computed deformations.
+        """
+        state, root = self.state, extended(self.compliance.root)
+        firm = np.sqrt(self.compliance.least)
+        energy = (_norm(root * state.balance) + _norm(root * state.unbalanced)) / firm + state.doubted
+        members = zip(state.double_springs, self._stretches, strict=True)
+        doubted = np.sqrt(sum((each.work(each.uncertain(e, state.rounding)) for each, e in members), np.zeros(())))
+        loose = np.moveaxis(self.result.loose, -1, 0) if isinstance(self.result.loose, np.ndarray) else 0.0
+        work = self._left() + doubted + loose
+        out: Real = np.where((work == 0.0) | (energy == 0.0), 0.0, work * energy)
         return out
 
     def _left(self) -> Real:
-        """Scaled norm of what the adjoint leaves of its equations, (m, ...)."""
-        state, compliance = self.state, self.compliance
-        root, size = compliance.root, len(state.unknowns)
-        load = _CAREFUL * size * _norm(root * self.right)
+        """Work of what the adjoint leaves of its equations on a motion of unit energy norm, (m, ...)."""
+        state, compliance, double = self.state, self.compliance, self.state.double
+        root, firm, kinds = compliance.root, np.sqrt(compliance.least), state.double_springs
         if self._fine:
             left = self._unbalanced(self.coordinates, state.kinematics, state.springs)
-            spread = extended(state.double.sizes(self.rough))
-            kinds = ((each, each.sizes(spread, self.rough)) for each in state.springs)
-            noise = state.fine * np.sqrt(compliance.greatest * _energy(kinds))
-            fine: Real = _norm(extended(root) * left) + noise + _LEAST * load
+            noise = state.fine * self._load_sizes(self._stretches, [np.abs(opened) for opened in self.openings])
+            spread = double.sizes(self.rough)
+            members = sum((each.work(each.stiffness * each.sizes(spread, self.rough)) for each in kinds), np.zeros(()))
+            opened = zip(state.stiffness, double.opening_sizes(self.rough, spread), strict=True)
+            joints = sum((np.sum(k * size * size, axis=-1) for k, size in opened), np.zeros(()))
+            rounded = state.fine * np.sqrt(members + joints)
+            fine: Real = (_norm(extended(root) * left) + _norm(root * noise)) / firm + rounded
             return fine
         left = self.right - compliance.apply(self.answer)
-        noise = compliance.fuzz * _norm(self.answer / root)
+        sizes = self._load_sizes([], [])
         if self.result.imposed:
-            spread = state.double.sizes(self._fixed)
-            kinds = ((each, each.sizes(spread, self._fixed)) for each in state.double_springs)
-            noise = noise + _CAREFUL * state.rounding * np.sqrt(compliance.greatest * _energy(kinds))
-        rough: Real = _norm(root * left) + noise + state.rounding * load
+            spread = double.sizes(self._fixed)
+            imposed = [each.sizes(spread, self._fixed) for each in kinds]
+            sizes = self._load_sizes(imposed, double.opening_sizes(self._fixed, spread))
+        careful = _CAREFUL + _CARRIED * len(state.kinematics.links)
+        noise = compliance.fuzz * _norm(self.answer / root) + careful * state.rounding * _norm(root * sizes)
+        rough: Real = (_norm(root * left) + noise) / firm
         return rough
+
+    def _load_sizes(self, stretches: list[Array], openings: list[Array]) -> Real:
+        """Sizes of what such deformations and openings leave of the unit load on the unknowns, (m, ..., n)."""
+        state, result, double = self.state, self.result, self.state.double
+        load: Any = np.zeros((double.count, 6))
+        if result.forces is not None:
+            load = (np.abs(result.forces) if result.sizes is None else result.sizes).astype(np.float64)
+        pulls: list[Any] = [np.abs(result.pulls.get(k, np.zeros(6))) for k in range(len(double.links))]
+        if stretches or openings:
+            for each, size in zip(state.double_springs, stretches, strict=True):
+                load = load + each.spread_forces(each.stiffness * size, double.count)
+            pulls = [pull + k * size for pull, k, size in zip(pulls, state.stiffness, openings, strict=True)]
+        return reduced_sizes(double, state.unknowns, load, [pull.astype(np.float64) for pull in pulls])
 
     # -- load -------------------------------------------------------------------------------------------------------
 
     def _unbalanced(self, coordinates: Real, kinematics: Kinematics, springs: list[Springs]) -> Real:
         """What displacements leave of the unit load on the unknowns, (m, ..., n)."""
-        return kinematics.reduced(self.state.unknowns, self._forces(coordinates, kinematics, springs))
-
-    def _forces(self, coordinates: Real, kinematics: Kinematics, springs: list[Springs]) -> Real:
-        """The same on all coordinates, (m, ..., nodes, 6)."""
-        state, result = self.state, self.result
-        load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces
-        moved = kinematics.displacements(coordinates)
-        for each in springs:
-            load = load - each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count)
-        opened = kinematics.openings(coordinates, moved)
-        pulls = [
-            -k * opening + result.pulls.get(index, 0.0)
-            for index, (k, opening) in enumerate(zip(state.stiffness, opened, strict=True))
-        ]
-        return kinematics.generalised(load, pulls)
+        acting = _forces(self.state, self.result, coordinates, kinematics, springs)
+        return kinematics.reduced(self.state.unknowns, acting)
 
 
-def _energy(kinds: Iterable[tuple[Springs, Real]]) -> Any:
-    """Twice the energy of deformations, (...)."""
-    return sum((np.sum(each.stiffness * e * e, axis=(-1, -2)) for each, e in kinds), extended(0.0))
+def unit_forces(state: Equilibrium, result: Asked) -> Real:
+    """Forces on the unknowns that do work equal to a result, (m, ..., n), in double precision."""
+    fixed = _imposed(state, result).astype(np.float64)
+    acting = _forces(state, result, fixed, state.double, state.double_springs)
+    return state.double.reduced(state.unknowns, acting)
+
+
+def _imposed(state: Equilibrium, result: Asked) -> Real:
+    """Coordinates at the unit openings of a result, nothing else moving but what must, (m, ..., nodes, 6)."""
+    none = extended(np.zeros((1,) * (state.ndim + 1) + (len(state.unknowns),)))
+    return state.kinematics.coordinates(state.unknowns, none, _openings(state, result))
+
+
+def _openings(state: Equilibrium, result: Asked) -> list[Real | None]:
+    links = range(len(state.kinematics.links))
+    return [extended(result.imposed[k]) if k in result.imposed else None for k in links]
+
+
+def _forces(
+    state: Equilibrium, result: Asked, coordinates: Real, kinematics: Kinematics, springs: list[Springs]
+) -> Real:
+    """What displacements leave of the unit load, on all coordinates, (m, ..., nodes, 6)."""
+    load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces
+    moved = kinematics.displacements(coordinates)
+    for each in springs:
+        load = load - each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count)
+    opened = kinematics.openings(coordinates, moved)
+    pulls = [
+        -k * opening + result.pulls.get(index, 0.0)
+        for index, (k, opening) in enumerate(zip(state.stiffness, opened, strict=True))
+    ]
+    return kinematics.generalised(load, pulls)
 
 
 def _dot(sizes: Real, weights: Real) -> Any:

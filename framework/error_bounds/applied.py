@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,13 +10,13 @@ import numpy as np
 from ..batch import Array
 from ..batched.plan import Plan
 from ..structure.assembly import member_loads, nodal_loads
-from ..structure.member_loads import PointForces, applied_forces, weight_forces
+from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group, Index
 from .deformations import Springs
 from .kinematics import Change, Real, extended
 
-# Roundings in the equivalent end forces of a load on a member, for the size of what they are made of.
-ROUNDINGS = 256.0
+# Roundings in the weight of a mass, and those of distances in a load on a member, safe counts.
+_WEIGHT, _FEW = 16.0, 32.0
 _ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 
 
@@ -52,7 +53,7 @@ class Loads:
         for index, (node, vector) in enumerate(given):
             forces[..., node, :] += vector
             if index >= nodes:  # the weight of a mass
-                doubt[..., node, :] += ROUNDINGS * _ROUNDING * _greatest(vector)
+                doubt[..., node, :] += _WEIGHT * _ROUNDING * _greatest(vector)
         by_piece: dict[int, tuple[Real, Array]] = {}
         numbers = {id(group): k for k, group in enumerate(plan.topology.groups)}
         for group, positions, local in on_members:
@@ -61,13 +62,12 @@ class Loads:
             for position, force, size in zip(positions.tolist(), local, sizes, strict=True):
                 axes, piece = level[..., position, :, :], int(group.pieces[position])
                 nodal = _out(axes, force)
-                about = ROUNDINGS * _ROUNDING * size
-                spread = _out(np.abs(axes).astype(np.float64), about)
+                spread = _out(np.abs(axes).astype(np.float64), size)
                 for side, node in enumerate(plan.topology.pieces[piece].nodes):
                     forces[..., node, :] += nodal[..., 6 * side : 6 * side + 6]
                     doubt[..., node, :] += spread[..., 6 * side : 6 * side + 6]
                 before = by_piece.get(piece, (extended(0.0), np.zeros(())))
-                by_piece[piece] = (before[0] + extended(force), before[1] + about)
+                by_piece[piece] = (before[0] + extended(force), before[1] + size)
         return cls(forces, doubt, by_piece)
 
     def mapped(self, change: Change) -> Loads:
@@ -81,21 +81,42 @@ class Loads:
 
 
 def _sizes(plan: Plan, group: Group, positions: Index) -> Array:
-    """Sum of the sizes of what the equivalent forces are made of, (n, ..., 12)."""
+    """What rounding may leave of the equivalent end forces of members, (n, ..., 12).
+
+    Each is a sum over points of a force there times a shape function, which is a sum in its turn: the rigid motion and
+    what the two springs of a plane of bending do to it, each a stiffness times a flexibility. None of its terms is
+    greater than the motion of a rigid member, though the sum may be far less, as where a member shears far more than
+    it bends. So the sizes are those of a rigid member, and the roundings those of a product of two stiffnesses, of the
+    sum over the points, and a few of the distances and the products with them.
+    """
+    roundings = 2.0 * group.element.roundings + group.element.quadrature + _FEW
     each = []
     for position in positions.tolist():
         at = np.array([position])
-        total = _summed(group, at, weight_forces(plan.topology, group, at))
-        each.append((total + _summed(group, at, applied_forces(plan.topology, group, position)))[0])
+        forces = [*weight_forces(plan.topology, group, at), *applied_forces(plan.topology, group, position)]
+        each.append(_summed(group, at, forces)[0])
     shape = np.broadcast_shapes(*(size.shape for size in each))
-    return np.stack([np.broadcast_to(size, shape) for size in each])
+    return roundings * _ROUNDING * np.stack([np.broadcast_to(size, shape) for size in each])
 
 
-def _summed(group: Group, at: Index, forces: PointForces) -> Array:
-    out: Array = np.zeros((*group.length[at].shape, 12))
-    for x, force in forces:
-        shapes = np.abs(group.element.shape_functions(group.length[at], x))
-        out = out + np.einsum("...ij,...i->...j", shapes, _greatest(force))
+def _summed(group: Group, at: Index, forces: Sequence[tuple[Array, Array]]) -> Array:
+    """Sum of the sizes of what the equivalent forces of one member are made of, (1, ..., 12)."""
+    length = group.length[at]
+    used = np.zeros((6, 12), dtype=bool)
+    for x, _ in forces:
+        used |= (group.element.shape_functions(length, x) != 0.0).reshape(-1, 6, 12).any(axis=0)
+    rigid = used * _rigid(length)
+    out: Array = np.zeros((*length.shape, 12))
+    for _, force in forces:
+        out = out + np.einsum("...ij,...i->...j", rigid, _greatest(force))
+    return out
+
+
+def _rigid(length: Array) -> Array:
+    """Greatest displacement and rotation along a rigid member by a unit of those at its ends, (..., 6, 12)."""
+    turning = np.arange(12) % 6 >= 3
+    power = turning.astype(float) - turning[:6, None].astype(float)
+    out: Array = length[..., None, None] ** power
     return out
 
 

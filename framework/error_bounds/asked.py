@@ -37,6 +37,10 @@ class Asked:
         The same on the openings of links: by number of the link (m, ..., 6).
     imposed
         Unit openings: by number of the link (m, 6).
+    sizes
+        Of what `forces` are made of, (m, ..., nodes, 6); None where they are no sums.
+    loose
+        What rounding of the stiffness leaves undetermined in a unit motion, by the energy norm, (..., m).
     """
 
     value: Real
@@ -44,6 +48,8 @@ class Asked:
     forces: Real | None = None
     pulls: dict[int, Real] = field(default_factory=dict)
     imposed: dict[int, Real] = field(default_factory=dict)
+    sizes: Real | None = None
+    loose: Real | float = 0.0
 
 
 def checked(kind: str) -> str:
@@ -124,27 +130,46 @@ def _exerted(link: Link, forces: Any) -> Any:
 
 def _end_forces(state: Equilibrium, name: str) -> Asked:
     pieces = state.plan.topology.pieces_of[name]
-    parts = [(pieces[0], slice(0, 6)), (pieces[-1], slice(6, 12))]
-    values, doubts, forces = [], [], []
-    for piece, end in parts:
-        group, at = state.place(piece)
-        springs = state.springs[group]
-        rows = springs.local_rows[..., at, :, :]
-        pull = state.member_pulls[group][..., at, :]
-        loads, sizes = state.loads.ends(piece)
-        values.append((np.einsum("...ij,...i->...j", rows, pull) - loads)[..., end])
-        roundings = springs.roundings * state.rounding
-        doubt = roundings * np.einsum("...ij,...i->...j", np.abs(rows), np.abs(pull)) + sizes
-        doubts.append(
-            (doubt + state.fine * np.einsum("...ij,...i->...j", np.abs(rows), state.pull_sizes(group, at)))[..., end]
-        )
-        acting = (springs.stiffness[..., at, :, None] * rows)[..., end]
-        shape = np.broadcast_shapes(acting.shape[:-2], (1,) * state.ndim)
-        pulls: Any = extended(np.zeros((*shape, 6, *springs.stiffness.shape[-2:])))
-        pulls[..., at, :] = np.swapaxes(acting, -1, -2)
-        pulls = np.moveaxis(pulls, -3, 0)
-        forces.append(springs.forces(pulls, state.kinematics.count))
-    return Asked(np.concatenate(values, axis=-1), np.concatenate(doubts, axis=-1), np.concatenate(_alike(forces)))
+    ends = [_end(state, pieces[0], slice(0, 6)), _end(state, pieces[-1], slice(6, 12))]
+    values, doubts, loose = ([getattr(end, each) for end in ends] for each in ("value", "doubt", "loose"))
+    forces, sizes = ([getattr(end, each) for end in ends] for each in ("forces", "sizes"))
+    return Asked(
+        np.concatenate(values, axis=-1),
+        np.concatenate(doubts, axis=-1),
+        np.concatenate(_alike(forces)),
+        sizes=np.concatenate(_alike(sizes)),
+        loose=np.concatenate(np.broadcast_arrays(*loose), axis=-1),
+    )
+
+
+def _end(state: Equilibrium, piece: int, end: slice) -> Asked:
+    """Forces on one end of a piece: those of its springs, turned by their rows, less the equivalent loads.
+
+    ``R = a^T k e(u) - p`` with the rows a. Rounding of k and of the deformations e changes it by what it changes of
+    the spring forces, by way of a; what it makes of a motion w of which only the energy norm is known is at most that
+    times ``|k^-1/2 dk a|``.
+    """
+    group, at = state.place(piece)
+    springs, count = state.springs[group], state.kinematics.count
+    rows = springs.local_rows[..., at, :, end]
+    pull = state.member_pulls[group][..., at, :]
+    loads, sizes = state.loads.ends(piece)
+    value = np.einsum("...ij,...i->...j", rows, pull) - loads[..., end]
+    off = state.pull_doubts[group][..., at, :] + state.fine * np.abs(pull)
+    doubt = np.einsum("...ij,...i->...j", np.abs(rows), off) + sizes[..., end]
+    acting = np.swapaxes(springs.stiffness[..., at, :, None] * rows, -1, -2)
+    shape = np.broadcast_shapes(acting.shape[:-1], (1,) * (state.ndim + 1))
+    pulls, by = (extended(np.zeros((*shape, *springs.stiffness.shape[-2:]))) for _ in range(2))
+    pulls[..., at, :], by[..., at, :] = acting, np.swapaxes(rows, -1, -2)
+    pulls, by = np.moveaxis(pulls, -3, 0), np.moveaxis(by, -3, 0)
+    loose = np.sqrt(np.moveaxis(springs.work(springs.uncertain(by, state.rounding)), 0, -1))
+    return Asked(
+        value,
+        doubt,
+        springs.forces(pulls, count),
+        sizes=springs.spread_forces(np.abs(pulls), count),
+        loose=loose,
+    )
 
 
 def _alike(arrays: list[Any]) -> list[Any]:

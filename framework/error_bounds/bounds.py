@@ -29,6 +29,7 @@ from .asked import asked
 from .compliance import Compliance, DenseCompliance, SparseCompliance
 from .equilibrium import Equilibrium, Statics
 from .kinematics import Real, extended
+from .reached import reaching
 from .resolved import MOST, excited, groups, hard, rest
 
 if TYPE_CHECKING:
@@ -109,7 +110,9 @@ class Bounds:
             return _upwards(np.abs(computed - value) + doubt)
 
     def distance(self) -> Array:
-        """Least singular value of the scaled deformations, (...)."""
+        """Least singular value of the scaled deformations by what the loads reach, by all unknowns where none do."""
+        if not self._values[0] and self.plan.unknowns:
+            return reaching(self.solution, self.plan.unknowns).bounds.distance()
         out: Array = np.ones(self.solution.shape)
         with np.errstate(all="ignore"):
             for index in range(self._count):
@@ -162,15 +165,21 @@ class Bounds:
 
     def _state(self, index: int) -> tuple[tuple[slice, ...], Equilibrium]:
         """Where a part is, and the solution in it."""
-        shape = self.plan.frame.shape
-        chosen = slice(index * self.step, (index + 1) * self.step)
-        where = tuple(chosen if axis == self.axis else slice(None) for axis in range(len(shape)))
-        cut = Cut(self.axis, where)
+        cut = self._cut(index)
         unknowns, values = self._values
-        return where, Equilibrium(self._statics, cut, unknowns, cut(values, 1))
+        return cut.where, Equilibrium(self.statics, cut, unknowns, cut(values, 1))
+
+    def cuts(self) -> Iterator[Cut]:
+        """What takes each part of the batch out of arrays."""
+        yield from map(self._cut, range(self._count))
+
+    def _cut(self, index: int) -> Cut:
+        chosen = slice(index * self.step, (index + 1) * self.step)
+        where = tuple(chosen if axis == self.axis else slice(None) for axis in range(len(self.plan.frame.shape)))
+        return Cut(self.axis, where)
 
     def _inverted(self, state: Equilibrium) -> Compliance:
-        if not isinstance(self.solution.solver, BroadcastSolver):
+        if state.unknowns and not isinstance(self.solution.solver, BroadcastSolver):
             return self._sparse
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
 
@@ -183,7 +192,8 @@ class Bounds:
             yield Part(at, *hard(self._hung, index, self._values[0]))
 
     @cached_property
-    def _statics(self) -> Statics:
+    def statics(self) -> Statics:
+        """The frame in extended precision."""
         return Statics(self.plan)
 
     @cached_property
@@ -194,7 +204,7 @@ class Bounds:
     def _sparse(self) -> SparseCompliance:
         solver = self.solution.solver
         assert not isinstance(solver, BroadcastSolver)
-        return SparseCompliance(solver.factor, self.plan.graph.coupled, rest(self._statics, self._values[0]))
+        return SparseCompliance(solver.factor, self.plan.graph.coupled, rest(self.statics, self._values[0]))
 
     @cached_property
     def _values(self) -> tuple[list[int], Real]:

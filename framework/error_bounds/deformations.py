@@ -32,6 +32,8 @@ class Springs:
         Their numbers (n,).
     rows
         Deformations by the displacements of both ends in global axes, (..., n, springs, 12).
+    local_rows
+        The same in local axes, where most are exactly zero; turned back from the global ones they would not be.
     level
         Local axes as rows, (..., n, 3, 3).
     length
@@ -53,6 +55,7 @@ class Springs:
     nodes: Index
     pieces: Index
     rows: Real
+    local_rows: Real
     level: Real
     length: Real
     stiffness: Array
@@ -66,6 +69,7 @@ class Springs:
         return replace(
             self,
             rows=change(self.rows, 3),
+            local_rows=change(self.local_rows, 3),
             level=change(self.level, 3),
             length=change(self.length, 1),
             stiffness=change(self.stiffness, 2),
@@ -79,6 +83,34 @@ class Springs:
         """Sum of the sizes of what the deformations are made of, (..., n, springs), in double precision."""
         ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
         return _applied(np.abs(self.rows).astype(np.float64), ends)
+
+    def uncertain(self, deformations: Real, rounding: float) -> Real:
+        """How much rounding of stiffness and elastic centre changes the forces on the deformations (..., n, springs).
+
+        An elastic centre that is off by a share d of the length mixes the moment into the shear and the shear into
+        the moment: ``b_shear`` becomes ``b_shear + d s b_bend`` with the size s of what is mixed, see `share`. A hinge
+        is no elastic centre, and where it is.
+        """
+        off, found = self.roundings * rounding, np.abs(deformations)
+        out = off * self.stiffness * found
+        for shear, bend in self.mixed:
+            lean = 2.0 * off * np.abs(self.stiffness[..., shear]) * self.share(shear, bend)
+            lean = lean * (self.stiffness[..., bend] != 0.0)
+            out[..., shear] += lean * found[..., bend]
+            out[..., bend] += lean * found[..., shear]
+        return out
+
+    def work(self, pulls: Real) -> Real:
+        """Square of the greatest work that forces (..., n, springs) do on a motion of unit energy norm, (...)."""
+        stiff = self.stiffness > 0.0
+        shares = np.where(stiff, pulls * pulls / np.where(stiff, self.stiffness, 1.0), 0.0)
+        out: Real = np.sum(shares, axis=(-1, -2))
+        return out
+
+    def spread_forces(self, pulls: Real, count: int) -> Real:
+        """Sum of the sizes of what the forces (..., count, 6) on the nodes are made of, in double precision."""
+        rows = np.abs(self.rows).astype(np.float64)
+        return self.gathered(np.einsum("...nij,...ni->...nj", rows, pulls.astype(np.float64)), count)
 
     def forces(self, pulls: Real, count: int) -> Real:
         """Forces (..., count, 6) on the nodes for forces (..., n, springs) that work on the deformations."""
@@ -94,14 +126,6 @@ class Springs:
         starts = np.flatnonzero(np.diff(ends[order], prepend=-1))
         out[..., ends[order][starts], :] = np.add.reduceat(acting[..., order, :], starts, axis=-2)
         return out
-
-    @property
-    def local_rows(self) -> Real:
-        """Deformations by the end displacements in local axes, (..., n, springs, 12)."""
-        split = self.rows.reshape(*self.rows.shape[:-1], 4, 3)
-        turned_back = np.einsum("...nibl,...njl->...nibj", split, self.level)
-        local: Real = turned_back.reshape(*turned_back.shape[:-2], 12)
-        return local
 
     def share(self, i: int, j: int) -> Array:
         """Of a pair in `mixed`, what of b_j is the size of b_i where both act, at most, (..., n)."""
@@ -144,6 +168,7 @@ def _of(plan: Plan, group: Group) -> Springs:
         topology.ends[group.pieces],
         group.pieces,
         out.reshape(*out.shape[:-2], 12),
+        rows,
         level,
         np.moveaxis(length, 0, -1),
         np.moveaxis(stiffness, 0, -2),

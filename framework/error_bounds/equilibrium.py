@@ -17,6 +17,7 @@ from ..batched.plan import Plan
 from ..structure.parts import Extended
 from .applied import Loads
 from .deformations import Springs, springs
+from .force_sizes import reduced_sizes
 from .hanging import MEMBER, hanging
 from .kinematics import Change, Kinematics, Link, Real, extended
 
@@ -165,9 +166,35 @@ class Equilibrium:
         given = [0.0 if each is None else np.abs(each) for each in self.imposed]
         return [extended(size + more) for size, more in zip(found, given, strict=True)]
 
-    def pull_sizes(self, group: int, at: int) -> Array:
-        """Size of what the spring forces of a member are made of, (..., 6)."""
-        out: Array = self.springs[group].stiffness[..., at, :] * self.deformation_sizes[group][..., at, :]
+    @cached_property
+    def pull_doubts(self) -> list[Real]:
+        """By kind of member: what the spring forces may be off at these displacements, (..., n, 6).
+
+        By the rounding of the stiffness, for the deformation that there is, and by that of the deformation, for what
+        it is made of.
+        """
+        kinds = zip(self.springs, self.deformations, self.deformation_sizes, strict=True)
+        return [each.uncertain(found, self.rounding) + self.fine * each.stiffness * size for each, found, size in kinds]
+
+    @cached_property
+    def unbalanced(self) -> Real:
+        """What the loads, and the sums of forces in `balance`, may be off, on the unknowns, (..., n)."""
+        count = self.kinematics.count
+        forces = self.loads.doubt + self.fine * np.abs(self.loads.forces).astype(np.float64)
+        for each, pull in zip(self.springs, self.member_pulls, strict=True):
+            forces = forces + each.spread_forces(self.fine * np.abs(pull), count)
+        pulls = [(self.fine * np.abs(pull)).astype(np.float64) for pull in self.pulls]
+        return reduced_sizes(self.double, self.unknowns, forces, pulls)
+
+    @cached_property
+    def doubted(self) -> Real:
+        """Greatest work of what the spring forces may be off on a motion of unit energy norm, (...)."""
+        members = sum(
+            (each.work(doubt) for each, doubt in zip(self.springs, self.pull_doubts, strict=True)), extended(0.0)
+        )
+        links = zip(self.stiffness, self.opening_sizes, strict=True)
+        joints = sum((np.sum(k * (self.fine * size) ** 2, axis=-1) for k, size in links), extended(0.0))
+        out: Real = np.sqrt(members + joints)
         return out
 
     def place(self, piece: int) -> tuple[int, int]:

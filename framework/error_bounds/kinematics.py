@@ -99,7 +99,7 @@ class Link:
 
     def spread(self, sizes: Real) -> Real:
         """Greatest size of the displacement (or coordinates), (..., 6), from that of the coordinates (displacement)."""
-        return sizes if self.lead is None else sheared(sizes, ALONG, ABOUT, _sizes(self.lead))
+        return sizes if self.lead is None else sheared(sizes, ALONG, ABOUT, sizes_of(self.lead))
 
 
 @dataclass(frozen=True)
@@ -211,28 +211,54 @@ class Kinematics:
         return out
 
     def reduced(self, unknowns: Sequence[int], forces: Real) -> Real:
-        """Forces (..., n) on the free coordinates for forces (..., nodes, 6) on all."""
-        flat = merged(forces, -2, -1)
-        if not self.dependents:
-            taken: Real = flat[..., list(unknowns)]
+        """Forces (..., n) on the free coordinates for forces (..., nodes, 6) on all.
+
+        As `coordinates` does the other way, it takes what is held and what constraints determine along, corrections
+        of both included: a virtual displacement of an unknown moves them by the rounding of the axes.
+        """
+        if not self.dependents and not self._turned:
+            taken: Real = merged(forces, -2, -1)[..., list(unknowns)]
             return taken
-        flat = flat.copy()
+        forces = self._corrected_forces(forces)
+        flat = merged(forces, -2, -1)
         for key, (row, _) in self.dependents.items():
             for k, factor in row.items():
                 flat[..., k] += factor * flat[..., key]
         taken = flat[..., list(unknowns)]
         return taken
 
+    @property
+    def _turned(self) -> list[tuple[int, Link]]:
+        """Edges of the tree that hold something along axes of their own, with their numbers."""
+        return [
+            (k, link) for k, link in enumerate(self.links) if link.sign and link.axes is not None and link.edge.ideal
+        ]
+
+    def _corrected_forces(self, forces: Real) -> Real:
+        """The transpose of `_correct`, for forces (..., nodes, 6) on the coordinates."""
+        pulls: list[Real | None] = [None] * len(self.links)
+        flat = merged(forces, -2, -1)
+        for key, (_, by) in self.dependents.items():
+            for (k, component), factor in by.items():
+                pull = -(factor * flat[..., key])[..., None] * np.eye(6)[component]
+                before = pulls[k]
+                pulls[k] = pull if before is None else before + pull
+        out = np.array(forces)
+        if self.dependents:
+            out = out + self.generalised(np.zeros((self.count, 6), forces.dtype), pulls)
+        for _, link in self._turned:
+            held = np.where(np.isin(np.arange(6), link.edge.ideal), out[..., link.child, :], 0.0)
+            out[..., link.child, :] -= link.worked(link.into(link.out(link.exerted(held)))) - held
+        return out
+
     def _correct(self, coordinates: Real, imposed: Sequence[Real | None]) -> None:
-        turned_links = [(k, link) for k, link in enumerate(self.links) if link.sign and link.axes is not None]
-        for k, link in turned_links:
+        for k, link in self._turned:
             held = list(link.edge.ideal)
-            if held:
-                # the given axes are orthonormal to rounding only
-                found = link.rest(link.into(link.out(link.whole(coordinates[..., link.child, :]))))
-                wanted = imposed[k]
-                gap = found[..., held] if wanted is None else found[..., held] - wanted[..., held]
-                coordinates[..., link.child, held] -= gap
+            # the given axes are orthonormal to rounding only
+            found = link.rest(link.into(link.out(link.whole(coordinates[..., link.child, :]))))
+            wanted = imposed[k]
+            gap = found[..., held] if wanted is None else found[..., held] - wanted[..., held]
+            coordinates[..., link.child, held] -= gap
         if not self.dependents:
             return
         openings = self.openings(coordinates, self.displacements(coordinates))
@@ -293,17 +319,17 @@ class Kinematics:
             flat = merged(out, -2, -1)
             for key, (_, by) in self.dependents.items():
                 for (k, component), factor in by.items():
-                    flat[..., key] += _sizes(factor) * openings[k][..., component]
+                    flat[..., key] += sizes_of(factor) * openings[k][..., component]
         return out
 
     def _sizes(self, magnitudes: Real) -> Real:
         out: Real = magnitudes.copy()
         for nodes, axes in self.bodies:
-            out[..., nodes, :] = turned(_sizes(axes), out[..., nodes, :])
+            out[..., nodes, :] = turned(sizes_of(axes), out[..., nodes, :])
         for link in self.links:
             if link.sign:
                 own = link.spread(out[..., link.child, :])
-                own = own if link.axes is None else turned(_sizes(link.axes), own)
+                own = own if link.axes is None else turned(sizes_of(link.axes), own)
                 if link.parent != GROUND:
                     own = own + _spread(out[..., link.parent, :], link.arm)
                 out[..., link.child, :] = own
@@ -314,12 +340,12 @@ class Kinematics:
         for link in self.links:
             if link.sign:
                 own = link.spread(magnitudes[..., link.child, :])
-                own = own if link.axes is None else turned(_sizes(link.axes), own)
+                own = own if link.axes is None else turned(sizes_of(link.axes), own)
             else:
                 own = sizes[..., link.second, :]
                 if link.first != GROUND:
                     own = own + _spread(sizes[..., link.first, :], link.arm)
-            out.append(link.spread(own if link.axes is None else turned(np.swapaxes(_sizes(link.axes), -1, -2), own)))
+            out.append(link.spread(own if link.axes is None else turned(np.swapaxes(sizes_of(link.axes), -1, -2), own)))
         return out
 
     # -- forces -----------------------------------------------------------------------------------------------------
@@ -439,7 +465,8 @@ def _spread(sizes: Real, arm: Real | None) -> Real:
     return np.concatenate([shift, np.broadcast_to(sizes[..., 3:], shift.shape)], axis=-1)
 
 
-def _sizes(array: Real) -> Real:
+def sizes_of(array: Real) -> Real:
+    """In double precision, without the signs."""
     return np.abs(array).astype(np.float64)
 
 

@@ -19,6 +19,7 @@ from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from .adjoint import Adjoint
 from .asked import checked
+from .reached import reaching, worked_on
 
 if TYPE_CHECKING:
     from ..solution import Solution
@@ -69,6 +70,9 @@ def sensitivity(solution: Solution, name: str, what: str, kind: str) -> Sensitiv
     if checked(kind) == "end_forces":
         raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
     index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)
+    # By loads and offsets a result has derivatives even where all of them are zero, and nothing was solved for.
+    solution = reaching(solution, worked_on(solution, name, kind, index))
+    getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
     for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
         for key, value in _derivatives(adjoint, name, kind, index):

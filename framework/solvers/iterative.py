@@ -82,6 +82,8 @@ class Iterative(Factor):
                 return np.stack(found, axis=1)
             if self.singular and self.instead is None:
                 return None
+            if self.instead is None:  # a matrix that is regular, and a load that does not converge all the same
+                self._give_up()
         assert self.instead is not None
         return self.instead.unscaled(load)
 
@@ -145,6 +147,10 @@ class Iterative(Factor):
 
     def _descend(self, load: Array, enough: Callable[[Array], float]) -> Array | None:
         """Preconditioned conjugate gradients until the residual is `enough`, None where it does not become so."""
+        with np.errstate(all="ignore"):  # where nothing resists, steps may be of any size
+            return self._descended(load, enough)
+
+    def _descended(self, load: Array, enough: Callable[[Array], float]) -> Array | None:
         x, residual = np.zeros_like(load), load.copy()
         way = z = self.precondition(residual)
         power = _dot(residual, z)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, partial
 
 import numpy as np
@@ -78,6 +78,18 @@ class SparseSolver:
         """Displacements of all nodes in their axes, (load cases, nodes, 6), from the unknowns (n, load cases)."""
         found = self.matrices.substitution @ unknowns + self._shifts()
         return np.moveaxis(found.reshape(-1, 6, self._cases), -1, 0)
+
+    def reaching(self, unknowns: Iterable[int]) -> SparseSolver:
+        """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
+        excited = self.excited | np.isin(self._label, np.unique(self._label[asked]))
+        if np.array_equal(excited, self.excited):
+            return self
+        twin = copy.copy(self)
+        for loaded in ("unknowns", "_numbers", "freedom"):
+            vars(twin).pop(loaded, None)
+        vars(twin)["excited"] = excited
+        return twin
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
@@ -219,10 +231,14 @@ class SparseSolver:
     @cached_property
     def excited(self) -> NDArray[np.bool_]:
         """Unknowns that the loads reach, (n,)."""
-        _, label = connected_components(self.stiffness, directed=False)
-        pushed = np.unique(label[np.any(self.load != 0.0, axis=1)])
-        found: NDArray[np.bool_] = np.isin(label, pushed)
+        pushed = np.unique(self._label[np.any(self.load != 0.0, axis=1)])
+        found: NDArray[np.bool_] = np.isin(self._label, pushed)
         return found
+
+    @cached_property
+    def _label(self) -> Index:
+        """Number of the connected component of each unknown, (n,)."""
+        return connected_components(self.stiffness, directed=False)[1].astype(np.int64)
 
     def _factor(self, where: NDArray[np.bool_]) -> Factor:
         key = where.tobytes()

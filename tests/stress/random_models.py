@@ -74,7 +74,7 @@ class Tally:
         return (
             f"{self.models} models, {self.numbers} numbers: {self.lies} beyond their bound, {self.silent} NaN not "
             f"announced; {self.mechanisms} called mechanisms, {self.open} more without a certain digit; "
-            f"bound over error at least {self.least:.6f}, typically {np.median(self.ratios):.3g}"
+            f"bound over error at least {self.least:.6f}, typically {np.median(self.ratios or np.nan):.3g}"
         )
 
 
@@ -227,9 +227,11 @@ def compared(models: Models, solution: Solution) -> Iterator[Compared]:
 
 
 def one_of(thing: Any, index: int) -> Any:
-    """The same with each double-double number replaced by the float of one model."""
+    """The same with each double-double number, and each array, replaced by the float of one model."""
     if isinstance(thing, DoubleDouble):
         return float(thing.high[index])
+    if isinstance(thing, np.ndarray):
+        return float(thing[index])
     if isinstance(thing, dict):
         return {name: one_of(part, index) for name, part in thing.items()}
     if isinstance(thing, tuple):

@@ -1,4 +1,5 @@
-"""The long stress test: every axis against 50 digits, and a million random models against double-double numbers.
+"""The long stress test: every axis against 50 digits, a million random models against double-double numbers, and
+thousands of all kinds, by all methods, against the mixed method in 64 digits.
 
     python tests/stress/run.py --out stress-results
     python tests/stress/run.py --models 10000 --axes load units
@@ -26,12 +27,14 @@ from linkframe.framework import MechanismWarning
 from stress.axes import AXES
 from stress.chain import chain, tip
 from stress.measure import Measured, measured, of_tip
+from stress.mixed_kinds import METHODS
+from stress.mixed_kinds import tally as mixed_tally
 from stress.random_models import KINDS, Tally, tally
 from stress.report import table, write
 
 LINKS = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000)
-# Models at a time.
-CHUNK = 1000
+# Models at a time, and those of one structure of all kinds.
+CHUNK, MIXED = 1000, 10
 
 
 def main() -> int:
@@ -41,6 +44,7 @@ def main() -> int:
     names = [*(axis.name for axis in AXES), "chain"]
     parser.add_argument("--axes", nargs="+", choices=names, default=names, metavar="AXIS", help=", ".join(names))
     parser.add_argument("--models", type=int, default=1_000_000, help="random models")
+    parser.add_argument("--mixed", type=int, default=2000, help="random structures of all kinds, ten models of each")
     parser.add_argument("--seed", type=int, default=0, help="of the random models")
     given = parser.parse_args()
     warnings.simplefilter("ignore", MechanismWarning)
@@ -55,8 +59,13 @@ def main() -> int:
         total += tally(rng, count, KINDS[index % len(KINDS)])
         if index % 50 == 49 or (index + 1) * CHUNK >= given.models:
             print(f"{total} in {perf_counter() - start:.0f} s", flush=True)
-    (given.out / "models.txt").write_text(f"{total}\n", encoding="utf-8")
-    lies = sum(row.lies for row in rows) + total.lies + total.silent
+    mixed = Tally()
+    for index in range(given.mixed):
+        mixed += mixed_tally(np.random.default_rng([given.seed, 1, index]), MIXED, method=METHODS[index % len(METHODS)])
+        if index % 100 == 99 or index + 1 == given.mixed:
+            print(f"all kinds: {mixed} in {perf_counter() - start:.0f} s", flush=True)
+    (given.out / "models.txt").write_text(f"{total}\nall kinds: {mixed}\n", encoding="utf-8")
+    lies = sum(row.lies for row in rows) + sum(each.lies + each.silent for each in (total, mixed))
     return int(lies > 0)
 
 

@@ -1,0 +1,111 @@
+"""Sizes of what the forces on coordinates are made of: rounding is a share of these, not of what is left of their sum.
+
+A member whose two ends hang on one node pulls it to both sides; a force along a held component does no work on the
+others. Such parts cancel, but their rounding does not, and it counts where the coordinate is soft.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..batch import merged, turned
+from ..structure.tree import ABOUT, ALONG, GROUND
+from .kinematics import Kinematics, Link, Real, sheared, sizes_of
+
+
+def reduced_sizes(kinematics: Kinematics, unknowns: Sequence[int], forces: Real, pulls: Sequence[Real | None]) -> Real:
+    """Sum of the sizes of what the forces on the free coordinates are made of, (..., n).
+
+    Parameters
+    ----------
+    kinematics
+        The frame.
+    unknowns
+        Numbers of the free coordinates (n,).
+    forces
+        Sizes of the forces on the nodes, global, (..., nodes, 6).
+    pulls
+        By link: size of the force (..., 6) that works on its opening; None for none.
+    """
+    flat = merged(_on_coordinates(kinematics, forces, pulls), -2, -1)
+    if kinematics.dependents:
+        flat = flat + merged(
+            _on_coordinates(kinematics, np.zeros((kinematics.count, 6)), _closing(kinematics, flat)), -2, -1
+        )
+    for key, (row, _) in kinematics.dependents.items():
+        for k, factor in row.items():
+            flat[..., k] += sizes_of(factor) * flat[..., key]
+    taken: Real = flat[..., list(unknowns)]
+    return taken
+
+
+def _closing(kinematics: Kinematics, flat: Real) -> list[Real | None]:
+    """By link: what the forces on dependent coordinates come to in the components that determine these, (..., 6)."""
+    out: list[Real | None] = [None] * len(kinematics.links)
+    for key, (_, by) in kinematics.dependents.items():
+        for (k, component), factor in by.items():
+            pull = (sizes_of(factor) * flat[..., key])[..., None] * np.eye(6)[component]
+            before = out[k]
+            out[k] = pull if before is None else before + pull
+    return out
+
+
+def _on_coordinates(kinematics: Kinematics, forces: Real, pulls: Sequence[Real | None]) -> Real:
+    """The same on all coordinates, (..., nodes, 6)."""
+    shapes = [pull.shape[:-1] for pull in pulls if pull is not None]
+    shape = np.broadcast_shapes(forces.shape[:-2], kinematics.shape, *shapes)
+    out = np.array(np.broadcast_to(forces, (*shape, kinematics.count, 6)), dtype=np.float64)
+    for link, pull in zip(kinematics.links, pulls, strict=True):
+        if not link.sign and pull is not None:
+            force = _out(link, _exerted(link, pull))
+            out[..., link.second, :] += force
+            if link.first != GROUND:
+                out[..., link.first, :] += _moved(force, link.arm)
+    for link, pull in zip(reversed(kinematics.links), reversed(list(pulls)), strict=True):
+        if link.sign:
+            force = out[..., link.child, :]
+            if link.parent != GROUND:
+                out[..., link.parent, :] += _moved(force, link.arm)
+            own = _into(link, force)
+            if pull is not None:
+                own = own + _into(link, _out(link, _exerted(link, pull)))
+            own = _worked(link, own)
+            out[..., link.child, :] = own + _of_held(link, own)
+    for nodes, axes in kinematics.bodies:
+        out[..., nodes, :] = turned(np.swapaxes(sizes_of(axes), -1, -2), out[..., nodes, :])
+    return out
+
+
+def _of_held(link: Link, own: Real) -> Real:
+    """What the force on held components comes to on the others, as the axes are orthonormal to rounding only."""
+    if link.axes is None or not link.edge.ideal:
+        return np.zeros(6)
+    held = np.where(np.isin(np.arange(6), link.edge.ideal), own, 0.0)
+    return _worked(link, _into(link, _out(link, _exerted(link, held))))
+
+
+def _out(link: Link, sizes: Real) -> Real:
+    return sizes if link.axes is None else turned(sizes_of(link.axes), sizes)
+
+
+def _into(link: Link, sizes: Real) -> Real:
+    return sizes if link.axes is None else turned(np.swapaxes(sizes_of(link.axes), -1, -2), sizes)
+
+
+def _worked(link: Link, sizes: Real) -> Real:
+    return sizes if link.lead is None else sheared(sizes, ABOUT, ALONG, sizes_of(link.lead))
+
+
+# Back and forth a screw's advance adds up.
+_exerted = _worked
+
+
+def _moved(sizes: Real, arm: Real | None) -> Real:
+    """Greatest force at the root of an arm."""
+    if arm is None:
+        return sizes
+    reach = sizes_of(arm).sum(axis=-1, keepdims=True)
+    moment = sizes[..., 3:] + reach * sizes[..., :3].max(axis=-1, keepdims=True)
+    return np.concatenate([np.broadcast_to(sizes[..., :3], moment.shape), moment], axis=-1)
