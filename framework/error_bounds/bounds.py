@@ -137,7 +137,7 @@ class Bounds:
 
     def whole(self) -> Equilibrium:
         """The solution of the whole batch in its equations of equilibrium."""
-        return Equilibrium(self._statics, Cut(self.axis, ()), *self._values)
+        return Equilibrium(self.statics, Cut(self.axis, ()), *self._values)
 
     # -- parts of the batch -----------------------------------------------------------------------------------------
 
