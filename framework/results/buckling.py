@@ -69,6 +69,8 @@ def buckling(frame: Frame, count: int) -> Buckling:
     moving = np.argwhere(~np.isin(solution.status, ("regular", "absent")))
     if len(moving):
         raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
+    if 0 in frame.shape:
+        return Buckling(np.zeros((*frame.shape, count)), _plan=plan, _vectors=np.zeros((*frame.shape, size, count)))
     large = plan.large and size > DENSE
     values, vectors = _sparse(solution, count) if large else _dense(solution)
     # Axial forces that are zero come with rounding, and their factors would be rounding as well.
@@ -92,6 +94,10 @@ def _dense(solution: Solution) -> tuple[Array, Array]:
     ]
     taken = -dense.reduced(plan, dense.nodal(plan, stacks))
     half, root = stiffness_halves(plan)
+    pushed = np.isnan(half).any(axis=(-2, -1)) & (False if absent is None else ~absent)
+    if pushed.any():
+        at = f" at batch entry {np.argwhere(pushed)[0].tolist()}" if pushed.ndim else ""
+        raise FrameError(f"buckling: the frame is unstable even without the load{at}: springs that push at rest do it")
     if absent is not None:
         left = absent[..., None, None]
         half, taken = np.where(left, np.eye(len(plan.unknowns)), half), np.where(left, 0.0, taken)

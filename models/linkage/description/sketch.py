@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ....elements import Beam
 from ....framework.batch import Array, Shape, finite, joined
+from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
 from .parts import GROUND, Link, Load, Pair, Spring, beams_of, in_space, inertia_of
 
@@ -317,4 +318,9 @@ class Sketch:
 
 
 def _six(what: str, *components: ArrayLike) -> Array:
-    return np.stack(np.broadcast_arrays(*(finite(value, what) for value in components)), axis=-1)
+    given = {f"{name} of the {what}": finite(value, what) for name, value in zip(FORCES, components, strict=True)}
+    known: dict[str, Shape] = {}
+    for name, value in given.items():
+        joined(name, value.shape, known)
+        known[name] = value.shape
+    return np.stack(np.broadcast_arrays(*given.values()), axis=-1)

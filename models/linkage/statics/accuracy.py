@@ -183,6 +183,8 @@ class Stress:
         """Extremes over all poses along the members, (m, k, 3); poses without results do not count."""
         flat = self.values.reshape(-1, *self.values.shape[-3:])
         there = flat[np.isfinite(flat).all(axis=(1, 2, 3))]
+        if not len(there):
+            return np.full(flat.shape[1:], np.nan)
         return np.concatenate([there[..., :1].min(axis=0), there[..., 1:].max(axis=0)], axis=-1)
 
 

@@ -16,7 +16,7 @@ from ....framework.errors import FrameError
 from ....framework.frame import Frame
 from ..description.joints import COMPONENTS
 from ..description.parts import GROUND, Link, Pair, joint_axes
-from .actions import tension, turned_tensor
+from .actions import tension, turned_tensor, whole_shape
 from .guides import cut, in_order, inside
 from .inertia import inertia, is_given, place, with_density
 from .loading import Pieces, add_inertia_loads, add_loads
@@ -39,6 +39,7 @@ ABOUT = 5
 
 def frame(motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
     """The linkage at every pose as a frame, held at its drives; see `Motion.frame`."""
+    whole_shape(motion)
     bare = motion.bare if clearance else Builder(motion, clearance=False)
     built = bare.frame.copy()
     if loads:
@@ -64,6 +65,7 @@ class Builder:
     def __init__(self, motion: Motion, *, clearance: bool) -> None:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
+        whole_shape(motion)
         self.motion, self.linkage = motion, motion.linkage
         self.frame = Frame(tolerance=motion.tolerance)
         self.nodes = Nodes(motion.linkage)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, turned
 from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
-from .actions import check_shapes, inertia_force
+from .actions import inertia_force
 from .determinacy import Idle, solved
 from .equilibrium import Equilibrium
 
@@ -160,7 +160,6 @@ def reactions(motion: Motion) -> Reactions:
     FrameError
         If masses, loads, springs or gravity do not broadcast with the motion.
     """
-    check_shapes(motion)
     equations = Equilibrium(motion)
     side = equations.side
     shape = side.shape[:-1]
