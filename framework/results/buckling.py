@@ -12,6 +12,7 @@ from ..errors import FrameError
 from ..frame import Frame
 from ..solution import Solution
 from ..solvers.sparse import SparseSolver
+from ..states import SolutionState, among
 from ..structure.assembly import member_loads
 from ..structure.topology import Group
 from . import dense
@@ -66,7 +67,7 @@ def buckling(frame: Frame, count: int) -> Buckling:
     plan = solution.plan
     size = len(plan.unknowns)
     check_count("buckling", count, size)
-    moving = np.argwhere(~np.isin(solution.status, ("regular", "absent")))
+    moving = np.argwhere(~among(solution.state, SolutionState.REGULAR, SolutionState.ABSENT))
     if len(moving):
         raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
     if 0 in frame.shape:

@@ -18,6 +18,7 @@ import numpy as np
 from ..batch import Array
 from ..error_bounds.deformations import Springs
 from ..error_bounds.kinematics import Real
+from ..states import SolutionState
 
 if TYPE_CHECKING:
     from ..error_bounds.bounds import Part
@@ -33,7 +34,7 @@ def nonlinearity(solution: Solution) -> Array:
     with np.errstate(all="ignore"):  # of mechanisms
         for part in solution.bounds.parts():
             out[part.where] = _of(part)
-    out[solution.status == "mechanism"] = np.inf
+    out[solution.state == SolutionState.MECHANISM] = np.inf
     return out
 
 

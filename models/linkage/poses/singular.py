@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.states import States, words
 from ..description.parts import GROUND
 from ..kinematics.linear import matrices
 from .configuration import extent
 from .held import MOVES, moving_joints
+from .states import PoseState, closure_states, singular_states
 
 if TYPE_CHECKING:
     from ..motion import Motion
@@ -41,7 +43,7 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
     if not rank:
         return np.ones(shape), np.zeros((*shape, n))
     with np.errstate(all="ignore"):
-        entries = mechanism.newton[1](motion.state, mechanism.parameters)[loops.rows :]
+        entries = mechanism.newton[1](motion.assembly.state, mechanism.parameters)[loops.rows :]
     matrix = matrices([list(entries[i * n : i * n + n]) for i in range(loops.rows)])
     share = mechanism.size / extent(mechanism.linkage)
     rows = [share if mechanism.rows[i][1][0] == "u" else 1.0 for i in mechanism.active]
@@ -57,31 +59,34 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
     return np.broadcast_to(margin, shape), least / np.array(columns)
 
 
-def pose_status(motion: Motion) -> NDArray[np.str_]:
-    """Status of each pose, (...); see `Motion.status`."""
+def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
+    """State of each pose and its words, (...) of the assembly; see `PoseState` and `Motion.status`."""
     margin, least = motion.held
-    status = np.full(motion.assembly.shape, "regular", dtype="<U200")
-    for joint, where in reversed(standing_still(motion).items()):
+    still = standing_still(motion)
+    none = np.zeros(motion.assembly.shape, dtype=bool)
+    state = singular_states(margin, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
+    status = words(state, PoseState).astype("<U200")
+    for joint, where in reversed(still.items()):
         lost = "stands still" if len(motion.drives.rates) == 1 else "has lost a direction"
-        status[where] = f"singular: input, joint {joint} {lost}"
-    status[margin < NEAR] = "near dead point"
-    loose = margin < SINGULAR
+        status[where & (state == PoseState.SINGULAR_INVERSE)] = f"singular: input, joint {joint} {lost}"
+    loose = state == PoseState.SINGULAR_DIRECT
     if loose.any():
         status[loose] = [
             f"singular: output, joint {joint} moves with the drives held"
             for joint in loose_joints(motion, loose, least)
         ]
-    closure = motion.closure_status
+    closure = closure_states(motion.assembly)
     # So near a dead point its two branches are one.
-    told = (closure == "regular") | (np.char.startswith(closure, "branch changed") & (margin < ONE_BRANCH))
-    return np.where(told, status, closure)
+    told = (closure == PoseState.REGULAR) | ((closure == PoseState.OTHER_MODE) & (margin < ONE_BRANCH))
+    return np.where(told, state, closure), np.where(told, status, motion.closure_status)
 
 
 def loose_joints(motion: Motion, chosen: Bools, least: Array) -> NDArray[np.str_]:
     """The joint that moves with the drives held at each of the chosen poses, (k,)."""
     mechanism, shape = motion.mechanism, motion.assembly.shape
     state, parameters = (
-        [np.broadcast_to(x, shape)[chosen] for x in entries] for entries in (motion.state, mechanism.parameters)
+        [np.broadcast_to(x, shape)[chosen] for x in entries]
+        for entries in (motion.assembly.state, mechanism.parameters)
     )
     velocities = np.zeros((int(chosen.sum()), len(mechanism.columns)))
     velocities[:, mechanism.unknown] = least[chosen]

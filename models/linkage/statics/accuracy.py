@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array, aligned
 from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
+from ....framework.states import States
 
 if TYPE_CHECKING:
     from ....framework.frame import Frame
@@ -75,6 +76,11 @@ class PointAccuracy:
     def status(self) -> NDArray[np.str_]:
         """By pose: that of the frame's solution, (...)."""
         return self._open.status
+
+    @property
+    def state(self) -> States:
+        """The same as numbers, (...): see `linkframe.framework.SolutionState`."""
+        return self._open.state
 
     @property
     def solution(self) -> Solution:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, turned
 from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
+from ..poses.states import PoseState
 from .actions import inertia_force
 from .determinacy import Idle, solved
 from .equilibrium import Equilibrium
@@ -191,7 +192,7 @@ def _boundless(motion: Motion, values: Array, side: Array) -> NDArray[np.bool_]:
     huge = np.asarray(np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * loads)
     if not huge.any():
         return huge
-    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")
+    return np.asarray(huge & (motion.state == PoseState.SINGULAR_DIRECT))
 
 
 def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:
