@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..job.tables import aligned, markdown, readable
 from ..spread import Spread
-from .accuracy import accuracy
+from .accuracy import Accuracy, accuracy
+from .parts import Parts
 from .tolerances import LOADS, per_joint, toleranced
 
 if TYPE_CHECKING:
@@ -27,22 +28,30 @@ takes each sample's links, joints and clearances to the stable equilibrium to wh
 it for all poses."""
 
 
-def large_samples(study: Study) -> Spread:
-    """Displacement of P from its nominal position (poses, n, 3), NaN where the linkage cannot be assembled."""
-    nominal, drawn = study.nominal, study.inputs
-    varied = toleranced(nominal.motion.four_bar, drawn)
-    at = study.theta[:, None] + drawn.get("drive", np.zeros(1))
-    closes = np.broadcast_to(varied.assembles(at), (len(at), study.n)).all(axis=-1)
+def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:
+    """The samples at the poses at which all of them can be assembled, and which these are, (poses,)."""
+    nominal, inputs = study.nominal, study.inputs
+    at = study.theta[:, None] + inputs.get("drive", np.zeros(1))
+    varied = toleranced(nominal.motion.four_bar, inputs)
+    closes = np.asarray(np.broadcast_to(varied.assembles(at), (len(at), study.n)).all(axis=-1))
     contacts = nominal.contacts
-    sampled = accuracy(
-        varied,
-        at[closes],
-        load=tuple(drawn.get(name, value) for name, value in zip(LOADS, nominal.load, strict=True)),  # type: ignore[arg-type]
-        clearance=per_joint(nominal.clearances, "clearance", drawn),
-        contact="equilibrium" if contacts is None else per_joint(contacts, "contact", drawn),
-    )
-    samples = np.full((len(at), study.n, 3), np.nan)
-    samples[closes] = sampled.large + sampled.rigid - nominal.rigid[closes, None]
+
+    def sampled(drawn: Mapping[str, Array]) -> Accuracy:
+        return accuracy(
+            toleranced(nominal.motion.four_bar, drawn),
+            study.theta[closes, None] + drawn.get("drive", np.zeros(1)),
+            load=tuple(drawn.get(name, value) for name, value in zip(LOADS, nominal.load, strict=True)),  # type: ignore[arg-type]
+            clearance=per_joint(nominal.clearances, "clearance", drawn),
+            contact="equilibrium" if contacts is None else per_joint(contacts, "contact", drawn),
+        )
+
+    return Parts(sampled, inputs, (int(closes.sum()), study.n), soon=contacts is None), closes
+
+
+def large_samples(study: Study, parts: Parts, closes: NDArray[np.bool_]) -> Spread:
+    """Displacement of P from its nominal position (poses, n, 3), NaN where the linkage cannot be assembled."""
+    samples = np.full((len(closes), study.n, 3), np.nan)
+    samples[closes] = parts["large"] + parts["rigid"] - study.rigid[closes, None]
     return Spread(samples)
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +15,12 @@ from numpy.typing import NDArray
 from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
 from ...framework.results.validity import LINEAR
+from ..job.memory import check
 from .four_bar import JOINTS, FourBar
 from .inputs import Inputs
-from .large import large_samples
+from .large import large_parts, large_samples
 from .motion import LINKS, FourBarMotion
+from .parts import Parts
 from .study import Study, monte_carlo
 
 if TYPE_CHECKING:
@@ -31,6 +34,8 @@ Array = NDArray[np.float64]
 APART = 0.1
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
+# Memory that a sample takes at a pose: its results, and what statistics and figures make of them.
+BYTES = 8 * 70
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +112,7 @@ class Result:
     def error_bound(self) -> Array:
         """Bound on the numerical error of every sample at a pose, (poses, 3); NaN where there are none."""
         out = np.full((self.degrees.size, 3), np.nan)
-        out[self.study.kept] = self.study.sampled.error_bound.max(axis=1)
+        out[self.study.kept] = self.study.parts["error_bound"].max(axis=1)
         return out
 
     @property
@@ -126,7 +131,21 @@ class Result:
     @cached_property
     def large(self) -> Spread:
         """Displacement of P from its rigid position at large displacement, (poses, samples, 3), also where singular."""
-        return large_samples(self.study)
+        return large_samples(self.study, *self.large_parts)
+
+    @cached_property
+    def large_parts(self) -> tuple[Parts, NDArray[np.bool_]]:
+        """The same some at a time, and the poses that they are at."""
+        return large_parts(self.study)
+
+    def steps(self) -> Iterator[int]:
+        """Compute all that depends on samples, and tell after each part how many poses times samples it had."""
+        linear = ["rigid", "compliance", "clearance", "clearance_exact", "error_bound"]
+        linear += ["condition_number"] * self.has_kappa
+        # By turns, so that the first parts tell how long the rest of both will take.
+        both = self.study.parts.steps(linear), self.large_parts[0].steps(["rigid", "large"])
+        for pair in zip_longest(*both, fillvalue=0):
+            yield from pair
 
     @property
     def samples(self) -> Array:
@@ -171,7 +190,7 @@ class Result:
     @cached_property
     def sampled_kappa(self) -> Array:
         """Condition numbers of the samples at the regular poses, (regular poses, samples)."""
-        return self.study.sampled.condition_number() if self.has_kappa else np.full((1, self.study.n), np.nan)
+        return self.study.parts["condition_number"] if self.has_kappa else np.full((1, self.study.n), np.nan)
 
     @cached_property
     def compliance(self) -> Array:
@@ -216,13 +235,15 @@ class Result:
         return float(1.0 / (links + len(JOINTS) / inputs.stiffness))
 
 
-def compute(inputs: Inputs) -> Result:
+def compute(inputs: Inputs, advance: Callable[[int], None] | None = None) -> Result:
     """Compute the accuracy job.
 
     Parameters
     ----------
     inputs
         What to compute.
+    advance
+        Told how many more poses times samples are done, of `work(inputs)`.
 
     Returns
     -------
@@ -232,9 +253,10 @@ def compute(inputs: Inputs) -> Result:
     Raises
     ------
     FrameError
-        If the linkage cannot be assembled at a pose, a sample is out of range, or the pose of the histograms is not
-        among the regular ones.
+        If the linkage cannot be assembled at a pose, a sample is out of range, the samples do not fit the memory, or
+        the pose of the histograms is not among the regular ones.
     """
+    check(BYTES * inputs.degrees.size, inputs.samples, "--samples")
     scale = 0.5 if inputs.clearance_is == "diameter" else 1.0
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
@@ -251,8 +273,16 @@ def compute(inputs: Inputs) -> Result:
             exact=inputs.closure == "exact",
         )
         result = Result(inputs, study)
+        for more in result.steps():
+            if advance is not None:
+                advance(more)
         _ = result.pose, result.std, result.large.std, result.kappa, result.kappa_scaled, result.compliance
     return result
+
+
+def work(inputs: Inputs) -> int:
+    """Poses times samples to be computed: by linear mechanics, and at large displacement."""
+    return 2 * inputs.degrees.size * inputs.samples
 
 
 def four_bar(inputs: Inputs) -> FourBar:
