@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -36,7 +36,8 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
 
     The least singular value of the closing equations by the unknown coordinates over the greatest, lengths in units of
     the linkage's extent: 0 where something moves with the drives held. Those that always vanish, of a rod that can turn
-    about itself, do not count.
+    about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its own
+    extent, and the least of these counts: a chain is not near a dead point for being long.
     """
     mechanism, loops = motion.mechanism, motion.assembly.loops
     shape, n, rank = motion.assembly.shape, loops.columns, loops.linear.rank
@@ -50,13 +51,41 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
     columns = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in mechanism.unknown]
     there = motion.assembly.closed[..., None, None]
     matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / np.array(columns)
-    values = np.linalg.svd(matrix, compute_uv=False)
-    margin = np.where(motion.assembly.closed, values[..., rank - 1] / values[..., 0], np.nan)
+    margin = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
     least = np.zeros((*shape, n))
     bad = np.broadcast_to(margin < SINGULAR, shape)
     if bad.any():
         least[bad] = np.linalg.svd(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad])[2][:, rank - 1]
     return np.broadcast_to(margin, shape), least / np.array(columns)
+
+
+def _firmness(motion: Motion, matrix: Array) -> Array:
+    """Least over greatest singular value of the closing equations (..., m, n), the least of those of sets of loops that
+    close one after the other, (...)."""
+    mechanism, linear = motion.mechanism, motion.assembly.loops.linear
+    if not linear.square or len(linear.blocks) < 2:
+        values = np.linalg.svd(matrix, compute_uv=False)
+        return np.asarray(values[..., linear.rank - 1] / values[..., 0])
+    whole = extent(motion.linkage)
+    found = []
+    for rows, columns in linear.blocks:
+        names = [mechanism.unknown[k] for k in columns]
+        joints = {mechanism.rows[mechanism.active[i]][0] for i in rows} | {mechanism.columns[k][0] for k in names}
+        share = whole / (_span(motion, joints) or whole)
+        turns = [share if mechanism.rows[mechanism.active[i]][1][0] == "u" else 1.0 for i in rows]
+        lengths = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in names]
+        own = matrix[..., rows, :][..., columns] * np.array(turns)[:, None] / np.array(lengths)
+        values = np.linalg.svd(own, compute_uv=False)
+        # Of one equation alone its size tells: it is a cosine, or an arm in units of the extent.
+        found.append(values[..., -1] / (values[..., 0] if len(rows) > 1 else 1.0))
+    return np.asarray(np.min(found, axis=0))
+
+
+def _span(motion: Motion, joints: Iterable[str]) -> float:
+    """Extent of the places of some joints as drawn."""
+    linkage = motion.linkage
+    places = np.concatenate([linkage.points[linkage.joints[name].point].reshape(-1, 3) for name in joints])
+    return float(np.ptp(places, axis=0).max())
 
 
 def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
