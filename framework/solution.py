@@ -583,12 +583,26 @@ class Solution(Results):
     def _masked(self, array: Array, mask: float = np.nan) -> Array:
         array = self._present(array, mask)
         singular = self._singular
+        if self.clearances is not None and not (self._warned or singular.any()):
+            self._told_free()
         if singular.any():
             if not self._warned:
                 self._warned = True
                 warnings.warn(self._warning(singular), MechanismWarning, stacklevel=_reader())
             array[singular] = mask
         return array
+
+    def _told_free(self) -> None:
+        """Warn where no force says where a journal rests: the results are one choice of many, and so are statistics."""
+        free = self.state == SolutionState.FREE
+        if free.any():
+            self._warned = True
+            warnings.warn(
+                f"{free.sum()} of {free.size} batch entries are free: no force says where a journal rests within its "
+                "clearance, so that their results are one choice of many, and statistics of them mean nothing",
+                MechanismWarning,
+                stacklevel=_reader(),
+            )
 
     def _warning(self, singular: NDArray[np.bool_]) -> str:
         if not singular.ndim:

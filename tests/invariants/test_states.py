@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, SolutionState
+from linkframe.framework import Frame, MechanismWarning, SolutionState
 from linkframe.models import Linkage, PoseState
 
 BAR = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3))
@@ -103,3 +103,16 @@ def test_numbers_of_gaps_do_not_part_what_is_counted() -> None:
     np.testing.assert_array_equal(lost, ~motion.is_assembled)
     if lost.sum() > 1:
         assert len(set(motion.status[lost].tolist())) > 1
+
+
+def test_where_journals_rest_anywhere_a_warning_says_so() -> None:
+    """Without a force on it, a journal's place in its bearing is one of many."""
+    frame = pendulum([0.0, 1.0], clearance=1e-3)
+    frame.loads.clear()
+    frame.load("B", mz=[0.0, 1.0])
+    frame.fix("B", "rz")
+    solution = frame.solve()
+    assert solution.state.tolist() == [SolutionState.FREE] * 2
+    with pytest.warns(MechanismWarning, match="2 of 2 batch entries are free: .* statistics of them mean nothing"):
+        solution.displacement("B")
+    assert frame.solve(clearance=False).is_regular.all()

@@ -104,7 +104,7 @@ def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
             f"singular: output, joint {joint} moves with the drives held"
             for joint in loose_joints(motion, loose, least)
         ]
-    closure = closure_states(motion.assembly)
+    closure = closure_states(motion.assembly.closed, motion.assembly.verified)
     # So near a dead point its two branches are one.
     told = (closure == PoseState.REGULAR) | ((closure == PoseState.OTHER_MODE) & (margin < ONE_BRANCH))
     return np.where(told, state, closure), np.where(told, status, motion.closure_status)

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.states import State, States, put, states_of
-from ..way.assemble import Assembly
 
 
 class PoseState(State):
@@ -43,11 +42,18 @@ class PoseState(State):
     NOT_ASSEMBLED = 5
 
 
-def closure_states(assembly: Assembly) -> States:
-    """What closing the loops says of each pose: regular, in another assembly mode, or not assembled."""
-    states = states_of(assembly.shape, PoseState.REGULAR)
-    states = put(states, assembly.closed & ~assembly.verified, PoseState.OTHER_MODE)
-    return put(states, ~assembly.closed, PoseState.NOT_ASSEMBLED)
+def closure_states(closed: NDArray[np.bool_], verified: NDArray[np.bool_]) -> States:
+    """What closing the loops says of each pose, (...): regular, in another assembly mode, or not assembled.
+
+    Parameters
+    ----------
+    closed
+        Where the loops close, (...).
+    verified
+        Where that is in the assembly mode of the reference configuration, (...).
+    """
+    states = put(states_of(closed.shape, PoseState.REGULAR), closed & ~verified, PoseState.OTHER_MODE)
+    return put(states, ~closed, PoseState.NOT_ASSEMBLED)
 
 
 def singular_states(margin: NDArray[np.float64], near: float, singular: float, lost: NDArray[np.bool_]) -> States:
