@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 def integrated_mass(beam: Beam, length: Real) -> Array:
     """Consistent mass of any beam by quadrature, (..., 12, 12)."""
     shape = np.broadcast_shapes(beam.sections_shape, np.shape(length))
+    if 0 in shape:
+        return np.zeros((*shape, 12, 12))
     basis = _detached(beam, length, shape, 6)
     return _stack(mass.elemental(basis, inertia=inertia_of(beam, basis)), shape)
 
@@ -30,6 +32,8 @@ def integrated_mass(beam: Beam, length: Real) -> Array:
 def integrated_geometric(beam: Beam, length: Real, axial: Real) -> Array:
     """Geometric stiffness of any beam by quadrature, (..., 12, 12)."""
     shape = np.broadcast_shapes(beam.sections_shape, np.shape(length), np.shape(axial))
+    if 0 in shape:
+        return np.zeros((*shape, 12, 12))
     basis = _detached(beam, length, shape, 4)
     return _stack(geometric.elemental(basis, initial=initial_of(beam, basis, np.asarray(axial))), shape)
 

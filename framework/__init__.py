@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from .errors import FrameError, MechanismWarning, PathWarning
 from .frame import Frame
+from .states import SolutionState
 
 if TYPE_CHECKING:
     from .clearances.contact import Contact
@@ -33,6 +34,7 @@ __all__ = [
     "PathWarning",
     "Sensitivity",
     "Solution",
+    "SolutionState",
     "movie",
     "picture",
     "read_names",

@@ -17,7 +17,7 @@ from .batched.broadcast import BroadcastSolver
 from .batched.plan import Plan
 from .batched.reuse import same_structure
 from .clearances.clearance import Clearances, loose_joints
-from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
+from .clearances.contact import FREE, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
 from .frame import Frame
@@ -27,6 +27,7 @@ from .results.recovery import Recovery
 from .results.together import Together
 from .solvers.method import BROADCAST, checked, choose
 from .solvers.sparse import SparseSolver
+from .states import SolutionState, States, put, states_of, words
 from .structure.parts import Row
 
 if TYPE_CHECKING:
@@ -279,7 +280,7 @@ class Solution(Results):
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance, as far as extended
         precision can tell (`distance_to_singularity` is rounding, 1e-15, where it is so); ``idle`` where it can
@@ -287,13 +288,20 @@ class Solution(Results):
         are NaN (a `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can
         move within their clearances without any force, and the results are one choice of many; ``unresolved`` where
         rounding hides a contact; ``absent`` where it was left out."""
+        return words(self.state, SolutionState)
+
+    @cached_property
+    def state(self) -> States:
+        """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
         idle = self.solver.singular(excited=False)
-        status = np.where(idle if self.idle is None else idle | self.idle.mask, "idle", "regular")
+        state = put(states_of(self.shape, SolutionState.REGULAR), idle, SolutionState.IDLE)
+        if self.idle is not None:
+            state = put(state, self.idle.mask, SolutionState.IDLE)
         if self.clearances is not None:
-            for state in (FREE, UNRESOLVED):
-                status = np.where((self.clearances.state == state).any(axis=0), STATES[state], status)
-        status = np.where(self._singular, "mechanism", status)
-        return status if self.frame.absent is None else np.where(self.frame.absent, "absent", status)
+            for contact, whole in ((FREE, SolutionState.FREE), (UNRESOLVED, SolutionState.UNRESOLVED)):
+                state = put(state, (self.clearances.state == contact).any(axis=0), whole)
+        state = put(state, self._singular, SolutionState.MECHANISM)
+        return state if self.frame.absent is None else put(state, self.frame.absent, SolutionState.ABSENT)
 
     @property
     def movable(self) -> NDArray[np.bool_]:
@@ -623,12 +631,26 @@ class Solution(Results):
     def _masked(self, array: Array, mask: float = np.nan) -> Array:
         array = self._present(array, mask)
         singular = self._singular
+        if self.clearances is not None and not (self._warned or singular.any()):
+            self._told_free()
         if singular.any():
             if not self._warned:
                 self._warned = True
                 warnings.warn(self._warning(singular), MechanismWarning, stacklevel=_reader())
             array[singular] = mask
         return array
+
+    def _told_free(self) -> None:
+        """Warn where no force says where a journal rests: the results are one choice of many, and so are statistics."""
+        free = self.state == SolutionState.FREE
+        if free.any():
+            self._warned = True
+            warnings.warn(
+                f"{free.sum()} of {free.size} batch entries are free: no force says where a journal rests within its "
+                "clearance, so that their results are one choice of many, and statistics of them mean nothing",
+                MechanismWarning,
+                stacklevel=_reader(),
+            )
 
     def _warning(self, singular: NDArray[np.bool_]) -> str:
         if not singular.ndim:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
@@ -10,6 +12,7 @@ from io import TextIOWrapper
 
 from ..framework.errors import FrameError
 from .four_bar import command as four_bar
+from .job.signals import Signals
 from .linkage.job import command as linkage
 
 
@@ -37,19 +40,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 when the job is done, 2 for bad input, 130 when interrupted.
+        Exit code: 0 when the job is done, 2 for bad input; 130 when interrupted, 143 when asked to end, 141 when
+        nobody reads what it prints.
     """
     for stream in (sys.stdout, sys.stderr):
         # A terminal whose encoding has no Greek letters shows question marks for them.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
     options = parser().parse_args(arguments)
-    try:
-        options.run(options)
-    except FrameError as error:
-        print(f"linkframe {options.job}: error: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print(f"linkframe {options.job}: interrupted; nothing was written", file=sys.stderr)
-        return 130
-    return 0
+    with Signals(last=arguments is None) as signals:
+        try:
+            options.run(options)
+            sys.stdout.flush()
+        except FrameError as error:
+            print(f"linkframe {options.job}: error: {error}", file=sys.stderr)
+            return 2
+        except BrokenPipeError:
+            # Nobody reads on; what is still held must not be written when Python ends.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 128 + signals.PIPE
+        except KeyboardInterrupt:
+            signals.code = signals.code or 128 + signal.SIGINT
+            print(f"linkframe {options.job}: interrupted; files are written all or none", file=sys.stderr)
+    return signals.code

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -169,7 +170,7 @@ class Factored:
 
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""
-        flat = load.astype(np.float64).reshape(-1, load.shape[-1]).T
+        flat = _flat(load.astype(np.float64)).T
         return self.factor.solve(flat).T.reshape(load.shape)
 
 
@@ -203,10 +204,10 @@ class SparseCompliance(Factored, Compliance):
                 growth = np.inf
                 break
             vector, growth = found, float(np.sqrt(np.sum(found**2, axis=0)).max())
-        self._growth = growth
+        self._growth = growth if size else 1.0
         self.softest: Array = vector[:, 0] / np.sqrt(np.sum(vector[:, 0] ** 2))
         self.fuzz = np.asarray(_DEFORMATION * ROUNDING * coupled)
-        least = min(1.0 / growth, self._resistance(rest))
+        least = min(1.0 / growth, self._resistance(rest)) if size else 1.0
         self.least = np.asarray(least / _SAFETY if least > _FOUND * self.fuzz else 0.0)
 
     def _resistance(self, rest: Equilibrium) -> float:
@@ -220,7 +221,7 @@ class SparseCompliance(Factored, Compliance):
 
     def apply(self, displacement: Array) -> Array:
         """Loads (..., n) for displacements (..., n)."""
-        flat = (displacement.astype(np.float64) / self.root).reshape(-1, displacement.shape[-1]).T
+        flat = _flat(displacement.astype(np.float64) / self.root).T
         out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
         return out
 
@@ -278,6 +279,11 @@ def _inverse(matrix: Real) -> Real:
         work[..., :, k] = -column * pivot[..., None]
         work[..., k, k] = pivot
     return work
+
+
+def _flat(array: Array) -> Array:
+    """An array (..., n) with its batch as one axis, (m, n); n may be 0."""
+    return array.reshape(math.prod(array.shape[:-1]), array.shape[-1])
 
 
 def _any(values: Real) -> NDArray[np.bool_]:

@@ -83,7 +83,9 @@ class Resolved:
     def _solve(self, statics: Statics, index: tuple[NDArray[np.int64], ...] | None) -> None:
         start = hard_state(statics, index, self.unknowns)
         rough = DenseCompliance(start.double, start.double_springs, start.stiffness, self.unknowns)
-        near = np.atleast_1d(rough.distance() > _LEAST)
+        # One for all entries where the stiffness does not vary over them.
+        count = 1 if index is None else len(index[0])
+        near = np.broadcast_to(rough.distance() > _LEAST, (count,))
         if not near.any():
             return
         kept = index if index is None else tuple(each[near] for each in index)

@@ -94,14 +94,14 @@ def unbalanced(solution: LargeSolution) -> NDArray[np.bool_]:
 def _beyond(solution: LargeSolution, number: int) -> Array:
     """Displacement of a joint beyond its imposed offset (6, m)."""
     equations = solution.equations
-    return equations.own(solution.state, number) - solution.model.edges[number].offset.at(equations.where)
+    return equations.own(solution.displaced, number) - solution.model.edges[number].offset.at(equations.where)
 
 
 def _closed(solution: LargeSolution, number: int, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Whether a joint is pressed: a rigid one by its force, one with a stiffness where it is `beyond` its play."""
     if number not in solution.model.contacts:
         return beyond
-    force = solution.state.grip.force[:, solution.model.contacts[number]]
+    force = solution.displaced.grip.force[:, solution.model.contacts[number]]
     largest = np.abs(solution.linear.nodal[:3]).max(axis=(0, 1))
     pressed: NDArray[np.bool_] = np.hypot.reduce(force, axis=0) > UNLOADED * largest
     return pressed.reshape(beyond.shape)
@@ -119,5 +119,5 @@ def _turned(solution: LargeSolution, name: str, along: Array) -> Array:
     frame, joint = solution.frame, solution.frame.joints[name]
     axes = joint.element.axes
     start = along if axes is None else turned(aligned(axes, len(frame.shape), 2), along)
-    turn = rotation.matrix(solution.state.turned[:, solution.model.topology.number[joint.first]])
+    turn = rotation.matrix(solution.displaced.turned[:, solution.model.topology.number[joint.first]])
     return turned(np.moveaxis(turn, -1, 0).reshape(*frame.shape, 3, 3), start)

@@ -14,6 +14,7 @@ from ..clearances.clearance import loose_joints
 from ..clearances.contact import Contact
 from ..errors import FrameError
 from ..results.base import Results
+from ..states import SolutionState, States, put, states_of, words
 from . import rotation
 from .contact import contact, touched, unbalanced
 from .equations import Equations
@@ -100,7 +101,7 @@ class LargeSolution(Results):
             ``ux uy uz`` and the rotation vector, (..., 6), length and radians.
         """
         number = self.model.topology.number[self._node(node)]
-        state = self.state
+        state = self.displaced
         return self._shaped(np.concatenate([state.moved[:, number], rotation.logarithm(state.turned[:, number])]))
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
@@ -134,7 +135,7 @@ class LargeSolution(Results):
             ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
         """
         number = self._link(joint)
-        return self._shaped(self._edge(number).whole(self.equations.own(self.state, number)))
+        return self._shaped(self._edge(number).whole(self.equations.own(self.displaced, number)))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -214,16 +215,21 @@ class LargeSolution(Results):
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``stable``; ``stable beyond a saddle`` where a free mode had to be followed; ``unstable``
         (or neutral); ``not converged``, and the results are where the iteration stopped; ``absent`` where the entry
         was left out."""
-        found = self._found
-        stable = np.where(found.left, "stable beyond a saddle", "stable")
-        held = np.where(self.stable.reshape(-1), stable, "unstable")
-        status = np.where(self.converged.reshape(-1), held, "not converged").reshape(self.shape)
-        return status if self.frame.absent is None else np.where(self.frame.absent, "absent", status)
+        return words(self.state, SolutionState)
+
+    @cached_property
+    def state(self) -> States:
+        """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
+        left = np.asarray(self._found.left).reshape(self.shape)
+        state = put(states_of(self.shape, SolutionState.STABLE), left, SolutionState.STABLE_BEYOND_A_SADDLE)
+        state = put(state, ~self.stable, SolutionState.UNSTABLE)
+        state = put(state, ~self.converged, SolutionState.NOT_CONVERGED)
+        return state if self.frame.absent is None else put(state, self.frame.absent, SolutionState.ABSENT)
 
     @cached_property
     def stable(self) -> NDArray[np.bool_]:
@@ -237,7 +243,7 @@ class LargeSolution(Results):
         found = self._found
         out = self.converged.reshape(-1) & found.stable
         if len(self.model.components) < 6:
-            out &= definite_in_space(self._march, self.state, self.model)
+            out &= definite_in_space(self._march, self.displaced, self.model)
         return out.reshape(self.shape)
 
     @cached_property
@@ -321,10 +327,10 @@ class LargeSolution(Results):
 
     @cached_property
     def _history(self) -> History:
-        return self._result[1] if self._steps > 1 else self._march.single(self.state)
+        return self._result[1] if self._steps > 1 else self._march.single(self.displaced)
 
     @cached_property
-    def state(self) -> State:
+    def displaced(self) -> State:
         """Displacements and quaternions of all nodes, and of joints, batch flattened and behind."""
         return touched(self.equations, self._march.newton.space(self._found.state))
 
@@ -337,7 +343,7 @@ class LargeSolution(Results):
     @cached_property
     def linear(self) -> SpaceLinear:
         """Forces and tangent of the whole batch."""
-        return self.equations.linearised(self.state)
+        return self.equations.linearised(self.displaced)
 
     @property
     def _nodal(self) -> tuple[Array, Array]:
@@ -346,11 +352,11 @@ class LargeSolution(Results):
     @cached_property
     def trust(self) -> Trust:
         """Bounds on the numerical error of displacements."""
-        return Trust(self._march.newton, self.equations, self.state)
+        return Trust(self._march.newton, self.equations, self.displaced)
 
     @cached_property
     def _recovery(self) -> Stations:
-        return Stations(self.model, self.equations, self.state)
+        return Stations(self.model, self.equations, self.displaced)
 
     def _shaped(self, array: Array) -> Array:
         return self._masked(batch_first(array, self.shape, array.ndim - 1))

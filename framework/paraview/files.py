@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -31,14 +32,30 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
             stage = Path(name)
             yield stage
             written = [file for file in stage.rglob("*") if file.is_file()]
-            for file in sorted(written, key=lambda file: (-len(file.parts), file)):
-                target = directory / file.relative_to(stage)
-                target.parent.mkdir(exist_ok=True)
-                os.replace(file, target)
+            with _undisturbed():
+                for file in sorted(written, key=lambda file: (-len(file.parts), file)):
+                    target = directory / file.relative_to(stage)
+                    target.parent.mkdir(exist_ok=True)
+                    os.replace(file, target)
+    except BrokenPipeError:  # of what the body prints to
+        raise
     except OSError as error:
         raise FrameError(
             f"cannot write in {directory}: {error.strerror or error}; choose a folder that can be written"
         ) from error
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Put off interrupts and requests to end, where the system can, until the body is done."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

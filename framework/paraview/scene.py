@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import turned
+from ..states import SolutionState, among
 from .entries import Index
 
 if TYPE_CHECKING:
@@ -148,7 +149,7 @@ def taken(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
 
 def solved(solution: Results, index: Index) -> Array:
     """Which of the entries have a solution, (T,)."""
-    return np.broadcast_to(~np.isin(solution.status, ("mechanism", "absent")), solution.shape)[index]
+    return np.broadcast_to(~among(solution.state, SolutionState.MECHANISM, SolutionState.ABSENT), solution.shape)[index]
 
 
 def shown(solution: Results, index: Index, array: Array) -> Array:

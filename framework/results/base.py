@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..batch import Array, Shape, finite
 from ..errors import FrameError
 from ..names import found, plain
+from ..states import SolutionState, States, among
 
 if TYPE_CHECKING:
     from ..frame import Frame
@@ -55,6 +56,22 @@ class Results(ABC):
     @abstractmethod
     def status(self) -> NDArray[np.str_]:
         """What is to be said of each batch entry, (...)."""
+
+    @property
+    @abstractmethod
+    def state(self) -> States:
+        """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
+
+    @property
+    def is_regular(self) -> NDArray[np.bool_]:
+        """Where all results hold, (...): regular, or stable at large displacement."""
+        stable = SolutionState.STABLE, SolutionState.STABLE_BEYOND_A_SADDLE
+        return among(self.state, SolutionState.REGULAR, *stable)
+
+    @property
+    def is_singular(self) -> NDArray[np.bool_]:
+        """Where the frame can move without resistance, whether a load makes it or not, (...)."""
+        return among(self.state, SolutionState.MECHANISM, SolutionState.IDLE)
 
     @abstractmethod
     def displacement(self, node: str) -> Array:

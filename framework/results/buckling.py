@@ -18,6 +18,7 @@ from ..errors import FrameError
 from ..frame import Frame
 from ..solution import Solution
 from ..solvers.sparse import SparseSolver
+from ..states import SolutionState, among
 from .shapes import Shapes, check_count
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE, inverse_pencil, stiffness_halves
@@ -69,9 +70,11 @@ def buckling(frame: Frame, count: int) -> Buckling:
     plan = solution.plan
     size = len(plan.unknowns)
     check_count("buckling", count, size)
-    moving = np.argwhere(~np.isin(solution.status, ("regular", "absent")))
+    moving = np.argwhere(~among(solution.state, SolutionState.REGULAR, SolutionState.ABSENT))
     if len(moving):
         raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
+    if 0 in frame.shape:
+        return Buckling(np.zeros((*frame.shape, count)), _plan=plan, _vectors=np.zeros((*frame.shape, size, count)))
     large = plan.large and size > DENSE
     values, vectors = _sparse(solution, count) if large else _dense(solution)
     # Axial forces that are zero come with rounding, and their factors would be rounding as well.
@@ -92,6 +95,10 @@ def _dense(solution: Solution) -> tuple[Array, Array]:
     plan, absent = solution.plan, solution.frame.absent
     taken = -geometric_stiffness(plan, solution.bounds.whole())
     half, root = stiffness_halves(plan)
+    pushed = np.isnan(half).any(axis=(-2, -1)) & (False if absent is None else ~absent)
+    if pushed.any():
+        at = f" at batch entry {np.argwhere(pushed)[0].tolist()}" if pushed.ndim else ""
+        raise FrameError(f"buckling: the frame is unstable even without the load{at}: springs that push at rest do it")
     if absent is not None:
         left = absent[..., None, None]
         half, taken = np.where(left, np.eye(len(plan.unknowns)), half), np.where(left, 0.0, taken)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..errors import FrameError
+from ..errors import FrameError, MechanismWarning
 from ..examination import require_springs
 from ..frame import Frame
 from ..solvers.sparse import SparseSolver
 from . import dense
 from .shapes import Shapes, check_count
 from .sparse_spectrum import SparsePencil
-from .spectrum import DENSE, halves, inverse_pencil, stiffness_halves
+from .spectrum import DENSE, inverse_pencil, stiffness_halves, zero_eigenvalue
 
 # Scaled eigenvalues below this are those of rigid-body motions and mechanisms.
 _REGULAR = 1e-12
@@ -82,12 +84,30 @@ def modes(frame: Frame, count: int) -> Modes:
 def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
     stiffness, mass = dense.stiffness(plan), dense.mass(plan)
     _check(bool(np.any(mass)) or not mass.size)
-    shift = _shift(stiffness, mass)
-    half, root = halves(stiffness + shift[..., None, None] * mass) if shift.any() else stiffness_halves(plan)
-    values, vectors = inverse_pencil(half, root, mass, count)
+    least = np.linalg.eigvalsh(dense.scaled(stiffness)[0])[..., 0]
+    unstable = least < -_REGULAR
+    eye = np.eye(stiffness.shape[-1])
+    if unstable.any():
+        told = unstable if plan.frame.absent is None else unstable & ~plan.frame.absent
+        if told.any():
+            warnings.warn(_unstable(told), MechanismWarning, stacklevel=4)
+        stiffness = np.where(unstable[..., None, None], eye, stiffness)
+    shift = _shift(stiffness, mass, (least <= _REGULAR) & ~unstable)
+    half, root = _shifted(stiffness, mass, shift) if shift.any() else stiffness_halves(plan)
+    values, vectors = inverse_pencil(np.where(unstable[..., None, None], eye, half), root, mass, count)
     if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
         raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
-    return _elastic(1.0 / values - shift[..., None], shift[..., None]), vectors / np.sqrt(values)[..., None, :]
+    squared = _elastic(1.0 / values - shift[..., None], shift[..., None])
+    squared[np.broadcast_to(unstable, squared.shape[:-1])] = np.nan
+    return squared, vectors / np.sqrt(values)[..., None, :]
+
+
+def _unstable(where: NDArray[np.bool_]) -> str:
+    first = f", the first {np.argwhere(where)[0].tolist()}," if where.ndim else ""
+    return (
+        f"{where.sum()} of {where.size} batch entries{first} are unstable: springs that push at rest push them over, "
+        "and their frequencies are NaN"
+    )
 
 
 def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
@@ -113,18 +133,29 @@ def _check(massive: bool) -> None:
         raise FrameError("modes: the frame has no mass: give its materials a density, or add a PointMass")
 
 
-def _shift(stiffness: Array, mass: Array) -> Array:
+def _shifted(stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
+    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D; motions that meet neither stiffness nor mass, and are
+    no modes, are given a stiffness of one."""
+    scaled, root = dense.scaled(stiffness + shift[..., None, None] * mass)
+    values, vectors = np.linalg.eigh(scaled)
+    idle = values <= zero_eigenvalue(values.shape[-1])
+    return vectors * np.sqrt(np.where(idle, 1.0, values))[..., None, :], root
+
+
+def _shift(stiffness: Array, mass: Array, singular: NDArray[np.bool_]) -> Array:
     """Zero where the stiffness is regular, else about the least squared frequency that is not zero."""
     shape = np.broadcast_shapes(stiffness.shape[:-2], mass.shape[:-2])
-    least = np.linalg.eigvalsh(dense.scaled(stiffness)[0])[..., 0]
-    singular = np.broadcast_to(least <= _REGULAR, shape)
+    singular = np.broadcast_to(singular, shape)
     if not singular.any():
         return np.zeros(shape)
-    shift = np.trace(stiffness, axis1=-2, axis2=-1) / np.trace(mass, axis1=-2, axis2=-1)
+    stiff, heavy = (np.trace(matrix, axis1=-2, axis2=-1) for matrix in (stiffness, mass))
+    # Where nothing at all is stiff, or heavy, any shift will do.
+    some = (stiff > 0.0) & (heavy > 0.0)
+    shift = np.where(some, stiff / np.where(some, heavy, 1.0), 1.0)
     shift = np.array(np.broadcast_to(shift, shape))
     for _ in range(_NARROWINGS):
         size = stiffness.shape[-1]
-        values, _ = inverse_pencil(*halves(stiffness + shift[..., None, None] * mass), mass, size)
+        values, _ = inverse_pencil(*_shifted(stiffness, mass, shift), mass, size)
         with np.errstate(divide="ignore"):
             squared = np.where(values > 0.0, 1.0 / np.where(values > 0.0, values, 1.0), np.inf) - shift[..., None]
         elastic = np.where(squared > _NOISE * shift[..., None], squared, np.inf).min(axis=-1)

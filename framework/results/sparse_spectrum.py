@@ -16,6 +16,7 @@ from scipy.sparse import csr_matrix
 from ..batch import Array
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.resistance import weighed
+from ..errors import FrameError
 
 if TYPE_CHECKING:
     from ..solvers.sparse import SparseSolver
@@ -44,7 +45,7 @@ class SparsePencil:
         self.statics = Statics(solver.plan)
         self.mass = solver.mass if shift else None
         matrix = solver.stiffness if self.mass is None else csr_matrix(solver.stiffness + shift * self.mass)
-        self.factor = solver.direct(matrix)
+        self.matrix, self.factor = matrix, solver.direct(matrix)
 
     def greatest(self, other: csr_matrix, count: int, restarts: int = _RESTARTS) -> tuple[Array, Array]:
         """The `count` greatest eigenvalues mu, (count,), the greatest first, and vectors (n, count).
@@ -89,9 +90,30 @@ class SparsePencil:
         if self.mass is not None:
             inertia = np.linalg.cholesky(basis.T @ (self.mass @ basis)).T
             stretched = np.concatenate([stretched, np.sqrt(self.shift) * inertia])
-        back = basis @ np.linalg.inv(np.linalg.qr(stretched, mode="r"))
+        back = basis @ np.linalg.inv(self._upper(stretched, basis))
         values, turn = np.linalg.eigh(back.T @ (other @ back))
         return values[::-1][:count], back @ turn[:, ::-1][:, :count]
+
+    def _upper(self, stretched: Array, basis: Array) -> Array:
+        """R of ``basis^T K basis = R^T R``, from the deformations, or from K where springs push at rest.
+
+        Raises
+        ------
+        FrameError
+            Where nothing resists some motion with mass, or something pushes it on.
+        """
+        try:
+            if np.isfinite(stretched).all():
+                upper: Array = np.asarray(np.linalg.qr(stretched, mode="r"))
+            else:
+                upper = np.linalg.cholesky(basis.T @ (self.matrix @ basis)).T
+            np.linalg.inv(upper)
+        except np.linalg.LinAlgError:
+            raise FrameError(
+                "the frame is unstable, pushed by springs at rest, or a free motion of it moves no mass: "
+                "support it, or give its nodes mass"
+            ) from None
+        return upper
 
     def _spread(self, motions: Array) -> Array:
         """Columns (n, count) as motions (count, ..., n)."""

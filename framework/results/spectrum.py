@@ -10,7 +10,6 @@ from ..batched.plan import Plan
 from ..error_bounds.compliance import DenseCompliance
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.kinematics import Real
-from . import dense
 
 # Above this many unknowns a single frame goes the sparse way.
 DENSE = 400
@@ -24,26 +23,27 @@ def zero_eigenvalue(size: int) -> float:
     return _ROUNDINGS * float(np.sqrt(size) * np.finfo(float).eps)
 
 
-def halves(matrix: Array) -> tuple[Array, Array]:
-    """L of ``D matrix D = L L^T`` with unit diagonal, (..., n, n), and the diagonal of D, (..., n)."""
-    scaled, root = dense.scaled(matrix)
-    half = np.linalg.cholesky(scaled)
-    return np.asarray(half, dtype=np.float64), root
-
-
 def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
-    """The same of the stiffness, by QR of the deformations.
+    """L of ``D K D = L L^T`` with unit diagonal, (..., n, n), and D's diagonal, (..., n), by QR of the deformations.
 
     ``D K D = A^T A`` with the deformations A by the unknowns, weighed by the root of their stiffness. The product
-    would square its condition number.
+    would square its condition number. Springs that push at rest have no such root: there L comes from the product, and
+    is NaN where they push the frame over.
     """
     statics = Statics(plan)
     kinematics, springs = statics.kinematics.mapped(_rounded), [each.mapped(_rounded) for each in statics.springs]
-    found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
-    weighed, size = found.scaled, len(plan.unknowns)
+    with np.errstate(invalid="ignore"):
+        found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
+        weighed, size = found.scaled, len(plan.unknowns)
     missing = np.zeros((*weighed.shape[:-2], max(size - weighed.shape[-2], 0), size))
     upper = np.linalg.qr(np.concatenate([weighed, missing], axis=-2), mode="r")
-    return np.swapaxes(upper, -1, -2), found.root
+    half = np.swapaxes(upper, -1, -2)
+    pushed = ~np.isfinite(half).all(axis=(-2, -1))
+    if not pushed.any():
+        return half, found.root
+    values, vectors = np.linalg.eigh(found.matrix)
+    root = np.sqrt(np.where(values > 0.0, values, np.nan))[..., None, :]
+    return np.where(pushed[..., None, None], vectors * root, half), found.root
 
 
 def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[Array, Array]:
@@ -76,7 +76,10 @@ def extremes(matrix: csr_matrix) -> tuple[Array, Array]:
 
     start = np.ones(matrix.shape[0])
     greatest = eigsh(matrix, k=1, v0=start, return_eigenvectors=False)
-    least = eigsh(matrix.tocsc(), k=1, sigma=0.0, v0=start, return_eigenvectors=False)
+    try:
+        least = eigsh(matrix.tocsc(), k=1, sigma=0.0, v0=start, return_eigenvectors=False)
+    except RuntimeError:  # SuperLU's word for an exactly zero pivot
+        least = np.zeros(1)
     return np.asarray(least[0]), np.asarray(greatest[0])
 
 

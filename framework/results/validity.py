@@ -21,6 +21,7 @@ from ..batch import Array, aligned
 from ..error_bounds.deformations import Springs
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
+from ..states import SolutionState
 from ..structure.tree import GROUND
 from .geometric import of_link
 from .link_forces import link_forces
@@ -42,7 +43,7 @@ def nonlinearity(solution: Solution) -> Array:
     with np.errstate(all="ignore"):  # of mechanisms
         for part in solution.bounds.parts():
             out[part.where] = _of(part)
-    out[solution.status == "mechanism"] = np.inf
+    out[solution.state == SolutionState.MECHANISM] = np.inf
     return out
 
 

@@ -20,6 +20,8 @@ SUSPECT = 1e-6
 # No more motions without resistance are sought, and eigenvalues near minus this.
 MOTIONS = 6
 _NEAR = 1e-9
+# Unknowns up to which Lanczos' method has no room, and all eigenvalues are found at once.
+_FEW = 4 * MOTIONS
 
 
 class Factor(ABC):
@@ -73,10 +75,25 @@ class Factor(ABC):
         from scipy.sparse.linalg import LinearOperator, eigsh
 
         size = len(self.root)
-        count = min(MOTIONS, size - 1)
-        shifted = direct(csr_matrix(self.scaled + _NEAR * eye(size)))
-        inverse = LinearOperator((size, size), matvec=lambda x: shifted.solve(x.reshape(-1, 1))[:, 0], dtype=float)
-        start = np.random.default_rng(0).standard_normal(size)
-        values, vectors = eigsh(self.scaled, k=count, sigma=-_NEAR, OPinv=inverse, v0=start)
+        if size <= _FEW:
+            values, vectors = np.linalg.eigh(self.scaled.toarray())
+        else:
+            shifted = direct(csr_matrix(self.scaled + _NEAR * eye(size)))
+            inverse = LinearOperator((size, size), matvec=lambda x: shifted.solve(x.reshape(-1, 1))[:, 0], dtype=float)
+            start = np.random.default_rng(0).standard_normal(size)
+            values, vectors = eigsh(self.scaled, k=MOTIONS, sigma=-_NEAR, OPinv=inverse, v0=start)
         found: Array = self.root[:, None] * vectors[:, values <= zero_eigenvalue(size)]
         return found
+
+
+class NoFactor(Factor):
+    """Of a matrix without unknowns, in which nothing can move."""
+
+    def unscaled(self, load: Array) -> Array | None:
+        """The load (0, k) itself."""
+        return load
+
+    @property
+    def singular(self) -> bool:
+        """Never."""
+        return False

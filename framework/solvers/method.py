@@ -70,6 +70,8 @@ def choose(plan: Plan, asked: str | None) -> Method:
     FrameError
         Where a sparse way is asked for and the stiffness varies over the batch.
     """
+    if 0 in plan.frame.shape:
+        return Method(BROADCAST, "broadcasting LDL^T, as the batch has no entries")
     if asked is not None:
         if asked != BROADCAST and not plan.constant:
             raise FrameError(

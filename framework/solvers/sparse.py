@@ -21,7 +21,7 @@ from ..structure.parts import Row, Value
 from ..structure.topology import Index
 from .banded import BandedFactor
 from .cholesky import CholeskyFactor
-from .factor import Factor
+from .factor import Factor, NoFactor
 from .freedom import Freedom, adrift, freedom
 from .graph import Graph
 from .iterative import Iterative, Places
@@ -249,6 +249,8 @@ class SparseSolver:
         return self._factors[key]
 
     def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
+        if not where.any():
+            return NoFactor(matrix)
         direct = self._direct(where)
         if self.plan.method.name != ITERATIVE:
             return direct(matrix)

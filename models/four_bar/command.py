@@ -11,6 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..job.output import folder
 from ..moments import NAN_POLICIES
 from .closure import BRANCHES
 from .inputs import Inputs
@@ -138,7 +139,7 @@ def _run(group: _ArgumentGroup) -> None:
         "--magnify", type=positive, metavar="FACTOR", default=PAPER.magnify,
         help="factor on the displacements in figure 6; by default one that shows them",
     )  # fmt: skip
-    group.add_argument("--out", type=Path, metavar="DIR", default=Path("results"), help="directory for the results")
+    group.add_argument("--out", type=folder, metavar="DIR", default=Path("results"), help="directory for the results")
 
 
 def _add(group: _ArgumentGroup, name: str, kind: Callable[[str], Any], metavar: str, text: str) -> None:

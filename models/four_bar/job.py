@@ -10,14 +10,14 @@ import numpy as np
 
 from ...framework.errors import MechanismWarning
 from ..job.figures import draw_histograms, draw_trajectory
-from ..job.output import results
+from ..job.output import results, written
 from ..job.rendered import rendered
 from ..job.stages import Stages
 from . import large, reactions
 from .figures import draw_linkage
 from .remarks import remarks
 from .report import report
-from .result import compute
+from .result import compute, work
 from .table import about_errors, as_csv, as_text
 
 if TYPE_CHECKING:
@@ -55,8 +55,8 @@ def run(inputs: Inputs, out: Path) -> None:
     with results(out, EARLIER) as stage, warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        with stages("solution"):
-            result = compute(inputs)
+        with stages("solution"), stages.progress("samples at a pose", work(inputs)) as advance:
+            result = compute(inputs, advance)
         with stages("table and samples"):
             (stage / "table1.csv").write_text(as_csv(result), encoding="utf-8")
             (stage / "reactions.csv").write_text(reactions.as_csv(result), encoding="utf-8")
@@ -72,8 +72,9 @@ def run(inputs: Inputs, out: Path) -> None:
             pictures = {name: _caption(name, result) for name in CAPTIONS if (stage / name).exists()}
             text = report(result, pictures, notes, stages.seconds)
             (stage / "report.md").write_text(text, encoding="utf-8")
-        stages.bar.close()
-    _tell(result, out, notes, stages)
+        stages.close()
+        files = written(stage)
+    _tell(result, out, files, notes, stages)
 
 
 def _save_samples(result: Result, path: Path) -> None:
@@ -106,7 +107,7 @@ def _caption(name: str, result: Result) -> str:
     return CAPTIONS[name].format(pose=result.degrees[result.pose], magnify=result.magnify)
 
 
-def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
+def _tell(result: Result, out: Path, files: list[str], notes: list[str], stages: Stages) -> None:
     print(f"{as_text(result)}\n\n{about_errors(result)}")
     if result.inputs.is_paper_linkage:
         print("\nRight of the bar: the values printed in the paper, under the headings that fit them; see report.md.")
@@ -114,4 +115,4 @@ def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
         print(f"\nWhere linear mechanics does not hold, beside the samples at large displacement:\n{table}")
     for note in (*large.passages(result), reactions.summary(result), *notes):
         print(f"\n{note}")
-    print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}\n{stages.spent}")
+    print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")

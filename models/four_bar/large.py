@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..job.tables import aligned, markdown, readable, with_error
 from ..spread import Spread
-from .accuracy import accuracy
+from .accuracy import Accuracy, accuracy
+from .parts import Parts
 from .tolerances import LOADS, per_joint, toleranced
 
 if TYPE_CHECKING:
@@ -44,24 +45,32 @@ class LargeSpread(Spread):
     passed: NDArray[np.bool_] = field(kw_only=True)
 
 
-def large_samples(study: Study) -> LargeSpread:
+def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:
+    """The samples at the poses at which all of them can be assembled, and which these are, (poses,)."""
+    nominal, inputs, contacts = study.nominal, study.inputs, study.nominal.contacts
+    at = study.theta[:, None] + inputs.get("drive", np.zeros(1))
+    varied = toleranced(nominal.motion.four_bar, inputs)
+    closes = np.asarray(np.broadcast_to(varied.assembles(at), (len(at), study.n)).all(axis=-1))
+
+    def sampled(cut: slice) -> Accuracy:
+        drawn = {name: values[cut] for name, values in inputs.items()}
+        return accuracy(
+            toleranced(nominal.motion.four_bar, drawn),
+            study.theta[closes, None] + drawn.get("drive", np.zeros(1)),
+            load=tuple(drawn.get(name, value) for name, value in zip(LOADS, nominal.load, strict=True)),  # type: ignore[arg-type]
+            clearance=per_joint(nominal.clearances, "clearance", drawn),
+            contact="equilibrium" if contacts is None else per_joint(contacts, "contact", drawn),
+        )
+
+    return Parts(sampled, (int(closes.sum()), study.n), soon=contacts is None), closes
+
+
+def large_samples(study: Study, parts: Parts, closes: NDArray[np.bool_]) -> LargeSpread:
     """The samples at large displacement; NaN where the linkage cannot be assembled."""
-    nominal, drawn = study.nominal, study.inputs
-    varied = toleranced(nominal.motion.four_bar, drawn)
-    at = study.theta[:, None] + drawn.get("drive", np.zeros(1))
-    closes = np.broadcast_to(varied.assembles(at), (len(at), study.n)).all(axis=-1)
-    contacts = nominal.contacts
-    sampled = accuracy(
-        varied,
-        at[closes],
-        load=tuple(drawn.get(name, value) for name, value in zip(LOADS, nominal.load, strict=True)),  # type: ignore[arg-type]
-        clearance=per_joint(nominal.clearances, "clearance", drawn),
-        contact="equilibrium" if contacts is None else per_joint(contacts, "contact", drawn),
-    )
-    samples = np.full((len(at), study.n, 3), np.nan)
-    samples[closes] = sampled.large + sampled.rigid - nominal.rigid[closes, None]
+    samples = np.full((len(closes), study.n, 3), np.nan)
+    samples[closes] = parts["large"] + parts["rigid"] - study.rigid[closes, None]
     passed = np.zeros(samples.shape[:2], dtype=bool)
-    passed[closes] = sampled.large_passes
+    passed[closes] = parts["large_passes"]
     return LargeSpread(samples, passed=passed)
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,11 +15,13 @@ from numpy.typing import NDArray
 from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
 from ...framework.results.validity import LINEAR
+from ..job.memory import check
 from .four_bar import JOINTS, FourBar
 from .inputs import LENGTHS, Inputs
 from .kinetostatics import Kinetostatics, Link
-from .large import LargeSpread, large_samples
+from .large import LargeSpread, large_parts, large_samples
 from .motion import LINKS, FourBarMotion
+from .parts import Parts
 from .study import Study, monte_carlo
 
 if TYPE_CHECKING:
@@ -33,6 +36,8 @@ APART = 0.1
 SHARE = 0.02
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
+# Memory that a sample takes at a pose: its results, and what statistics and figures make of them.
+BYTES = 8 * 70
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +143,7 @@ class Result:
     def error_bound(self) -> Array:
         """Bound on the numerical error of every sample at a pose, (poses, 3); NaN where there are none."""
         out = np.full((self.study.kept.size, 3), np.nan)
-        out[self.study.kept] = self.study.sampled.error_bound.max(axis=1)
+        out[self.study.kept] = self.study.parts["error_bound"].max(axis=1)
         return self._everywhere(out)
 
     @property
@@ -159,7 +164,7 @@ class Result:
     @cached_property
     def large(self) -> LargeSpread:
         """Displacement of P from its rigid position at large displacement, (poses, samples, 3), also where singular."""
-        found = large_samples(self.study)
+        found = large_samples(self.study, *self.large_parts)
         return LargeSpread(self._everywhere(found.samples), passed=self._everywhere(found.passed, False))
 
     @cached_property
@@ -180,6 +185,20 @@ class Result:
     def forces(self) -> Array:
         """``Ax Ay Bx By Dx Dy Ex Ey`` and the drive's torque of `reactions`, (poses, 9)."""
         return self._everywhere(self.reactions.unknowns)
+
+    @cached_property
+    def large_parts(self) -> tuple[Parts, NDArray[np.bool_]]:
+        """The same some at a time, and the poses that they are at."""
+        return large_parts(self.study)
+
+    def steps(self) -> Iterator[int]:
+        """Compute all that depends on samples, and tell after each part how many poses times samples it had."""
+        linear = ["rigid", "compliance", "clearance", "clearance_exact", "error_bound"]
+        linear += ["condition_number", "planar_condition_number"] * self.has_kappa
+        # By turns, so that the first parts tell how long the rest of both will take.
+        both = self.study.parts.steps(linear), self.large_parts[0].steps(["rigid", "large", "large_passes"])
+        for pair in zip_longest(*both, fillvalue=0):
+            yield from pair
 
     @property
     def samples(self) -> Array:
@@ -237,12 +256,12 @@ class Result:
     @cached_property
     def sampled_kappa(self) -> Array:
         """Condition numbers of the samples at the regular poses, (regular poses, samples)."""
-        return self.study.sampled.condition_number() if self.has_kappa else np.full((1, self.study.n), np.nan)
+        return self.study.parts["condition_number"] if self.has_kappa else np.full((1, self.study.n), np.nan)
 
     @cached_property
     def sampled_planar_kappa(self) -> Array:
         """The same of the rows and columns in the plane, (regular poses, samples)."""
-        return self.study.sampled.planar_condition_number() if self.has_kappa else np.full((1, self.study.n), np.nan)
+        return self.study.parts["planar_condition_number"] if self.has_kappa else np.full((1, self.study.n), np.nan)
 
     @cached_property
     def compliance(self) -> Array:
@@ -285,13 +304,15 @@ class Result:
         return float(max(1.0, decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= factor)))
 
 
-def compute(inputs: Inputs) -> Result:
+def compute(inputs: Inputs, advance: Callable[[int], None] | None = None) -> Result:
     """Compute the accuracy job.
 
     Parameters
     ----------
     inputs
         What to compute.
+    advance
+        Told how many more poses times samples are done, of `work(inputs)`.
 
     Returns
     -------
@@ -301,9 +322,10 @@ def compute(inputs: Inputs) -> Result:
     Raises
     ------
     FrameError
-        If the linkage cannot be assembled at any pose, a sample is out of range, or the pose of the histograms is not
-        among the regular ones.
+        If the linkage cannot be assembled at any pose, a sample is out of range, the samples do not fit the memory, or
+        the pose of the histograms is not among the regular ones.
     """
+    check(BYTES * inputs.degrees.size, inputs.samples, "--samples")
     scale = inputs.to_radius
     linkage = four_bar(inputs)
     _check_reach(linkage, inputs)
@@ -323,8 +345,16 @@ def compute(inputs: Inputs) -> Result:
             nan_policy=inputs.nan_policy,
         )
         result = Result(inputs, study)
+        for more in result.steps():
+            if advance is not None:
+                advance(more)
         _ = result.pose, result.std, result.large.std, result.kappa, result.kappa_scaled, result.compliance
     return result
+
+
+def work(inputs: Inputs) -> int:
+    """Poses times samples to be computed: by linear mechanics, and at large displacement."""
+    return 2 * inputs.degrees.size * inputs.samples
 
 
 def _check_reach(linkage: FourBar, inputs: Inputs) -> None:

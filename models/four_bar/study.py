@@ -16,6 +16,7 @@ from ..sampling import Distribution, Seed, draw
 from ..spread import Spread
 from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
 from .four_bar import FourBar
+from .parts import Parts
 from .tolerances import LOADS, check_names, check_overwritten, per_joint, toleranced
 
 Array = NDArray[np.float64]
@@ -32,8 +33,8 @@ class Study(Statistics):
     ----------
     nominal
         Accuracy of the linkage without uncertainty, (poses,).
-    sampled
-        Accuracy of the samples at the poses that `kept` tells, (poses kept, n).
+    parts
+        Results of the samples at the poses that `kept` tells, (poses kept, n).
     inputs
         Samples of the uncertain parameters, (n,) each.
     kept
@@ -52,7 +53,7 @@ class Study(Statistics):
     """
 
     nominal: Accuracy
-    sampled: Accuracy
+    parts: Parts
     inputs: Mapping[str, Array]
     kept: NDArray[np.bool_]
     valid: NDArray[np.bool_]
@@ -71,27 +72,32 @@ class Study(Statistics):
         """Nominal position of P, (poses, 3)."""
         return self.nominal.rigid
 
+    @property
+    def sampled(self) -> Accuracy:
+        """Accuracy of the samples at the poses that `kept` tells, (poses kept, n), all at once."""
+        return self.parts.whole
+
     # -- the parts --------------------------------------------------------------------------------------------------
 
     @cached_property
     def geometry(self) -> Spread:
         """Displacement by deviations of the lengths and the drive angle."""
-        return self._spread(self.sampled.rigid - self.rigid[self.kept, None])
+        return self._spread(self.parts["rigid"] - self.rigid[self.kept, None])
 
     @cached_property
     def compliance(self) -> Spread:
         """Displacement by the load on links and joints."""
-        return self._spread(self.sampled.compliance)
+        return self._spread(self.parts["compliance"])
 
     @cached_property
     def clearance(self) -> Spread:
         """Displacement by clearance, to first order."""
-        return self._spread(self.sampled.clearance)
+        return self._spread(self.parts["clearance"])
 
     @cached_property
     def clearance_exact(self) -> Spread:
         """Displacement by clearance, the loop closed anew."""
-        return self._spread(self.sampled.clearance_exact)
+        return self._spread(self.parts["clearance_exact"])
 
     @cached_property
     def total(self) -> Spread:
@@ -256,14 +262,20 @@ def monte_carlo(
     # A drive angle that is certain keeps one sample, so that what depends on the pose alone is computed once a pose.
     at = angles[:, None] + inputs.get("drive", np.zeros(1))
     kept, good, excluded = _sorted_out(varied, at, nominal, n, nan_policy)
-    sampled = accuracy(
-        varied,
-        _assembled(at, kept, good),
-        load=tuple(inputs.get(name, value) for name, value in zip(LOADS, load, strict=True)),  # type: ignore[arg-type]
-        clearance=per_joint(clearance, "clearance", inputs),
-        contact=contact if isinstance(contact, str) else per_joint(contact, "contact", inputs),
-    )
-    return Study(nominal, sampled, inputs, kept, good[kept], excluded, n, exact, nan_policy)
+    angle = _assembled(at, kept, good)
+
+    def sampled(cut: slice) -> Accuracy:
+        drawn = {name: values[cut] for name, values in inputs.items()}
+        return accuracy(
+            toleranced(four_bar, drawn),
+            angle if angle.shape[1] == 1 else angle[:, cut],
+            load=tuple(drawn.get(name, value) for name, value in zip(LOADS, load, strict=True)),  # type: ignore[arg-type]
+            clearance=per_joint(clearance, "clearance", drawn),
+            contact=contact if isinstance(contact, str) else per_joint(contact, "contact", drawn),
+        )
+
+    parts = Parts(sampled, (int(kept.sum()), n), soon=contact == "equilibrium")
+    return Study(nominal, parts, inputs, kept, good[kept], excluded, n, exact, nan_policy)
 
 
 def _sorted_out(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentTypeError
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,3 +33,15 @@ def results(out: Path, earlier: Iterable[str]) -> Iterator[Path]:
         for path in out.glob(pattern):
             if path.relative_to(out) not in new:
                 path.unlink(missing_ok=True)
+
+
+def written(stage: Path) -> list[str]:
+    """Names of what stands in a folder lent by `results`, folders with a stroke behind."""
+    return sorted(path.name + "/" * path.is_dir() for path in stage.iterdir())
+
+
+def folder(text: str) -> Path:
+    """A folder's name from the command line."""
+    if not text:
+        raise ArgumentTypeError("is empty: give a folder; . is the one that you are in")
+    return Path(text)

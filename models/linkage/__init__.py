@@ -7,6 +7,7 @@ from .linkage import Linkage
 from .motion import LoadsWarning, Motion
 from .poses.dead_points import DeadPoint, DriveRange
 from .poses.mobility import Mobility
+from .poses.states import PoseState
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
 
@@ -24,6 +25,7 @@ __all__ = [
     "Motion",
     "Pair",
     "PointAccuracy",
+    "PoseState",
     "Reactions",
     "Spring",
     "Stress",

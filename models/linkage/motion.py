@@ -15,12 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array, Shape, vector
 from ...framework.errors import FrameError
+from ...framework.states import States, among
 from .description.parts import GROUND
 from .kinematics.blocks import blocks, cut_all
 from .kinematics.coordinates import coordinate_of, rates_of_coordinate
 from .kinematics.mechanism import Mechanism
 from .kinematics.tape import Program, Value
 from .linkage import Linkage
+from .poses.states import PoseState
 from .way.assemble import Assembly, assembled
 from .way.driven import remedy
 from .way.drives import Drives, given_drives
@@ -136,9 +138,28 @@ class Motion:
           there on: ``"branch changed: two came close, ..."``.
         * ``"not assembled: gap ... at joint ..."``: results are NaN.
         """
-        from .poses.singular import pose_status
+        return np.broadcast_to(self._told[1], self.shape)
 
-        return pose_status(self)
+    @cached_property
+    def state(self) -> States:
+        """The same as numbers, (...): see `linkframe.models.PoseState`."""
+        return np.broadcast_to(self._told[0], self.shape)
+
+    @property
+    def is_regular(self) -> NDArray[np.bool_]:
+        """Where nothing is special about the pose, (...)."""
+        return np.asarray(self.state == PoseState.REGULAR)
+
+    @property
+    def is_singular(self) -> NDArray[np.bool_]:
+        """Where the pose is singular, of either type, (...)."""
+        return among(self.state, PoseState.SINGULAR_DIRECT, PoseState.SINGULAR_INVERSE)
+
+    @cached_property
+    def _told(self) -> tuple[States, NDArray[np.str_]]:
+        from .poses.singular import pose_states
+
+        return pose_states(self)
 
     @property
     def conditioning(self) -> Array:
@@ -713,11 +734,6 @@ class Motion:
 
     # -- states and rates -------------------------------------------------------------------------------------------
 
-    @property
-    def state(self) -> list[Value]:
-        """Entries of the mechanism's state; they broadcast to the batch shape."""
-        return self.assembly.state
-
     @cached_property
     def velocities(self) -> tuple[list[Value], list[Value]]:
         """Velocity coordinates and their time derivatives, entries (...) of the batch shape."""
@@ -725,7 +741,7 @@ class Motion:
 
     def _pose(self, link: str) -> tuple[list[Value], list[list[Value]]]:
         if link not in self._poses:
-            twelve = self._run(self.mechanism.pose_of(self._known(link)), self.state)
+            twelve = self._run(self.mechanism.pose_of(self._known(link)), self.assembly.state)
             self._poses[link] = twelve[:3], [twelve[3:6], twelve[6:9], twelve[9:12]]
         return self._poses[link]
 
@@ -738,7 +754,7 @@ class Motion:
         if link == GROUND:
             return [[0.0, 0.0, 0.0]] * 4
         if link not in self._moves:
-            twelve = self._run(self.mechanism.rates_of(self._known(link)), self.state, *self.velocities)
+            twelve = self._run(self.mechanism.rates_of(self._known(link)), self.assembly.state, *self.velocities)
             self._moves[link] = [twelve[k : k + 3] for k in range(0, 12, 3)]
         return self._moves[link]
 

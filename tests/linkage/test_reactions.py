@@ -459,7 +459,7 @@ def test_what_does_not_broadcast_with_the_motion_is_named() -> None:
         ("the load on 'crank'", lambda k: k.torque("crank", mz=two)),
         ("the spring A-D", lambda k: k.spring("A", "D", stiffness=1.0, length=two)),
         (
-            "mass, centre or inertia of link 'bob'",
+            "mass of link 'bob'",
             lambda k: (k.link("bob", "D", mass=two), k.fixed("D", "rocker", "bob")),
         ),
         ("gravity", lambda k: k.gravity(np.zeros((2, 3)))),

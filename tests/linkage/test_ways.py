@@ -194,7 +194,7 @@ def test_guess_on_the_other_branch_is_found_out():
 
 def loops_signs(motion):
     """Determinant of the loop at each pose of a motion."""
-    found = motion.assembly.loops.close_all(list(motion.state), motion.mechanism.parameters)
+    found = motion.assembly.loops.close_all(list(motion.assembly.state), motion.mechanism.parameters)
     return found.determinants[0]
 
 

@@ -150,7 +150,7 @@ def test_terminals_without_greek_letters(tmp_path: Path, encoding: str) -> None:
         )
         assert outcome.returncode == 0
         assert told in outcome.stdout.decode(encoding)
-        assert outcome.stderr == b""
+        assert all(b" to go" in line or b"estimate" in line for line in outcome.stderr.splitlines())
     assert (tmp_path / "out" / "report.md").is_file()
 
 
@@ -165,7 +165,7 @@ def test_installed_command_prints_no_traceback(tmp_path: Path) -> None:
     ]
     outcome = subprocess.run(command, capture_output=True, text=True, check=False)
     assert outcome.returncode == 2
-    assert outcome.stderr.startswith("linkframe four-bar: error: ")
+    assert outcome.stderr.splitlines()[-1].startswith("linkframe four-bar: error: ")
     assert "Traceback" not in outcome.stderr
 
 

@@ -374,9 +374,9 @@ def _same(some: Sequence[Array], others: Sequence[Array]) -> bool:
 
 
 def _six(what: str, *components: ArrayLike) -> Array:
-    given = {name: finite(value, what) for name, value in zip(FORCES, components, strict=True)}
+    given = {f"{name} of the {what}": finite(value, what) for name, value in zip(FORCES, components, strict=True)}
     known: dict[str, Shape] = {}
     for name, value in given.items():
-        joined(f"{name} of the {what}", value.shape, known)
-        known[f"{name} of the {what}"] = value.shape
+        joined(name, value.shape, known)
+        known[name] = value.shape
     return np.stack(np.broadcast_arrays(*given.values()), axis=-1)

@@ -6,6 +6,8 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...job.output import folder
+
 if TYPE_CHECKING:
     from argparse import _SubParsersAction
 
@@ -63,7 +65,7 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="TOML file with the linkage")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", default=Path("results"), help="directory for the results (default: results)"
+        "--out", type=folder, metavar="DIR", help="directory for the results (default: results-NAME for NAME.toml)"
     )
     parser.set_defaults(run=_start)
 
@@ -73,4 +75,4 @@ def _start(options: Namespace) -> None:
     from .inputs import read_inputs
     from .run import run
 
-    run(read_inputs(options.file), options.out)
+    run(read_inputs(options.file), options.out or Path(f"results-{options.file.stem}"))

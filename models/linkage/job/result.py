@@ -104,7 +104,7 @@ class Result:
     def status(self) -> NDArray[np.str_]:
         """That of the motion, or where it is regular that of the frame, marked where linear results do not hold."""
         frame = np.broadcast_to(self.main.status, self.motion.shape)
-        moved = np.where(self.motion.status == "regular", frame, self.motion.status)
+        moved = np.where(self.motion.is_regular, frame, self.motion.status)
         off = np.broadcast_to(self.solution.nonlinearity(), self.motion.shape)
         told = np.array([f"beyond linear: off by {100.0 * each:.2g} %" for each in off.flat]).reshape(off.shape)
         marked = np.where(moved == "regular", told, np.char.add(np.char.add(moved, "; "), told))

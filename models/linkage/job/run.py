@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....framework.errors import MechanismWarning
-from ...job.output import results
+from ...job.output import results, written
 from ...job.rendered import rendered
 from ...job.stages import Stages
 from .figures import captions, draw
@@ -64,8 +64,9 @@ def run(inputs: Inputs, out: Path) -> None:
             pictures = {name: text for name, text in captions(result).items() if (stage / name).exists()}
             text = report(result, pictures, notes, stages.seconds)
             (stage / "report.md").write_text(text, encoding="utf-8")
-        stages.bar.close()
-    _tell(result, out, notes, stages)
+        stages.close()
+        files = written(stage)
+    _tell(result, out, files, notes, stages)
 
 
 def _save_samples(result: Result, path: Path) -> None:
@@ -83,7 +84,7 @@ def _save(result: Result, path: Path) -> None:
         result.motion.save(path, times=times)
 
 
-def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
+def _tell(result: Result, out: Path, files: list[str], notes: list[str], stages: Stages) -> None:
     print(as_text(result))
     if result.inputs.tolerances:
         print(
@@ -91,4 +92,4 @@ def _tell(result: Result, out: Path, notes: list[str], stages: Stages) -> None:
         )
     for note in [*remarks(result), *notes]:
         print(f"\n{note}")
-    print(f"\nWritten to {out}: {', '.join(sorted(path.name for path in out.iterdir()))}\n{stages.spent}")
+    print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")

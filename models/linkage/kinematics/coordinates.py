@@ -18,7 +18,7 @@ def coordinate_of(motion: Motion, pair: Pair) -> Array:
     """Coordinates (..., f) of a joint."""
     shape, kind = motion.shape, pair.kind
     if pair.name in motion.mechanism.states and kind.name != "spherical":
-        own = motion.state[motion.mechanism.states[pair.name]]
+        own = motion.assembly.state[motion.mechanism.states[pair.name]]
         moved = [np.broadcast_to(x, shape) for x in own]
         scales = [motion.mechanism.size if name[0] == "u" else 1.0 for name in kind.coordinates]
         columns = [np.where(motion.is_assembled, x * scale, np.nan) for x, scale in zip(moved, scales, strict=True)]

@@ -169,7 +169,7 @@ class Linear:
 def _sides(a: Array, rights: Sequence[Sequence[Value]]) -> Array:
     """Right sides as the columns of matrices (..., m, k) that go with the matrices a."""
     flat = np.broadcast_arrays(a[..., 0, 0], *(x for right in rights for x in right))[1:]
-    return np.swapaxes(np.stack(flat, axis=-1).reshape(*flat[0].shape, len(rights), -1), -1, -2)
+    return np.swapaxes(np.stack(flat, axis=-1).reshape(*flat[0].shape, len(rights), len(rights[0])), -1, -2)
 
 
 def _columns(x: Array) -> list[list[Any]]:

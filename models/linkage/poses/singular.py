@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.states import States, words
 from ..description.parts import GROUND
 from ..kinematics.linear import matrices
 from .configuration import extent
 from .held import MOVES, moving_joints
+from .states import PoseState, closure_states, singular_states
 
 if TYPE_CHECKING:
     from ..motion import Motion
@@ -34,22 +36,22 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
 
     The least singular value of the closing equations by the unknown coordinates over the greatest, lengths in units of
     the linkage's extent: 0 where something moves with the drives held. Those that always vanish, of a rod that can turn
-    about itself, do not count.
+    about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its own
+    extent, and the least of these counts: a chain is not near a dead point for being long.
     """
     mechanism, loops = motion.mechanism, motion.assembly.loops
     shape, n, rank = motion.assembly.shape, loops.columns, loops.linear.rank
     if not rank:
         return np.ones(shape), np.zeros((*shape, n))
     with np.errstate(all="ignore"):
-        entries = mechanism.newton[1](motion.state, mechanism.parameters)[loops.rows :]
+        entries = mechanism.newton[1](motion.assembly.state, mechanism.parameters)[loops.rows :]
     matrix = matrices([list(entries[i * n : i * n + n]) for i in range(loops.rows)])
     share = mechanism.size / extent(mechanism.linkage)
     rows = [share if mechanism.rows[i][1][0] == "u" else 1.0 for i in mechanism.active]
     columns = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in mechanism.unknown]
     there = motion.assembly.closed[..., None, None]
     matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / np.array(columns)
-    values = np.linalg.svd(matrix, compute_uv=False)
-    margin = np.where(motion.assembly.closed, values[..., rank - 1] / values[..., 0], np.nan)
+    margin = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
     least = np.zeros((*shape, n))
     bad = np.broadcast_to(margin < SINGULAR, shape)
     if bad.any():
@@ -57,31 +59,63 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
     return np.broadcast_to(margin, shape), least / np.array(columns)
 
 
-def pose_status(motion: Motion) -> NDArray[np.str_]:
-    """Status of each pose, (...); see `Motion.status`."""
+def _firmness(motion: Motion, matrix: Array) -> Array:
+    """Least over greatest singular value of the closing equations (..., m, n), the least of those of sets of loops that
+    close one after the other, (...)."""
+    mechanism, linear = motion.mechanism, motion.assembly.loops.linear
+    if not linear.square or len(linear.blocks) < 2:
+        values = np.linalg.svd(matrix, compute_uv=False)
+        return np.asarray(values[..., linear.rank - 1] / values[..., 0])
+    whole = extent(motion.linkage)
+    found = []
+    for rows, columns in linear.blocks:
+        names = [mechanism.unknown[k] for k in columns]
+        joints = {mechanism.rows[mechanism.active[i]][0] for i in rows} | {mechanism.columns[k][0] for k in names}
+        share = whole / (_span(motion, joints) or whole)
+        turns = [share if mechanism.rows[mechanism.active[i]][1][0] == "u" else 1.0 for i in rows]
+        lengths = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in names]
+        own = matrix[..., rows, :][..., columns] * np.array(turns)[:, None] / np.array(lengths)
+        values = np.linalg.svd(own, compute_uv=False)
+        # Of one equation alone its size tells: it is a cosine, or an arm in units of the extent.
+        found.append(values[..., -1] / (values[..., 0] if len(rows) > 1 else 1.0))
+    return np.asarray(np.min(found, axis=0))
+
+
+def _span(motion: Motion, joints: Iterable[str]) -> float:
+    """Extent of the places of some joints as drawn."""
+    linkage = motion.linkage
+    places = np.concatenate([linkage.points[linkage.joints[name].point].reshape(-1, 3) for name in joints])
+    return float(np.ptp(places, axis=0).max())
+
+
+def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
+    """State of each pose and its words, (...) of the assembly; see `PoseState` and `Motion.status`."""
     margin, least = motion.held
-    status = np.full(motion.assembly.shape, "regular", dtype="<U200")
-    for joint, where in reversed(standing_still(motion).items()):
+    still = standing_still(motion)
+    none = np.zeros(motion.assembly.shape, dtype=bool)
+    state = singular_states(margin, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
+    status = words(state, PoseState).astype("<U200")
+    for joint, where in reversed(still.items()):
         lost = "stands still" if len(motion.drives.rates) == 1 else "has lost a direction"
-        status[where] = f"singular: input, joint {joint} {lost}"
-    status[margin < NEAR] = "near dead point"
-    loose = margin < SINGULAR
+        status[where & (state == PoseState.SINGULAR_INVERSE)] = f"singular: input, joint {joint} {lost}"
+    loose = state == PoseState.SINGULAR_DIRECT
     if loose.any():
         status[loose] = [
             f"singular: output, joint {joint} moves with the drives held"
             for joint in loose_joints(motion, loose, least)
         ]
-    closure = motion.closure_status
+    closure = closure_states(motion.assembly.closed, motion.assembly.verified)
     # So near a dead point its two branches are one.
-    told = (closure == "regular") | (np.char.startswith(closure, "branch changed") & (margin < ONE_BRANCH))
-    return np.where(told, status, closure)
+    told = (closure == PoseState.REGULAR) | ((closure == PoseState.OTHER_MODE) & (margin < ONE_BRANCH))
+    return np.where(told, state, closure), np.where(told, status, motion.closure_status)
 
 
 def loose_joints(motion: Motion, chosen: Bools, least: Array) -> NDArray[np.str_]:
     """The joint that moves with the drives held at each of the chosen poses, (k,)."""
     mechanism, shape = motion.mechanism, motion.assembly.shape
     state, parameters = (
-        [np.broadcast_to(x, shape)[chosen] for x in entries] for entries in (motion.state, mechanism.parameters)
+        [np.broadcast_to(x, shape)[chosen] for x in entries]
+        for entries in (motion.assembly.state, mechanism.parameters)
     )
     velocities = np.zeros((int(chosen.sum()), len(mechanism.columns)))
     velocities[:, mechanism.unknown] = least[chosen]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array, aligned
 from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
+from ....framework.states import States
 from .contact import has_contacts
 from .frame import frame
 from .tangent import Tangent, is_loaded
@@ -78,6 +79,11 @@ class PointAccuracy:
     def status(self) -> NDArray[np.str_]:
         """By pose: that of the frame's solution, (...)."""
         return self._open.status
+
+    @property
+    def state(self) -> States:
+        """The same as numbers, (...): see `linkframe.framework.SolutionState`."""
+        return self._open.state
 
     @property
     def solution(self) -> Solution:
@@ -191,6 +197,8 @@ class Stress:
         """Extremes over all poses along the members, (m, k, 3); poses without results do not count."""
         flat = self.values.reshape(-1, *self.values.shape[-3:])
         there = flat[np.isfinite(flat).all(axis=(1, 2, 3))]
+        if not len(there):
+            return np.full(flat.shape[1:], np.nan)
         return np.concatenate([there[..., :1].min(axis=0), there[..., 1:].max(axis=0)], axis=-1)
 
 

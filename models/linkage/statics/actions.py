@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....framework.batch import Array, joined, turned
+from ....framework.batch import Array, Shape, joined, turned
 from ..description.parts import GROUND, Spring
 from .inertia import inertia
 
@@ -58,12 +58,13 @@ def applied(motion: Motion) -> Iterator[Action]:
         line, force = tension(motion, spring)
         for (link, point), pull in ((spring.first, force), (spring.second, -force)):
             if link != GROUND:
-                wrench = np.concatenate([pull[..., None] * line, np.zeros_like(line)], axis=-1)
+                exerted = pull[..., None] * line
+                wrench = np.concatenate([exerted, np.zeros_like(exerted)], axis=-1)
                 yield Action(link, point, motion.position(point, link), wrench)
 
 
-def check_shapes(motion: Motion) -> None:
-    """See that masses, loads, springs and gravity broadcast with the motion.
+def whole_shape(motion: Motion) -> Shape:
+    """Broadcast of the motion with masses, beams, loads, springs and gravity.
 
     Raises
     ------
@@ -75,15 +76,18 @@ def check_shapes(motion: Motion) -> None:
     for spring in linkage.springs:
         name = f"the spring {spring.first[1]}-{spring.second[1]}"
         given += [(name, number) for number in (spring.stiffness, spring.length, spring.damping)]
-    for name in linkage.links:
-        own = inertia(linkage, name)
-        parts = (own.mass, own.centre[..., 0], own.tensor[..., 0, 0])
-        given += [(f"mass, centre or inertia of link {name!r}", part) for part in parts]
+    shapes = [(what, number.shape) for what, number in (*given, ("gravity", linkage.weight[..., 0]))]
+    for name, link in linkage.links.items():
+        shapes += [(f"a beam of link {name!r}", beam.shape) for beam in link.beams.values()]
+        parts = (("mass", link.mass, 0), ("centre", link.centre, 1), ("inertia", link.inertia, 2))
+        for what, number, trailing in parts:
+            if number is not None:
+                shapes.append((f"{what} of link {name!r}", number.shape[: number.ndim - trailing]))
     known = {"the motion": motion.shape}
-    for what, number in (*given, ("gravity", linkage.weight[..., 0])):
-        if number.ndim:
-            joined(what, number.shape, known)
-            known[what] = number.shape
+    for what, shape in shapes:
+        joined(what, shape, known)
+        known[what] = np.broadcast_shapes(shape, known.get(what, ()))
+    return np.broadcast_shapes(*known.values())
 
 
 def tension(motion: Motion, spring: Spring) -> tuple[Array, Array]:
@@ -127,6 +131,7 @@ def inertia_force(motion: Motion, link: str) -> Action:
 
 def kinetic_energy(motion: Motion) -> Array:
     """Kinetic energy of all links, (...)."""
+    whole_shape(motion)
     total: Array = np.zeros(motion.shape)
     for link in motion.linkage.links:
         own = inertia(motion.linkage, link)

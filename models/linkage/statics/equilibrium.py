@@ -13,7 +13,7 @@ from ....framework.batch import Array, Shape
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
 from ..way.driven import free_motions
-from .actions import applied, centre_of, inertia_force, moved, turned_tensor, weight
+from .actions import applied, centre_of, inertia_force, moved, turned_tensor, weight, whole_shape
 from .inertia import inertia
 
 if TYPE_CHECKING:
@@ -70,9 +70,15 @@ class Equilibrium:
     ----------
     motion
         The motion, (...).
+
+    Raises
+    ------
+    FrameError
+        If masses, beams, loads, springs or gravity do not broadcast with the motion.
     """
 
     def __init__(self, motion: Motion) -> None:
+        whole_shape(motion)
         self.motion = motion
         self.links = list(motion.linkage.links)
         self.joints = [Transmitted.of(motion, joint) for joint in motion.linkage.joints.values()]
@@ -110,7 +116,8 @@ class Equilibrium:
     @property
     def matrix(self) -> Array:
         """Coefficients of the unknowns, (..., 6 links, unknowns)."""
-        matrix = np.zeros((*self.motion.shape, 6 * len(self.links), self.unknowns))
+        shape = np.broadcast_shapes(self.motion.shape, *(part.shape[:-2] for _, _, part in self.parts))
+        matrix = np.zeros((*shape, 6 * len(self.links), self.unknowns))
         for rows, columns, part in self.parts:
             matrix[..., rows, columns] = part
         return matrix
@@ -138,9 +145,11 @@ class Equilibrium:
     @cached_property
     def inertia(self) -> Array:
         """Mass matrices of all links, (..., 6 links, 6 links), in the units of the equations."""
-        matrix = np.zeros((*self.motion.shape, 6 * len(self.links), 6 * len(self.links)))
-        for row, link in enumerate(self.links):
-            own = inertia(self.motion.linkage, link)
+        every = [inertia(self.motion.linkage, link) for link in self.links]
+        shapes = [shape for own in every for shape in (own.mass.shape, own.tensor.shape[:-2])]
+        shape = np.broadcast_shapes(self.motion.shape, *shapes)
+        matrix = np.zeros((*shape, 6 * len(self.links), 6 * len(self.links)))
+        for row, (link, own) in enumerate(zip(self.links, every, strict=True)):
             at, turn = slice(6 * row, 6 * row + 3), slice(6 * row + 3, 6 * row + 6)
             matrix[..., at, at] = own.mass[..., None, None] * np.eye(3)
             matrix[..., turn, turn] = turned_tensor(self.motion.axes(link), own.tensor) / self.size**2

@@ -16,7 +16,7 @@ from ....framework.errors import FrameError
 from ....framework.frame import Frame
 from ..description.joints import COMPONENTS
 from ..description.parts import GROUND, Link, Pair, joint_axes
-from .actions import tension, turned_tensor
+from .actions import tension, turned_tensor, whole_shape
 from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, bond
 from .inertia import inertia, is_given, place, with_density
@@ -45,6 +45,7 @@ def frame(
 
     With `clamped` all drives hold, also those that have a stiffness of their own, as they do in the rigid motion.
     """
+    whole_shape(motion)
     bare = motion.bare if clearance and not clamped else Builder(motion, clearance=clearance, clamped=clamped)
     built = bare.frame.copy()
     if loads:
@@ -74,6 +75,7 @@ class Builder:
     def __init__(self, motion: Motion, *, clearance: bool, clamped: bool = False) -> None:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
+        whole_shape(motion)
         self.motion, self.linkage, self.clamped = motion, motion.linkage, clamped
         self.frame = Frame(tolerance=motion.tolerance)
         self.nodes = Nodes(motion.linkage)

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, turned
 from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
-from .actions import check_shapes, inertia_force
+from ..poses.states import PoseState
+from .actions import inertia_force
 from .determinacy import Idle, solved
 from .equilibrium import Equilibrium
 
@@ -160,7 +161,6 @@ def reactions(motion: Motion) -> Reactions:
     FrameError
         If masses, loads, springs or gravity do not broadcast with the motion.
     """
-    check_shapes(motion)
     equations = Equilibrium(motion)
     side = equations.side
     shape = side.shape[:-1]
@@ -192,7 +192,7 @@ def _boundless(motion: Motion, values: Array, side: Array) -> NDArray[np.bool_]:
     huge = np.asarray(np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * loads)
     if not huge.any():
         return huge
-    return huge & np.char.startswith(np.broadcast_to(motion.status, huge.shape), "singular: output")
+    return np.asarray(huge & (motion.state == PoseState.SINGULAR_DIRECT))
 
 
 def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:

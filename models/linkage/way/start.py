@@ -23,6 +23,8 @@ def nominal_parameters(mechanism: Mechanism) -> list[float]:
     shape = mechanism.linkage.shape
     if not shape:
         return [float(x) for x in mechanism.parameters]
+    if 0 in shape:
+        raise FrameError(f"the linkage is drawn at no entries, its batch shape is {shape}: draw it at one at least")
     away = np.zeros(shape)
     for value in mechanism.parameters:
         if isinstance(value, np.ndarray):

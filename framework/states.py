@@ -1,0 +1,78 @@
+"""What is to be said of each entry of a batch, as numbers to count and compare, with a text for each."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+States = NDArray[np.int8]
+
+
+class State(IntEnum):
+    """Numbers from 0 on; their texts are their names in plain words."""
+
+    @property
+    def text(self) -> str:
+        """The state in words."""
+        return self.name.lower().replace("_", " ")
+
+
+class SolutionState(State):
+    """State of a solution at one batch entry: `Solution.state` and `LargeSolution.state` hold these numbers.
+
+    Linear solutions have the first six.
+
+    * ``REGULAR``: all results hold.
+    * ``IDLE``: the frame can move, but no load makes it; forces hold, displacements that depend on how far it has moved
+      are NaN.
+    * ``FREE``: joints can move within their clearances without any force; the results are one choice of many.
+    * ``UNRESOLVED``: rounding hides a contact.
+    * ``MECHANISM``: loads move the frame without resistance; results are NaN.
+    * ``ABSENT``: the entry was left out; results are NaN.
+    * ``STABLE``, ``STABLE_BEYOND_A_SADDLE``, ``UNSTABLE``, ``NOT_CONVERGED``: of equilibria at large displacement.
+
+    Examples
+    --------
+    >>> from linkframe.framework import Frame, SolutionState
+    >>> frame = Frame()
+    >>> frame.node("A", (0.0, 0.0, 0.0))
+    >>> frame.load("A", fx=[1.0, 2.0, 3.0])
+    >>> state = frame.solve().state
+    >>> int(np.count_nonzero(state == SolutionState.MECHANISM))
+    3
+    >>> SolutionState(state[0]).text
+    'mechanism'
+    """
+
+    REGULAR = 0
+    IDLE = 1
+    FREE = 2
+    UNRESOLVED = 3
+    MECHANISM = 4
+    ABSENT = 5
+    STABLE = 6
+    STABLE_BEYOND_A_SADDLE = 7
+    UNSTABLE = 8
+    NOT_CONVERGED = 9
+
+
+def states_of(shape: tuple[int, ...], state: State) -> States:
+    """A batch of one state."""
+    return np.full(shape, state, dtype=np.int8)
+
+
+def put(states: States, where: NDArray[np.bool_], state: State) -> States:
+    """The states, and `state` at some entries, (...) of what both broadcast to."""
+    return np.where(where, np.int8(state), states)
+
+
+def among(states: States, *some: State) -> NDArray[np.bool_]:
+    """Where a state is one of some, (...)."""
+    return np.isin(states, some)
+
+
+def words(states: States, kind: type[State]) -> NDArray[np.str_]:
+    """The texts of states, (...)."""
+    return np.asarray(np.array([state.text for state in kind])[states])

@@ -1,0 +1,73 @@
+"""What a pose of a motion can be: as a number to count and compare, with the words that `Motion.status` begins with."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.states import State, States, put, states_of
+
+
+class PoseState(State):
+    """State of a pose: `Motion.state` holds these numbers, and `Motion.status` tells more of each in words.
+
+    * ``REGULAR``
+    * ``NEAR_DEAD_POINT``: all results hold, with fewer digits.
+    * ``SINGULAR_DIRECT``: a direct-kinematic singularity, of type II: something moves with the drives held, as in a
+      dead point or a change point.
+    * ``SINGULAR_INVERSE``: an inverse-kinematic singularity, of type I: the drives move a joint's point in fewer
+      directions than elsewhere. Results hold.
+    * ``OTHER_MODE``: assembled, but not verifiably in the assembly mode of the reference configuration.
+    * ``NOT_ASSEMBLED``: results are NaN.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from linkframe.models import Linkage, PoseState
+    >>> linkage = Linkage(A=(0, 0), B=(0, 1), C=(2, 0))
+    >>> linkage.link("crank", "A", "B"); linkage.link("rod", "B", "C"); linkage.link("piston", "C")
+    >>> linkage.revolute("A", "ground", "crank", drive=True)
+    >>> linkage.revolute("B", "crank", "rod"); linkage.revolute("C", "rod", "piston")
+    >>> linkage.prismatic("C", "ground", "piston", name="slide", axis=(1, 0))
+    >>> motion = linkage.move(A=np.radians([-100.0, -90.0, 0.0, 90.0]))
+    >>> int(np.count_nonzero(motion.state == PoseState.SINGULAR_INVERSE)), motion.is_regular.tolist()
+    (2, [True, False, True, False])
+    """
+
+    REGULAR = 0
+    NEAR_DEAD_POINT = 1
+    SINGULAR_DIRECT = 2
+    SINGULAR_INVERSE = 3
+    OTHER_MODE = 4
+    NOT_ASSEMBLED = 5
+
+
+def closure_states(closed: NDArray[np.bool_], verified: NDArray[np.bool_]) -> States:
+    """What closing the loops says of each pose, (...): regular, in another assembly mode, or not assembled.
+
+    Parameters
+    ----------
+    closed
+        Where the loops close, (...).
+    verified
+        Where that is in the assembly mode of the reference configuration, (...).
+    """
+    states = put(states_of(closed.shape, PoseState.REGULAR), closed & ~verified, PoseState.OTHER_MODE)
+    return put(states, ~closed, PoseState.NOT_ASSEMBLED)
+
+
+def singular_states(margin: NDArray[np.float64], near: float, singular: float, lost: NDArray[np.bool_]) -> States:
+    """What the Jacobian says of each pose.
+
+    Parameters
+    ----------
+    margin
+        How firmly the drives hold the pose, (...); NaN where it is not assembled.
+    near, singular
+        Below which it is near a dead point, and in one.
+    lost
+        Where a joint's point has lost a direction, (...).
+    """
+    states = put(states_of(margin.shape, PoseState.REGULAR), lost, PoseState.SINGULAR_INVERSE)
+    states = put(states, margin < near, PoseState.NEAR_DEAD_POINT)
+    return put(states, margin < singular, PoseState.SINGULAR_DIRECT)
