@@ -19,9 +19,10 @@ from ....framework.batched.plan import Plan
 from ....framework.errors import FrameError
 from ....framework.results import dense
 from ....framework.results.shapes import check_count
-from ....framework.results.spectrum import halves, inverse_pencil, zero_eigenvalue
+from ....framework.results.spectrum import inverse_pencil, zero_eigenvalue
 from ....framework.results.under_load import geometric_stiffness
 from ....framework.solution import Solution
+from ....framework.states import SolutionState, among
 from .frame import Builder
 from .loading import add_loads
 
@@ -66,7 +67,7 @@ class Tangent:
         clamped = Builder(motion, clearance=False, clamped=True)
         add_loads(clamped.frame, motion, clamped.nodes)
         rest = Solution(clamped.frame, Plan(clamped.frame, cut=cut))
-        self.held: NDArray[np.bool_] = np.isin(rest.status, ("regular", "idle"))
+        self.held: NDArray[np.bool_] = among(rest.state, SolutionState.REGULAR, SolutionState.IDLE)
         with np.errstate(all="ignore"):  # of mechanisms
             loaded = geometric_stiffness(self.plan, rest.bounds.whole())
         loaded = np.where(self.held[..., None, None], loaded, 0.0)
@@ -130,8 +131,8 @@ class Tangent:
 
     def _squared(self, mass: Array, shift: Array, count: int) -> Array:
         """The lowest squared circular frequencies, (..., count), the most negative first."""
-        half, root = halves(self.stiffness + shift[..., None, None] * mass)
-        values, _ = inverse_pencil(half, root, mass, count)
+        matrix, root = dense.scaled(self.stiffness + shift[..., None, None] * mass)
+        values, _ = inverse_pencil(np.asarray(np.linalg.cholesky(matrix)), root, mass, count)
         if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
             raise FrameError(f"frequencies({count}): the linkage has fewer modes with mass: ask for fewer")
         squared: Array = 1.0 / values - shift[..., None]
