@@ -17,6 +17,7 @@ from .errors import FrameError
 from .loads import LineLoad, MemberLoad, PointLoad
 from .names import found, new, plain
 from .protocol import JointElement, LineElement, PointElement
+from .provenance import HasStatus, Told
 
 if TYPE_CHECKING:
     from .batched.plan import Plan
@@ -117,6 +118,9 @@ class Frame:
         Acceleration of gravity (..., 3).
     absent
         Batch entries that are left out, (...); None for none.
+    made_from
+        What the frame was made from, such as a motion: what its status says of entries that are not regular, solutions
+        of the frame say too.
     size
         Largest coordinate, the measure of what coincides.
     tolerance
@@ -151,6 +155,7 @@ class Frame:
     member_loads: dict[str, list[MemberLoad]] = field(default_factory=dict)
     weight: Array | None = None
     absent: NDArray[np.bool_] | None = None
+    made_from: HasStatus | None = field(default=None, repr=False, compare=False)
     _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
     _shape: Shape = ()
     size: float = 0.0
@@ -474,7 +479,8 @@ class Frame:
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; the plan that is kept holds what cannot travel, and is made again."""
-        return vars(self) | {"kept": None}
+        made_from = None if self.made_from is None else Told(self.made_from.status)
+        return vars(self) | {"kept": None, "made_from": made_from}
 
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"

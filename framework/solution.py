@@ -20,6 +20,7 @@ from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, STATES, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .frame import Frame
+from .provenance import with_origin
 from .results.base import Results
 from .results.parts import of_joint, of_member, of_node, of_part
 from .results.recovery import Recovery
@@ -254,7 +255,13 @@ class Solution(Results):
         move but no load does so: forces hold, and displacements but those that depend on how far it has moved, which
         are NaN (a `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can
         move within their clearances without any force, and the results are one choice of many; ``unresolved`` where
-        rounding hides a contact; ``absent`` where it was left out."""
+        rounding hides a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries
+        at which that is not regular carry its words, such as ``near dead point``."""
+        return with_origin(self.own_status, self.frame.made_from, self.shape)
+
+    @cached_property
+    def own_status(self) -> NDArray[np.str_]:
+        """The status of the solution alone, whatever the frame was made from, (...)."""
         idle = self.solver.singular(excited=False)
         status = np.where(idle if self.idle is None else idle | self.idle.mask, "idle", "regular")
         if self.clearances is not None:

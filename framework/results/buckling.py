@@ -66,7 +66,7 @@ def buckling(frame: Frame, count: int) -> Buckling:
     plan = solution.plan
     size = len(plan.unknowns)
     check_count("buckling", count, size)
-    moving = np.argwhere(~np.isin(solution.status, ("regular", "absent")))
+    moving = np.argwhere(~np.isin(solution.own_status, ("regular", "absent")))
     if len(moving):
         raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
     large = plan.large and size > DENSE

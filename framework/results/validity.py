@@ -33,7 +33,7 @@ def nonlinearity(solution: Solution) -> Array:
     with np.errstate(all="ignore"):  # of mechanisms
         for part in solution.bounds.parts():
             out[part.where] = _of(part)
-    out[solution.status == "mechanism"] = np.inf
+    out[solution.own_status == "mechanism"] = np.inf
     return out
 
 

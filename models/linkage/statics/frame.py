@@ -65,7 +65,7 @@ class Builder:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
         self.motion, self.linkage = motion, motion.linkage
-        self.frame = Frame(tolerance=motion.tolerance)
+        self.frame = Frame(tolerance=motion.tolerance, made_from=motion)
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
         self.spins = _spins(self.linkage)
