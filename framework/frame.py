@@ -18,6 +18,7 @@ from .examination import examine_joint, examine_mass, examine_member
 from .loads import LineLoad, MemberLoad, PointLoad
 from .names import found, new, plain
 from .protocol import JointElement, LineElement, PointElement, is_proven
+from .provenance import HasStatus, Told
 
 if TYPE_CHECKING:
     from .batched.plan import Plan
@@ -118,6 +119,9 @@ class Frame:
         Acceleration of gravity (..., 3).
     absent
         Batch entries that are left out, (...); None for none.
+    made_from
+        What the frame was made from, such as a motion: what its status says of entries that are not regular, solutions
+        of the frame say too.
     size
         Largest coordinate, the measure of what coincides.
     tolerance
@@ -152,6 +156,7 @@ class Frame:
     member_loads: dict[str, list[MemberLoad]] = field(default_factory=dict)
     weight: Array | None = None
     absent: NDArray[np.bool_] | None = None
+    made_from: HasStatus | None = field(default=None, repr=False, compare=False)
     _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
     _shape: Shape = ()
     _examined: dict[Hashable, str] = field(default_factory=dict, repr=False, compare=False)
@@ -483,7 +488,8 @@ class Frame:
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; the plan that is kept holds what cannot travel, and is made again."""
-        return vars(self) | {"kept": None, "_examined": {}}
+        made_from = None if self.made_from is None else Told(self.made_from.status, self.made_from.is_regular)
+        return vars(self) | {"kept": None, "_examined": {}, "made_from": made_from}
 
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"

@@ -21,6 +21,7 @@ from .clearances.contact import FREE, UNRESOLVED, Contact
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
 from .frame import Frame
+from .provenance import regular_there, with_origin
 from .results.base import Results, checked_fractions
 from .results.parts import of_joint, of_member, of_node, of_part
 from .results.recovery import Recovery
@@ -287,12 +288,19 @@ class Solution(Results):
         move but no load does so: forces hold, and displacements but those that depend on how far it has moved, which
         are NaN (a `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can
         move within their clearances without any force, and the results are one choice of many; ``unresolved`` where
-        rounding hides a contact; ``absent`` where it was left out."""
-        return words(self.state, SolutionState)
+        rounding hides a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries
+        at which that is not regular carry its words, such as ``near dead point``."""
+        return with_origin(words(self.own_state, SolutionState), self.frame.made_from, self.shape)
 
     @cached_property
     def state(self) -> States:
         """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
+        special = (self.own_state == SolutionState.REGULAR) & ~regular_there(self.frame.made_from)
+        return put(self.own_state, special, SolutionState.POSE_NOT_REGULAR)
+
+    @cached_property
+    def own_state(self) -> States:
+        """State of the solution alone, whatever the frame was made from, (...)."""
         idle = self.solver.singular(excited=False)
         state = put(states_of(self.shape, SolutionState.REGULAR), idle, SolutionState.IDLE)
         if self.idle is not None:

@@ -22,7 +22,7 @@ class State(IntEnum):
 class SolutionState(State):
     """State of a solution at one batch entry: `Solution.state` and `LargeSolution.state` hold these numbers.
 
-    Linear solutions have the first six.
+    Linear solutions have the first six, and the last.
 
     * ``REGULAR``: all results hold.
     * ``IDLE``: the frame can move, but no load makes it; forces hold, displacements that depend on how far it has moved
@@ -32,6 +32,7 @@ class SolutionState(State):
     * ``MECHANISM``: loads move the frame without resistance; results are NaN.
     * ``ABSENT``: the entry was left out; results are NaN.
     * ``STABLE``, ``STABLE_BEYOND_A_SADDLE``, ``UNSTABLE``, ``NOT_CONVERGED``: of equilibria at large displacement.
+    * ``POSE_NOT_REGULAR``: regular as a solution, of a pose of a motion that is not: `status` has the motion's words.
 
     Examples
     --------
@@ -56,6 +57,7 @@ class SolutionState(State):
     STABLE_BEYOND_A_SADDLE = 7
     UNSTABLE = 8
     NOT_CONVERGED = 9
+    POSE_NOT_REGULAR = 10
 
 
 def states_of(shape: tuple[int, ...], state: State) -> States:

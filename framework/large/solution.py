@@ -13,6 +13,7 @@ from ..batched.plan import Plan
 from ..clearances.clearance import loose_joints
 from ..clearances.contact import Contact
 from ..errors import FrameError
+from ..provenance import with_origin
 from ..results.base import Results
 from ..states import SolutionState, States, put, states_of, words
 from . import rotation
@@ -219,8 +220,9 @@ class LargeSolution(Results):
     def status(self) -> NDArray[np.str_]:
         """By batch entry: ``stable``; ``stable beyond a saddle`` where a free mode had to be followed; ``unstable``
         (or neutral); ``not converged``, and the results are where the iteration stopped; ``absent`` where the entry
-        was left out."""
-        return words(self.state, SolutionState)
+        was left out. Where the frame was made from a motion, entries at which that is not regular carry its words
+        as well."""
+        return with_origin(words(self.state, SolutionState), self.frame.made_from, self.shape)
 
     @cached_property
     def state(self) -> States:

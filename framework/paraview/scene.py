@@ -120,7 +120,8 @@ def _places(solution: Results, index: Index, fraction: Array) -> Array:
         nodes[:, [number[getattr(member, side)] for member in frame.members.values()], None]
         for side in ("start", "end")
     )
-    return start + fraction[:, None] * (end - start)
+    places: Array = start + fraction[:, None] * (end - start)
+    return places
 
 
 def _positions(solution: Results, index: Index) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..batch import Array, Shape, finite
 from ..errors import FrameError
 from ..names import found, plain
+from ..provenance import regular_there
 from ..states import SolutionState, States, among
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ class Results(ABC):
     def is_regular(self) -> NDArray[np.bool_]:
         """Where all results hold, (...): regular, or stable at large displacement."""
         stable = SolutionState.STABLE, SolutionState.STABLE_BEYOND_A_SADDLE
-        return among(self.state, SolutionState.REGULAR, *stable)
+        return among(self.state, SolutionState.REGULAR, *stable) & regular_there(self.frame.made_from)
 
     @property
     def is_singular(self) -> NDArray[np.bool_]:

@@ -70,7 +70,7 @@ def buckling(frame: Frame, count: int) -> Buckling:
     plan = solution.plan
     size = len(plan.unknowns)
     check_count("buckling", count, size)
-    moving = np.argwhere(~among(solution.state, SolutionState.REGULAR, SolutionState.ABSENT))
+    moving = np.argwhere(~among(solution.own_state, SolutionState.REGULAR, SolutionState.ABSENT))
     if len(moving):
         raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
     if 0 in frame.shape:

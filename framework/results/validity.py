@@ -43,7 +43,7 @@ def nonlinearity(solution: Solution) -> Array:
     with np.errstate(all="ignore"):  # of mechanisms
         for part in solution.bounds.parts():
             out[part.where] = _of(part)
-    out[solution.state == SolutionState.MECHANISM] = np.inf
+    out[solution.own_state == SolutionState.MECHANISM] = np.inf
     return out
 
 

@@ -98,17 +98,24 @@ class Linkage(Joining):
         accelerations: Mapping[str, ArrayLike] | None = None,
         branch: str = "keep",
         tolerance: float = 0.0,
+        other_modes: bool = False,
         **named: ArrayLike,
     ) -> Motion:
         """Move the drives and let everything follow.
 
-        Every pose lies on the branch of the drawing. Where one drive moves, it is followed from the drawing both ways,
-        and the order of its values does not matter; where several move, the way leads from the drawing through the
-        poses along the first axis on which the drives vary, each line of poses for itself. Where the drawing carries
-        a batch, the member in the middle of it leads, and the others are reached from it at each pose. What the
-        drives leave free, such as a rod's spin between two balls, moves as little as it can. A pose that closes, but
-        not verifiably on that branch, has the status ``"branch changed"``. A drive that turns may go round any number
-        of times; beyond 1000 radians the angles of other joints come without the whole turns.
+        A pose depends on its own drives and dimensions and on the reference configuration alone, the linkage as it
+        was drawn: not on the other poses of the batch, nor on any order. It is what the linkage comes to as its drives
+        go there from their reference values on a straight line, all at once. A drive that turns goes the whole way, to
+        370° through 360°; where it moves alone and cannot turn fully, it goes round the other way to what lies beyond
+        an end of its range. Of a batch of dimensions each member starts from its own drawing.
+
+        Where that path ends before, or crosses a singular pose behind which it could go on in several ways, positions
+        are NaN and the status says whether the pose lies in another assembly mode or cannot be assembled at all; a
+        path with a bend may reach it. A change point through which the linkage goes on in one smooth way, as a
+        parallelogram does, is passed: lengths that are equal to eight digits count as equal there.
+
+        What the drives leave free, such as a rod's spin between two balls, moves as little as it can. A single drive
+        may go round any number of times; beyond 1000 radians the angles of other joints come without the whole turns.
 
         Parameters
         ----------
@@ -124,6 +131,9 @@ class Linkage(Joining):
             Greatest gap, a length, with which a pose counts as assembled; `Motion.gap` tells it. An overconstrained
             linkage drawn with few digits moves only so: where its loops cannot close, each pose has the least gap that
             it can (least squares, angles times the linkage's size). At 0, a pose is closed to rounding.
+        other_modes
+            Give positions also where the linkage can be assembled in another assembly mode only, to which no path
+            leads: of those found that which is most like the reference configuration, open or crossed.
         named
             Values by keyword.
 
@@ -145,7 +155,7 @@ class Linkage(Joining):
         for name in named.keys() & given.keys():
             raise FrameError(f"joint {name!r} is given twice, by keyword and in the mapping: give it once")
         numbers = {**given, **named}, by_joint("rates", rates), by_joint("accelerations", accelerations)
-        return move(self, *numbers, branch, tolerance)
+        return move(self, *numbers, branch, tolerance, other_modes)
 
     def mobility(self, tolerance: float = 0.0, entry: int | tuple[int, ...] | None = None) -> Mobility:
         """How many freedoms the linkage has, by counting and in truth; see `mobility.mobility`.

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .statics.reactions import Reactions
 
 BRANCHES = ("keep", "switch")
+OTHER_MODE = "other assembly mode; not reachable from the reference configuration"
 
 
 class LoadsWarning(UserWarning):
@@ -47,6 +48,7 @@ def move(
     accelerations: Mapping[str, ArrayLike],
     branch: str,
     tolerance: float = 0.0,
+    other_modes: bool = False,
 ) -> Motion:
     """Motion of a linkage; see `Linkage.move`."""
     if branch not in BRANCHES:
@@ -56,9 +58,8 @@ def move(
     linkage.check_free()
     mechanism = compiled(linkage)
     drives = given_drives(linkage, mechanism, values, rates, accelerations)
-    return Motion(
-        linkage, mechanism, drives, assembled(mechanism, drives, branch == "switch", tolerance / mechanism.size)
-    )
+    found = assembled(mechanism, drives, branch == "switch", tolerance / mechanism.size, other_modes)
+    return Motion(linkage, mechanism, drives, found)
 
 
 def compiled(linkage: Linkage) -> Mechanism:
@@ -72,7 +73,8 @@ def compiled(linkage: Linkage) -> Mechanism:
 class Motion:
     """Motion of a linkage over a batch of poses; made by `Linkage.move`.
 
-    Poses that cannot be assembled have the status ``"not assembled: ..."`` and NaN throughout.
+    Poses that cannot be assembled have the status ``"not assembled: ..."`` and NaN throughout, as have those in another
+    assembly mode than the reference configuration unless these were asked for.
 
     Attributes
     ----------
@@ -131,11 +133,9 @@ class Motion:
         * ``"singular: input, joint ... stands still"``, with several drives ``"... has lost a direction"``: in which
           they move its point, or the link that slides in it, at other poses, as the pin of a rocker at the end of its
           swing. Positions and velocities are good as ever.
-        * ``"branch changed"``: assembled, but not on the branch of the drawing as far as can be told. Behind a gap
-          in a drive's range, ``"branch changed: behind a gap, ..."``, it is put together anew in the configuration
-          that was drawn, such as open or crossed. Where two branches only come close to each other, as those of a
-          parallelogram with bars of slightly unequal lengths, the smoother way is taken, and the status says so from
-          there on: ``"branch changed: two came close, ..."``.
+        * ``"other assembly mode; not reachable from the reference configuration"``: the linkage can be assembled, but
+          not on the straight path of the drives from the reference configuration; results are NaN, but with
+          ``other_modes=True`` those of the position that was found.
         * ``"not assembled: gap ... at joint ..."``: results are NaN.
         """
         return np.broadcast_to(self._told[1], self.shape)
@@ -208,17 +208,15 @@ class Motion:
 
     @cached_property
     def closure_status(self) -> NDArray[np.str_]:
-        """``"regular"``, ``"branch changed..."`` or ``"not assembled: gap ... at joint ..."``, (...)."""
+        """``"regular"``, ``"other assembly mode..."`` or ``"not assembled: gap ... at joint ..."``, (...)."""
         found = self.assembly
         status = np.full(found.shape, "regular", dtype="<U200")
-        changed = found.closed & ~found.verified
-        status[changed] = "branch changed"
-        status[changed & found.apart] = "branch changed: behind a gap, to which no way was found from the drawing"
-        status[changed & found.left] = "branch changed: two came close, and the smoother one was followed"
-        for index in map(tuple, np.argwhere(~found.closed)):
-            joint = self.mechanism.rows[int(found.row[index])][0]
-            gap = float(found.gap[index])
-            status[index] = f"not assembled: gap {gap:.3g} at joint {joint}{remedy(found.loops, gap)}"
+        if not found.reached.all():
+            status[found.other] = OTHER_MODE
+            for index in map(tuple, np.argwhere(~found.reached & ~found.other)):
+                joint = self.mechanism.rows[int(found.open_row[index])][0]
+                gap = float(found.gap[index])
+                status[index] = f"not assembled: gap {gap:.3g} at joint {joint}{remedy(found.loops, gap)}"
         return np.broadcast_to(status, self.shape)
 
     # -- points -----------------------------------------------------------------------------------------------------

@@ -159,7 +159,7 @@ def test_scotch_yoke_and_elliptic_trammel():
     trammel.revolute("Y", "y block", "rod")
     motion = trammel.move(X=-TURN)  # drives a coupler, through the ends of both slides
     for k, status in enumerate(motion.status):
-        still = {0: "x", 12: "y"}.get(k % 24)
+        still = {0: "X", 12: "Y"}.get(k % 24)
         assert status == (f"singular: input, joint {still} stands still" if still else "regular")
     assert_allclose(motion.position("X")[:, 0], a * np.cos(TURN), atol=1e-14)
     p = motion.position("P")

@@ -108,7 +108,8 @@ class Result:
         off = np.broadcast_to(self.solution.nonlinearity(), self.motion.shape)
         told = np.array([f"beyond linear: off by {100.0 * each:.2g} %" for each in off.flat]).reshape(off.shape)
         marked = np.where(moved == "regular", told, np.char.add(np.char.add(moved, "; "), told))
-        return np.where((frame == "regular") & ~(off < LINEAR), marked, moved)
+        solved = (frame == "regular") | (frame == self.motion.status)
+        return np.where(solved & ~(off < LINEAR), marked, moved)
 
     @cached_property
     def plane(self) -> tuple[int, int] | None:

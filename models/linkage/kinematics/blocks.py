@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Shape
 from .tape import Value
@@ -42,3 +43,8 @@ def cut(value: Value, block: Block) -> Value:
 def cut_all(values: Sequence[Value], block: Block) -> list[Value]:
     """`cut` of each value."""
     return [cut(value, block) for value in values]
+
+
+def taken(values: Sequence[Value], chosen: NDArray[np.intp] | NDArray[np.bool_] | slice) -> list[Value]:
+    """The `chosen` members of values (members,); numbers stay as they are."""
+    return [x[chosen] if isinstance(x, np.ndarray) and x.ndim else x for x in values]

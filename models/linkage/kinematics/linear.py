@@ -104,8 +104,8 @@ class Linear:
 
         Raises
         ------
-        ZeroDivisionError, LinAlgError
-            If a single system is singular; arrays get inf or NaN.
+        ZeroDivisionError
+            If a single system of floats is singular; arrays get inf or NaN.
         """
         return self.solve_all(entries, [right])[0]
 
@@ -201,12 +201,10 @@ def matrices(entries: list[list[Value]]) -> Array:
 
 
 def stacked_solve(a: Array, b: Array) -> Array:
-    """X (..., n, k) of A X = B; where single systems of a stack are singular they get NaN."""
+    """X (..., n, k) of A X = B; singular systems get NaN, single ones and those of a stack."""
     try:
         return np.asarray(np.linalg.solve(a, b))
     except np.linalg.LinAlgError:
-        if a.ndim == 2:
-            raise
         bad = (np.linalg.det(a) == 0.0)[..., None, None]
         return np.where(bad, np.nan, np.linalg.solve(np.where(bad, np.eye(a.shape[-1]), a), b))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,6 +19,7 @@ from .tape import Value
 
 if TYPE_CHECKING:
     from ..way.follow import Guide
+    from ..way.lanes import Derivatives
     from ..way.march import Track
 
 # A step below this ends the iteration: the next would be below rounding.
@@ -60,6 +62,17 @@ class Closed:
     determinants: list[Value]
 
 
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """As `Pose`, of all members of a batch, and which of them are found."""
+
+    state: list[Value]
+    follow: list[Value]
+    determinants: list[Value]
+    first_step: Array
+    good: NDArray[np.bool_]
+
+
 class Loops:
     """The closing equations of a mechanism as a system in its unknown coordinates.
 
@@ -75,9 +88,11 @@ class Loops:
     Attributes
     ----------
     kept
-        The last ways of a single drive, ahead (True) and back, and what they depended on.
+        The last paths of a single drive, ahead (True) and back, and what they depended on.
     guide
-        The last ways of which a guide was made, and that.
+        The last paths of which a guide was made, and that.
+    derivatives
+        Those at the reference configuration, once they are known.
     """
 
     def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
@@ -85,7 +100,8 @@ class Loops:
         self.linear = Linear(mechanism.pattern, rank)
         self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
         self.kept: dict[bool, tuple[object, Track]] = {}
-        self.guide: tuple[Track, Track, Guide] | None = None
+        self.guide: tuple[object, Guide] | None = None
+        self.derivatives: tuple[Pose, Derivatives] | None = None
         self.singles: list[tuple[int, int]] = []
         self.balls: list[tuple[int, int]] = []
         self.driven_states: list[int] = []
@@ -109,6 +125,12 @@ class Loops:
 
         for place in sorted(self._driven, key=self._driven.__getitem__):
             self.driven_states += range(place, place + (4 if place in self.driven_balls else 1))
+
+    def anew(self) -> Loops:
+        """The same loops, of which no path is known."""
+        other = copy(self)
+        other.kept, other.guide = {}, None
+        return other
 
     @property
     def determined(self) -> bool:
@@ -145,18 +167,31 @@ class Loops:
             state[place : place + 4] = _unit(state[place : place + 4])
         return state
 
-    def state_rate(self, state: Sequence[float], unknown: Sequence[float]) -> list[float]:
+    def state_rate(self, state: Sequence[Value], unknown: Sequence[Value]) -> list[Value]:
         """Rate of the state at rates of the unknowns; 0 for the drives."""
-        out = [0.0] * len(state)
+        out: list[Value] = [0.0] * len(state)
         for place, k in self.singles:
             out[place] = unknown[k]
         for place, k in self.balls:
-            out[place : place + 4] = ball_rate(state[place : place + 4], unknown[k : k + 3])  # type: ignore[assignment]
+            out[place : place + 4] = ball_rate(state[place : place + 4], unknown[k : k + 3])
         return out
 
-    def drive_velocities(self, state: Sequence[float], rates: Sequence[float]) -> list[float]:
+    def state_bend(self, state: Sequence[Value], velocity: Sequence[Value], change: Sequence[Value]) -> list[Value]:
+        """Second derivative of the state at velocity coordinates and their derivative; 0 for the drives."""
+        unknown = self.mechanism.unknown
+        v, w = [velocity[k] for k in unknown], [change[k] for k in unknown]
+        out: list[Value] = [0.0] * len(state)
+        for place, k in self.singles:
+            out[place] = w[k]
+        for place, k in self.balls:
+            e = state[place : place + 4]
+            turning = ball_rate(ball_rate(e, v[k : k + 3]), v[k : k + 3])
+            out[place : place + 4] = [x + y for x, y in zip(turning, ball_rate(e, w[k : k + 3]), strict=True)]
+        return out
+
+    def drive_velocities(self, state: Sequence[Value], rates: Sequence[Value]) -> list[Value]:
         """Driven velocity coordinates at rates of the driven states."""
-        out = [0.0] * len(self.mechanism.driven)
+        out: list[Value] = [0.0] * len(self.mechanism.driven)
         rate = dict(zip(self.driven_states, rates, strict=True))
         for place, k in self._driven.items():
             if place in self.driven_balls:
@@ -272,6 +307,36 @@ class Loops:
         converged = np.asarray(before <= LAST_STEP)
         return Closed(state, trusted & converged, converged, list(found[n:]))
 
+    def poses(self, state: list[Value], parameters: Sequence[Value]) -> Poses:
+        """`close` for all members of a batch: poses near the guesses `state`, as good as the next step needs them.
+
+        Members do not depend on each other.
+        """
+        step_at, pose_at, n = self.equations.step[1], self.equations.pose[1], self.columns
+        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
+        good, moving = np.ones(shape, dtype=bool), np.ones(shape, dtype=bool)
+        first, last = np.zeros(shape), np.zeros(shape)
+        with np.errstate(all="ignore"):
+            for iteration in range(ITERATIONS):
+                step = step_at(state, parameters)[:n]
+                size = _largest(step, shape)
+                if not iteration:
+                    first = size
+                lost = ~(size <= FIRST_STEP) | ((last > 1e-6) & (size > CONTRACTION * last))
+                good = good & ~(lost & moving)
+                moving = moving & good
+                state = self.advance(state, [np.where(moving, x, 0.0) for x in step], sign=-1.0)
+                last = np.where(moving, size, last)
+                moving = moving & (size >= 1e-3)
+                if not moving.any():
+                    break
+            found = pose_at(state, parameters)
+            size = _largest(found[:n], shape)
+            good = good & ~moving & (size <= np.maximum(CONTRACTION * last, 1e-12))
+            state = self.advance(state, [np.where(good, x, 0.0) for x in found[:n]], sign=-1.0)
+        behind = n + n * len(self.mechanism.driven)
+        return Poses(state, list(found[n:behind]), list(found[behind:]), first, good)
+
 
 def _largest(step: Sequence[Value], shape: tuple[int, ...]) -> Array:
     size = np.zeros(shape)
@@ -297,7 +362,7 @@ def ball_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:
     ]
 
 
-def ball_velocity(e: Sequence[float], rate: Sequence[float]) -> list[float]:
+def ball_velocity(e: Sequence[Value], rate: Sequence[Value]) -> list[Value]:
     """Angular velocity, along the axes on the first link, at a rate of the Euler parameters: inverse of `ball_rate`."""
     (a, b, c, d), (p, q, r, s) = e, rate
     return [

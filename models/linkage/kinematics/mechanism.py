@@ -21,6 +21,7 @@ from .tree import Branch, Tree, spanning_tree
 from .turning import moved
 
 if TYPE_CHECKING:
+    from ..way.members import Starts
     from .loops import Loops, Pose
 
 EPS = float(np.finfo(np.float64).eps)
@@ -87,6 +88,8 @@ class Mechanism:
         Dimensions that the programs take, in units of `size`.
     begun
         Nominal dimensions, loops and closed drawing, once they have been found.
+    starts
+        Closed drawings of all members of the batch, once they have been found.
     """
 
     def __init__(self, linkage: Linkage) -> None:
@@ -97,6 +100,7 @@ class Mechanism:
         self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
         self.parameters: list[Value] = []
         self.begun: tuple[list[float], Loops, Pose] | None = None
+        self.starts: Starts | None = None
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}

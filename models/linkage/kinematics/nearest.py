@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from .linear import matrices
+from .linear import matrices, stacked_solve
 from .loops import Loops
 from .tape import Value
 
@@ -46,7 +46,7 @@ def nearest(
     for _ in range(ITERATIONS if m and n else 0):
         turned = np.swapaxes(at.jacobian, -1, -2)
         normal = turned @ at.jacobian + damping[..., None, None] * np.eye(n)
-        step = np.asarray(-np.linalg.solve(normal, turned @ at.residual[..., None])[..., 0], dtype=np.float64)
+        step = -stacked_solve(normal, turned @ at.residual[..., None])[..., 0]
         better = at.moved(step)
         damping = np.clip(np.where(better, 0.1 * damping, 4.0 * damping), 1e-15, 1e6)
         if np.all((at.norm < EXACT) | (damping >= 1e6) | (np.abs(step).max(axis=-1) < 1e-15)):

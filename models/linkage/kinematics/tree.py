@@ -45,20 +45,21 @@ def spanning_tree(linkage: Linkage) -> Tree:
     """The tree with driven joints and screws first, and then with the least freedom.
 
     What it leaves over has the most freedom, so that the loops have the fewest equations (Prim's algorithm; the
-    nearest to the ground first among equals).
+    nearest to the ground first among equals, then by name: not in the order in which they were described).
     """
-    order = {name: index for index, name in enumerate(linkage.joints)}
+    names = sorted(linkage.joints)
+    order = {name: index for index, name in enumerate(names)}
     heap: list[tuple[int, int, int, int, str, str]] = []
     depth, branches = {GROUND: 0}, []
 
     def reach(link: str) -> None:
-        for pair in linkage.joints.values():
+        for name in names:
+            pair = linkage.joints[name]
             if link in (pair.first, pair.second):
                 other = pair.second if link == pair.first else pair.first
                 rank = 0 if carried(linkage, pair) else 1
                 heapq.heappush(heap, (rank, pair.kind.freedom, depth[link], order[pair.name], link, other))
 
-    names = list(linkage.joints)
     reach(GROUND)
     while heap:
         _, _, _, index, parent, child = heapq.heappop(heap)
@@ -85,8 +86,9 @@ def carried(linkage: Linkage, pair: Pair) -> bool:
 def _with_twins(linkage: Linkage, branches: list[Branch]) -> Tree:
     in_tree = {branch.pair.name for branch in branches}
     cuts, twins = [], {}
-    for pair in linkage.joints.values():
-        if pair.name in in_tree:
+    for name in sorted(linkage.joints):
+        pair = linkage.joints[name]
+        if name in in_tree:
             continue
         if not carried(linkage, pair):
             cuts.append(pair)

@@ -44,16 +44,18 @@ def moving_joints(
         at[link] = place, rows(mechanism.rates_of(link)[1], state, parameters, velocities, still)[:, :6]
     least = MOVES * np.max([np.abs(speed).max(axis=-1) for _, speed in at.values()], axis=0)
     rates, holds = [], []
-    for name, joint in mechanism.linkage.joints.items():
+    names = sorted(mechanism.linkage.joints)
+    for name in names:
+        joint = mechanism.linkage.joints[name]
         point = rows(mechanism.joint_point(name)[1], state, parameters)
         first, second = (_velocity(*at[link], point) for link in (joint.first, joint.second))
         loose = [np.abs(at[link][1]).max(axis=-1) > least for link in (joint.first, joint.second)]
         rates.append(np.linalg.norm(second - first, axis=-1))
         holds.append(~(loose[0] & loose[1] & (rates[-1] > least)))
-    rate = np.array(rates)
-    best = np.argmax(rate * np.where(holds, MOVES, 1.0), axis=0)
-    names: NDArray[np.str_] = np.array(list(mechanism.linkage.joints))
-    return np.asarray(names[best])
+    rate = np.array(rates) * np.where(holds, MOVES, 1.0)
+    # Of those that are equally fast, but for rounding, the first by name.
+    best = np.argmax(rate >= (1.0 - MOVES) * rate.max(axis=0), axis=0)
+    return np.asarray(np.array(names)[best])
 
 
 def _velocity(origin: Array, speed: Array, point: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,10 +24,10 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 # A pose is singular below this conditioning: a pose next to a dead point is good to half the digits at best.
 SINGULAR = 1e-7
-# Below this rounding does not tell one branch from the other.
-ONE_BRANCH = 1e-5
 # Below this it is near a dead point; for a four-bar with bars of like length, some 2° from it.
 NEAR = 1e-2
+# How many poses around the reference configuration tell what moves in general, and how far they are from it.
+PROBES, BESIDE = 5, 0.1
 # A velocity below this share of what it is elsewhere is none.
 STILL = 1e-9
 
@@ -95,7 +96,7 @@ def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
     none = np.zeros(motion.assembly.shape, dtype=bool)
     state = singular_states(margin, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
     status = words(state, PoseState).astype("<U200")
-    for joint, where in reversed(still.items()):
+    for joint, where in reversed(list(still.items())):
         lost = "stands still" if len(motion.drives.rates) == 1 else "has lost a direction"
         status[where & (state == PoseState.SINGULAR_INVERSE)] = f"singular: input, joint {joint} {lost}"
     loose = state == PoseState.SINGULAR_DIRECT
@@ -104,9 +105,8 @@ def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
             f"singular: output, joint {joint} moves with the drives held"
             for joint in loose_joints(motion, loose, least)
         ]
-    closure = closure_states(motion.assembly.closed, motion.assembly.verified)
-    # So near a dead point its two branches are one.
-    told = (closure == PoseState.REGULAR) | ((closure == PoseState.OTHER_MODE) & (margin < ONE_BRANCH))
+    closure = closure_states(motion.assembly.reached, motion.assembly.other)
+    told = closure == PoseState.REGULAR
     return np.where(told, state, closure), np.where(told, status, motion.closure_status)
 
 
@@ -123,22 +123,75 @@ def loose_joints(motion: Motion, chosen: Bools, least: Array) -> NDArray[np.str_
 
 
 def standing_still(motion: Motion) -> dict[str, Bools]:
-    """By joint: where its point has lost a direction in which the drives move it at other poses, (...)."""
-    if not motion.drives.rates:
+    """By joint: where drives can move so that its point stands still, though at other poses it moves with them, (...).
+
+    Where the drives are too many for a point, so that it always can, the link that has it is looked at as a whole. What
+    other poses do is told by some around the reference configuration, not by those that happen to be in the batch.
+    """
+    count = len(motion.drives.rates)
+    if not 0 < count <= 6:
         return {}
-    motions = [list(unit_motions(each)) for each in (motion, motion.linkage.move(tolerance=motion.tolerance))]
-    size = extent(motion.linkage)
-    found = {}
-    for name, joint in motion.linkage.joints.items():
+    speeds = Speeds(motion)
+    by_point: dict[str, Bools] = {}
+    by_link: dict[str, Bools] = {}
+    for name in sorted(motion.linkage.joints):
+        joint = motion.linkage.joints[name]
         link = joint.first if joint.second == GROUND else joint.second
-        point = None if joint.pitch is not None or "u" in "".join(joint.kind.coordinates) else joint.point
-        here, drawn = (singular_speeds(each, point, link, size) for each in motions)
-        most = np.nanmax(here.reshape(-1, here.shape[-1]), axis=0, initial=0.0)
-        usual = np.maximum(most, drawn.reshape(-1, here.shape[-1]).max(axis=0, initial=0.0))
-        lost = np.any((here < STILL * usual) & (usual > MOVES), axis=-1)
-        if lost.any():
+        slides = joint.pitch is not None or "u" in "".join(joint.kind.coordinates)
+        moves, lost = (False, None) if slides or count > 3 else speeds.lost(joint.point, link)
+        found = by_point
+        if not moves and (slides or count > 1):
+            (_, lost), found = speeds.lost(None, link), by_link
+        if lost is not None:
             found[name] = lost
-    return found
+    return by_point | by_link
+
+
+class Speeds:
+    """How fast points and links move with the drives, at the poses of a motion and around the reference configuration.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    """
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion, self.size, self.count = motion, extent(motion.linkage), len(motion.drives.rates)
+        self.motions = list(unit_motions(motion))
+
+    @cached_property
+    def around(self) -> list[Motion]:
+        """The poses around the reference configuration, by drive."""
+        return list(unit_motions(_around(self.motion)))
+
+    def lost(self, point: str | None, link: str) -> tuple[bool, Bools | None]:
+        """Whether every motion of the drives moves a point, or the link, in general, and where one does not, (...)."""
+        here = self._least(self.motions, point, link)
+        if not np.any(here < MOVES):
+            return True, None
+        usual = np.nanmax(self._least(self.around, point, link), axis=0, initial=0.0)
+        lost = (here < STILL * usual) & (usual > MOVES)
+        return bool(np.all(usual > MOVES)), lost if lost.any() else None
+
+    def _least(self, motions: Sequence[Motion], point: str | None, link: str) -> Array:
+        return singular_speeds(motions, point, link, self.size)[..., self.count - 1]
+
+
+def _around(motion: Motion) -> Motion:
+    """Some poses around the reference configuration, along a first axis."""
+    linkage = motion.linkage
+    values: dict[str, Array] = {}
+    for place, name in enumerate(sorted(linkage.drives)):
+        pair, components = linkage.joint(name), linkage.drives[name]
+        chosen = [pair.kind.coordinates.index(component) for component in components]
+        units = np.array([motion.mechanism.size if component[0] == "u" else 1.0 for component in components])
+        steps = np.random.default_rng(place).uniform(-BESIDE, BESIDE, (PROBES, len(chosen)))
+        steps[0] = 0.0
+        at = pair.at[..., chosen]
+        given = at + (steps * units).reshape(PROBES, *(1,) * len(linkage.shape), len(chosen))
+        values[name] = given if len(chosen) > 1 else given[..., 0]
+    return linkage.move(values, tolerance=motion.tolerance)
 
 
 def unit_motions(motion: Motion) -> Iterator[Motion]:

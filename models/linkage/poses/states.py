@@ -17,7 +17,8 @@ class PoseState(State):
       dead point or a change point.
     * ``SINGULAR_INVERSE``: an inverse-kinematic singularity, of type I: the drives move a joint's point in fewer
       directions than elsewhere. Results hold.
-    * ``OTHER_MODE``: assembled, but not verifiably in the assembly mode of the reference configuration.
+    * ``OTHER_MODE``: in another assembly mode, not reachable from the reference configuration; results are NaN unless
+      ``move(..., other_modes=True)`` asked for them.
     * ``NOT_ASSEMBLED``: results are NaN.
 
     Examples
@@ -42,18 +43,18 @@ class PoseState(State):
     NOT_ASSEMBLED = 5
 
 
-def closure_states(closed: NDArray[np.bool_], verified: NDArray[np.bool_]) -> States:
+def closure_states(reached: NDArray[np.bool_], other: NDArray[np.bool_]) -> States:
     """What closing the loops says of each pose, (...): regular, in another assembly mode, or not assembled.
 
     Parameters
     ----------
-    closed
-        Where the loops close, (...).
-    verified
-        Where that is in the assembly mode of the reference configuration, (...).
+    reached
+        Where the loops close on the path from the reference configuration, (...).
+    other
+        Where they close in another assembly mode, (...).
     """
-    states = put(states_of(closed.shape, PoseState.REGULAR), closed & ~verified, PoseState.OTHER_MODE)
-    return put(states, ~closed, PoseState.NOT_ASSEMBLED)
+    states = put(states_of(reached.shape, PoseState.NOT_ASSEMBLED), other, PoseState.OTHER_MODE)
+    return put(states, reached, PoseState.REGULAR)
 
 
 def singular_states(margin: NDArray[np.float64], near: float, singular: float, lost: NDArray[np.bool_]) -> States:

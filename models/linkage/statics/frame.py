@@ -77,7 +77,7 @@ class Builder:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
         whole_shape(motion)
         self.motion, self.linkage, self.clamped = motion, motion.linkage, clamped
-        self.frame = Frame(tolerance=motion.tolerance)
+        self.frame = Frame(tolerance=motion.tolerance, made_from=motion)
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
         self.spins = _spins(self.linkage)

@@ -1,8 +1,8 @@
-"""All poses of a batch: each closed on the branch of the drawing, or told why not."""
+"""All poses of a batch: each closed on the path that leads to it from the reference configuration, or told why not."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,24 +10,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
-from ..kinematics.blocks import blocks, cut, cut_all
-from ..kinematics.loops import Closed, Loops
+from ..kinematics.blocks import blocks, cut_all, taken
+from ..kinematics.loops import Loops, Pose
 from ..kinematics.mechanism import Mechanism
-from ..kinematics.nearest import nearest, open_by
+from ..kinematics.nearest import open_by
 from ..kinematics.tape import Value
-from .change_point import Patch, patched
+from .along import Along, Found
+from .change_point import Patch
 from .driven import check_driven
 from .drives import Drives
-from .further import further
-from .guess import Guess
-from .start import nominal_parameters, started
-from .ways import guesses
+from .march import OPEN
+from .members import Starts, own_starts
+from .other_modes import least_gaps
+from .rays import along_rays, from_one
+from .start import leader
 
 Mask = NDArray[np.bool_]
 # Closed means a residual below this share of the size.
-CLOSED = 1e-13
-# Where Newton's method is not trusted from the nominal pose, the dimensions are changed in so many steps.
-STAGES = (4, 32)
+CLOSED = 1e-12
+# What moves by less, in radians and sizes, stands still.
+STILL = 1e-14
 
 
 @dataclass(eq=False)
@@ -38,166 +40,219 @@ class Assembly:
     ----------
     loops
         The loops.
+    parameters
+        Dimensions.
     shape
         Batch shape of the states.
     state
         Entries of the state, which broadcast to `shape`.
-    closed
-        Where the loops close, (...).
-    verified
-        Where they do so on the branch that continues the drawing, (...).
-    apart, left
-        Where the way begins anew behind a gap; where it has left the drawing's branch for a smoother one, (...).
-    gap
-        Closure error, a length, (...).
+    reached
+        Where the loops close on the path that leads there from the reference configuration, (...).
+    error
+        Closure error there, in units of the mechanism's size, (...).
     row
         Closing row with the largest error, (...).
     patches
         Poses in change points; their rates are those of the branch on both sides.
+    other_modes
+        Whether poses that are not reached are put together anew.
     """
 
     loops: Loops
+    parameters: Sequence[Value]
     shape: Shape
     state: list[Value]
-    closed: Mask
-    verified: Mask
-    apart: Mask
-    left: Mask
-    gap: Array
+    reached: Mask
+    error: Array
     row: NDArray[np.intp]
     patches: list[Patch]
+    other_modes: bool = False
+
+    @cached_property
+    def closed(self) -> Mask:
+        """Where there is a position, (...)."""
+        return self.reached | self.other if self.other_modes else self.reached
 
     @cached_property
     def all_closed(self) -> bool:
-        """Whether the loops close everywhere."""
+        """Whether there is a position everywhere."""
         return bool(self.closed.all())
 
+    @property
+    def other(self) -> Mask:
+        """Where the linkage can be assembled, but in another assembly mode, (...)."""
+        return self._anew[0]
 
-def assembled(mechanism: Mechanism, drives: Drives, switch: bool, tolerance: float = 0.0) -> Assembly:
+    @property
+    def gap(self) -> Array:
+        """Closure error, a length; where the linkage cannot be assembled, the least that was found, (...)."""
+        return self._anew[1] * self.loops.mechanism.size
+
+    @property
+    def open_row(self) -> NDArray[np.intp]:
+        """Closing row with the largest error, (...)."""
+        return self._anew[2]
+
+    @cached_property
+    def _anew(self) -> tuple[Mask, Array, NDArray[np.intp]]:
+        """What is not reached, put together anew; the states are put in where other modes are asked for."""
+        other = np.zeros(self.shape, dtype=bool)
+        if self.reached.all():
+            return other, self.error, self.row
+        error, row, left = self.error.copy(), self.row.copy(), ~self.reached
+        own = [np.broadcast_to(x, self.shape)[left] if np.ndim(x) else x for x in self.parameters]
+        begin = np.stack([np.broadcast_to(x, self.shape)[left] for x in self.state])
+        found, error[left], row[left] = least_gaps(self.loops, own, begin, alike=self.other_modes)
+        other[left] = error[left] < max(CLOSED, self.loops.tolerance)
+        if self.other_modes:
+            for place in self.loops.unknown_states:
+                whole = np.array(np.broadcast_to(self.state[place], self.shape))
+                whole[left] = found[place]
+                self.state[place] = whole
+        return other, error, row
+
+
+def assembled(
+    mechanism: Mechanism, drives: Drives, switch: bool, tolerance: float = 0.0, other_modes: bool = False
+) -> Assembly:
     """Close the loops at all values of the drives, up to a tolerance in units of the mechanism's size."""
     if mechanism.begun is None or mechanism.begun[1].tolerance != tolerance:
-        nominal = nominal_parameters(mechanism)
-        loops, start = started(mechanism, nominal, tolerance)
+        nominal, loops, start = leader(mechanism, tolerance)
         check_driven(loops, nominal, start)
         mechanism.begun = nominal, loops, start
+        mechanism.starts = None
     nominal, loops, start = mechanism.begun
-    guess = guesses(loops, nominal, start, drives, switch)
-    shape = np.broadcast_shapes(drives.shape, mechanism.linkage.shape)
-    found = close_batch(loops, guess, mechanism.parameters, nominal, shape)
-    found.patches = patched(loops, guess, mechanism.parameters, found)
-    _measure(found, mechanism.parameters)
-    return found
-
-
-def close_batch(
-    loops: Loops, guess: Guess, parameters: Sequence[Value], nominal: Sequence[float], shape: Shape
-) -> Assembly:
-    """Close all members of a batch from their guesses, block by block.
-
-    Where the drawing has no batch, and the guesses are closed, that is done.
-    """
-    unknown = loops.unknown_states
-    state: list[Value] = list(guess.state)
-    same = guess.closed and not loops.mechanism.linkage.shape
-    for place in () if same else unknown:
-        state[place] = np.empty(shape)
-    out = Assembly(
-        loops,
-        shape,
-        state,
-        np.full(shape, same),
-        np.array(np.broadcast_to(guess.sure & same, shape)),
-        np.broadcast_to(guess.apart, shape),
-        np.broadcast_to(guess.reached & ~guess.sure & ~guess.apart, shape),
-        np.zeros(shape),
-        np.zeros(shape, dtype=np.intp),
-        [],
+    parameters, varies = mechanism.parameters, mechanism.linkage.shape
+    if varies and mechanism.starts is None:
+        mechanism.starts = own_starts(loops, parameters, varies)
+    shape = np.broadcast_shapes(drives.shape, varies)
+    found = _found(
+        loops, nominal, start, mechanism.starts if varies else None, parameters, drives.states, shape, switch
     )
-    for block in () if same else blocks(shape):
-        begin, dimensions = cut_all(guess.state, block), cut_all(parameters, block)
-        size = np.broadcast_shapes(*(np.shape(x) for x in begin), *(np.shape(x) for x in dimensions))
-        found = loops.close_all(begin, dimensions)
-        reached = np.asarray(cut(guess.reached.astype(np.float64), block)) > 0.0
-        signs = cut_all(guess.signs, block)
-        good = np.asarray(found.trusted & reached & _same_signs(found, signs))
-        closed = good.copy()
-        if not good.all():
-            there, states = further(loops, guess, block, ~good & ~reached, dimensions, nominal)
-            _put(found.state, there, there[there], list(states.T), good.shape)
-            good[there] = closed[there] = True
-        if not good.all():
-            may_be = np.broadcast_to(reached, size) & (_same_signs(found, signs) | ~found.converged)
-            _gradually(loops, found, good, closed, (begin, dimensions, signs), nominal, may_be)
-        for place in unknown:
-            np.asarray(out.state[place])[block] = found.state[place]
-        sure = np.asarray(cut(guess.sure.astype(np.float64), block)) > 0.0
-        out.closed[block], out.verified[block] = closed, good & sure
+    error, row = _measured(loops, parameters, found, shape)
+    closed = error < max(CLOSED, loops.tolerance)
+    if found.nearly is not None:
+        closed |= found.nearly & (error < OPEN)
+    state = found.state
+    out = Assembly(loops, parameters, shape, state, found.reached & closed, error, row, found.patches, other_modes)
+    if other_modes:
+        _ = out.closed
     return out
 
 
-def _same_signs(found: Closed, signs: Sequence[Value]) -> Mask:
-    same: Mask = np.ones((), dtype=bool)
-    for determinant, sign in zip(found.determinants, signs, strict=True):
-        same = same & (np.asarray(determinant) * sign >= 0.0)
-    return same
-
-
-def _gradually(
+def _found(
     loops: Loops,
-    found: Closed,
-    good: Mask,
-    closed: Mask,
-    given: tuple[Sequence[Value], Sequence[Value], Sequence[Value]],
     nominal: Sequence[float],
-    may_be: Mask,
-) -> None:
-    """Second tries for the members of a block that are not `good`: small steps, then the least gap.
-
-    `given` are their guesses, dimensions and signs; only where they `may_be` good can they still become it.
-    """
-    begin, dimensions, signs = given
-    shape = good.shape
-    for stages in STAGES if any(np.ndim(x) for x in dimensions) else ():
-        bad = ~good & may_be
-        if not bad.any():
-            break
-        state, target = _members(begin, bad, shape), _members(dimensions, bad, shape)
-        trusted = np.ones(np.count_nonzero(bad), dtype=bool)
-        for t in np.arange(1, stages + 1) / stages:
-            between = [p + t * (q - p) for p, q in zip(nominal, target, strict=True)]
-            step = loops.close_all(state, between)
-            state = step.state
-            trusted &= step.trusted
-        trusted &= _same_signs(step, _members(signs, bad, shape))
-        _put(found.state, bad, trusted, state, shape)
-        good[bad] = closed[bad] = trusted
-    bad = ~good
-    if bad.any():
-        state, target = _members(begin, bad, shape), _members(dimensions, bad, shape)
-        best, error = nearest(loops, state, target)
-        _put(found.state, bad, np.ones(error.shape, dtype=bool), best, shape)
-        tight = error < max(CLOSED, loops.tolerance)
-        closed[bad] = tight
-        away = np.max([np.abs(x - y) for x, y in zip(best, state, strict=True)], axis=0, initial=0.0)
-        good[bad] = tight & (away < 1e-2) & may_be[bad]
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    driven: Sequence[Array],
+    shape: Shape,
+    switch: bool,
+) -> Found:
+    """Poses of a batch; those at which one drive alone has moved lie on one line."""
+    moved = [np.abs(x - start.state[place]) > STILL for place, x in zip(loops.driven_states, driven, strict=True)]
+    moving = [k for k, each in enumerate(moved) if np.any(each)]
+    if len(moving) <= 1 and not loops.driven_balls and loops.driven_states:
+        along = Along(loops, nominal, start, starts, moving[0] if moving else 0, switch)
+        return along.poses(driven, parameters, shape)
+    if not moving:
+        return _standing(loops, start, starts, driven, shape)
+    return _apart(loops, nominal, start, starts, parameters, driven, moved, shape, switch)
 
 
-def _members(values: Sequence[Value], chosen: Mask, shape: Shape) -> list[Value]:
-    return [np.broadcast_to(x, shape)[chosen] for x in values]
+def _standing(loops: Loops, start: Pose, starts: Starts | None, driven: Sequence[Array], shape: Shape) -> Found:
+    given: Sequence[Value] = start.state if starts is None else starts.state
+    state: list[Value] = [np.array(np.broadcast_to(x, shape)) for x in given]
+    for place, value in zip(loops.driven_states, driven, strict=True):
+        state[place] = np.broadcast_to(value, shape)
+    reached = np.ones(shape, dtype=bool) if starts is None else np.array(np.broadcast_to(starts.closed, shape))
+    return Found(state, reached)
 
 
-def _put(state: list[Value], chosen: Mask, which: Mask, values: Sequence[Value], shape: Shape) -> None:
-    for place, value in enumerate(values):
-        whole = np.broadcast_to(state[place], shape).copy()
-        whole[chosen] = np.where(which, value, whole[chosen])
-        state[place] = whole
+def _apart(
+    loops: Loops,
+    nominal: Sequence[float],
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    driven: Sequence[Array],
+    moved: Sequence[Mask],
+    shape: Shape,
+    switch: bool,
+) -> Found:
+    """Poses at which one drive alone has moved, by drive, and those at which several have."""
+    out = _standing(loops, start, starts, driven, shape)
+    for drive, chosen in _groups(loops, moved, shape):
+        own = [np.broadcast_to(x, shape)[chosen] if np.ndim(x) else x for x in parameters]
+        aims = [np.broadcast_to(x, shape)[chosen] for x in driven]
+        begin = None if starts is None else _chosen(starts, chosen, shape)
+        if drive is not None:
+            part = Along(loops, nominal, start, begin, drive, switch).poses(aims, own, aims[0].shape)
+            out.patches += [patch.of(chosen) for patch in part.patches]
+            if part.nearly is not None:
+                out.nearly = np.zeros(shape, dtype=bool) if out.nearly is None else out.nearly
+                out.nearly[chosen] = part.nearly
+            state, reached = part.state, part.reached
+        else:
+            state, reached = _on_rays(loops, nominal, start, begin, own, aims)
+        out.reached[chosen] = reached
+        for place in loops.unknown_states:
+            np.asarray(out.state[place])[chosen] = state[place]
+    return out
 
 
-def _measure(found: Assembly, parameters: Sequence[Value]) -> None:
-    """Closure error of every pose; what does not close after all is not closed."""
-    for block in blocks(found.shape):
-        error, row = open_by(found.loops, cut_all(found.state, block), cut_all(parameters, block))
-        found.gap[block] = error * found.loops.mechanism.size
-        found.row[block] = row
-        found.closed[block] &= error < max(10.0 * CLOSED, found.loops.tolerance)
-    found.verified &= found.closed
+def _groups(loops: Loops, moved: Sequence[Mask], shape: Shape) -> Iterator[tuple[int | None, Mask]]:
+    """By drive, where it alone has moved; at last None, where several drives have."""
+    count = np.zeros(shape, dtype=int)
+    for each in moved:
+        count += each
+    if not loops.driven_balls:
+        for k, each in enumerate(moved):
+            alone = each & (count == 1)
+            if alone.any():
+                yield k, alone
+    rest = count > (0 if loops.driven_balls else 1)
+    if rest.any():
+        yield None, rest
+
+
+def _chosen(starts: Starts, chosen: Mask, shape: Shape) -> Starts:
+    state, determinants = (
+        [np.broadcast_to(x, shape)[chosen] for x in each] for each in (starts.state, starts.determinants)
+    )
+    return Starts(list(state), list(determinants), np.broadcast_to(starts.closed, shape)[chosen])
+
+
+def _on_rays(
+    loops: Loops,
+    nominal: Sequence[float],
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    aims: Sequence[Array],
+) -> tuple[list[Value], Mask]:
+    """States of poses (M,) at which several drives have moved, and which of them are reached."""
+    targets = np.stack(aims)
+    if starts is None:
+        states, reached = from_one(loops, nominal, start, targets)
+    else:
+        closed = starts.closed
+        states, reached = np.stack(starts.state), np.zeros(closed.shape, dtype=bool)
+        own = taken(parameters, closed)
+        states[:, closed], reached[closed] = along_rays(loops, own, states[:, closed], targets[:, closed])
+    states[loops.driven_states] = targets
+    found = loops.close_all(loops.unit(list(states)), parameters)
+    good = found.trusted
+    if good.all():
+        return found.state, reached
+    state: list[Value] = [np.where(good, x, y) for x, y in zip(found.state, states, strict=True)]
+    return state, reached
+
+
+def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> tuple[Array, NDArray[np.intp]]:
+    """Closure error of every pose, and the row with the largest."""
+    error, row = np.zeros(shape), np.zeros(shape, dtype=np.intp)
+    for block in blocks(shape):
+        error[block], row[block] = open_by(loops, cut_all(found.state, block), cut_all(parameters, block))
+    return error, row

@@ -1,4 +1,4 @@
-"""First guesses for all poses: from nodes along the way of the drives."""
+"""First guesses for all poses: from nodes along the path of the drives."""
 
 from __future__ import annotations
 
@@ -8,38 +8,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from .march import Node, Track
+from .march import Track
 
 
 @dataclass(frozen=True, eq=False)
 class Guide:
-    """The nodes of a way as arrays.
+    """The nodes of a path as arrays.
 
     Attributes
     ----------
     s
-        Lengths along the way, rising, (nodes,).
+        Lengths along the path, rising, (nodes,).
     states, rates
         States and their derivatives by s, (nodes, n).
-    signs
-        Signs of the determinants, (nodes, blocks).
+    determinants
+        Of the blocks of equations, (nodes, blocks).
     crossings
         Lengths of the change points.
     low, high
         What was reached.
-    sure_from, sure_to
-        What was reached without leaving the branch of the drawing.
     """
 
     s: Array
     states: Array
     rates: Array
-    signs: Array
+    determinants: Array
     crossings: Array
     low: float
     high: float
-    sure_from: float
-    sure_to: float
 
     @classmethod
     def of(cls, track: Track, back: Track | None = None) -> Guide:
@@ -55,21 +51,15 @@ class Guide:
             np.array([s for s, _, _ in nodes]),
             np.array([node.pose.state for _, _, node in nodes]),
             np.array([sign * np.array(node.rate) for _, sign, node in nodes]),
-            np.array([_signs(node) for _, _, node in nodes]).reshape(len(nodes), -1),
+            np.array([node.pose.determinants for _, _, node in nodes]).reshape(len(nodes), -1),
             np.array(sorted(crossings)),
             low,
             track.end,
-            -min(back.doubts, default=np.inf) if back is not None else -np.inf,
-            min(track.doubts, default=np.inf),
         )
 
     def reached(self, s: Array) -> NDArray[np.bool_]:
-        """Whether the way got as far as s."""
+        """Whether the path got as far as s."""
         return (s >= self.low) & (s <= self.high)
-
-    def sure(self, s: Array) -> NDArray[np.bool_]:
-        """Whether s lies on the branch of the drawing for certain."""
-        return (s >= self.sure_from) & (s <= self.sure_to)
 
     def at(self, s: Array) -> Array:
         """States (..., n) by the cubic through the neighbouring nodes; outside, that of the last node."""
@@ -82,24 +72,24 @@ class Guide:
         out += tt * (3.0 - 2.0 * t) * self.states[k + 1] + tt * (t - 1.0) * h * self.rates[k + 1]
         return out
 
+    def before(self, s: Array) -> NDArray[np.intp]:
+        """The node before each s."""
+        return np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, max(len(self.s) - 2, 0))
+
     def _place(self, s: Array) -> tuple[NDArray[np.intp], Array, Array]:
-        k = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
+        k = self.before(s)
         h = (self.s[k + 1] - self.s[k])[..., None]
         return k, (s - self.s[k])[..., None] / h, h
 
     def signs_at(self, s: Array, near: float) -> Array:
         """Signs of the determinants at s, (..., blocks); 0 where a change point is within `near`."""
         if len(self.s) == 1:
-            return np.broadcast_to(self.signs[0], (*np.shape(s), self.signs.shape[1]))
+            return np.broadcast_to(np.sign(self.determinants[0]), (*np.shape(s), self.determinants.shape[1]))
         k, _, _ = self._place(np.clip(s, self.s[0], self.s[-1]))
-        out = self.signs[k].copy()
+        out = np.sign(self.determinants[k])
         for where in self.crossings:
             j = int(np.clip(np.searchsorted(self.s, where) - 1, 0, len(self.s) - 2))
             behind = (k == j) & (s > where)
-            out[behind] = self.signs[j + 1]
+            out[behind] = np.sign(self.determinants[j + 1])
             out[np.abs(s - where) < near] = 0.0
         return out
-
-
-def _signs(node: Node) -> list[float]:
-    return [float(np.sign(value)) for value in node.pose.determinants]

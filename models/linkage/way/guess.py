@@ -26,11 +26,7 @@ class Guess:
     signs
         Signs that the determinants must have, 0 where they may have either, (...).
     reached
-        Where a way leads, (...).
-    sure
-        Where it has not left the branch of the drawing, (...).
-    apart
-        Where it begins anew behind a gap, (...).
+        Where the path leads, (...).
     s
         Value of the only moving drive, (...); None where several move.
     guide
@@ -40,7 +36,7 @@ class Guess:
     around
         What leads smoothly through each change point.
     switched
-        Whether the way takes the other branch there.
+        Whether the path takes the other branch there.
     closed
         Whether all states are closed for the nominal dimensions, and borne out.
     """
@@ -48,8 +44,6 @@ class Guess:
     state: list[Value]
     signs: list[Value]
     reached: NDArray[np.bool_]
-    sure: NDArray[np.bool_]
-    apart: NDArray[np.bool_]
     s: Array | None = None
     guide: Guide | None = None
     drive: int = 0
@@ -58,14 +52,6 @@ class Guess:
     closed: bool = False
 
 
-def guess_of(
-    states: Array,
-    signs: Array,
-    reached: NDArray[np.bool_],
-    sure: NDArray[np.bool_] | None = None,
-    apart: NDArray[np.bool_] | None = None,
-) -> Guess:
-    """Guess from states (..., n), signs (..., blocks), where a way leads, on the same branch, or anew, (...)."""
-    certain = np.ones(reached.shape, dtype=bool) if sure is None else sure
-    anew = np.zeros(reached.shape, dtype=bool) if apart is None else apart
-    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached, certain, anew)
+def guess_of(states: Array, signs: Array, reached: NDArray[np.bool_]) -> Guess:
+    """Guess from states (..., n), signs (..., blocks), and where a path leads, (...)."""
+    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached)

@@ -1,4 +1,4 @@
-"""Continuation: from the drawing along the way of the drives, on one branch."""
+"""Continuation: from the reference configuration along a straight line of the drives, on one branch."""
 
 from __future__ import annotations
 
@@ -7,12 +7,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ....framework.batch import Array
 from ..kinematics.loops import Loops, Pose
-from .path import Path
+from .ray import Ray
 
+FIRST = 0.1
 LONGEST = 0.35
 SHORTEST = 1e-10
+# The step before serves the next where it is at least this share of it.
+LONG = 0.49
+# Steps may grow fast where Newton's method has this little to do.
+EASY = 0.03
+# A step to the other side of a change point may be longer than its turn.
+LONGER = 1.01
 # How much a pose may change the way it follows the drives from one step to the next.
 TURN = 0.4
 # Where the way is stuck before a change point, how far to jump over it.
@@ -20,8 +26,9 @@ JUMPS = (6e-2, 2e-2, 5e-3, 2e-3)
 SHARPEST = 1e-4
 # How far beyond a change point it must be seen to be interpolated.
 BEYOND = 0.35
-# Distance of the poses from which its closure is judged, and how far it may be open.
-KNOT = 0.02
+# Distance of the poses from which its closure is judged, in shares of the step over it too, and how far it may be open:
+# lengths that are equal to eight digits are meant to be equal.
+KNOT, SHARE = 0.02, 0.4
 OPEN = 1e-8
 # Where another branch is looked for, as shares of the way gone beyond a change point.
 AWAY = (0.5, 1.0, 2.0, 4.0, 0.25, 0.1, 8.0)
@@ -38,41 +45,40 @@ class Node:
 
 @dataclass(eq=False)
 class Track:
-    """Poses along the way.
+    """Poses along a ray, as far as it has been followed.
 
     Attributes
     ----------
     nodes
         Poses in the order of s.
+    step
+        Length of the next step.
     crossings
         Lengths at which a change point was passed.
     sides
-        Where the other branch was taken: for each crossing, the way so far and a little on along its own branch.
-    doubts
-        Crossings where the branches only come close to each other, so that the way has left its own for the smoother.
+        Where the other branch was taken: for each crossing, the path so far and a little on along its own branch.
     complete
-        False where the way ended before its length: in a dead point, or out of reach.
+        False where the path ended: in a dead point, or out of reach.
     """
 
     nodes: list[Node]
+    step: float
     crossings: list[float] = field(default_factory=list)
     sides: list[Track] = field(default_factory=list)
-    doubts: list[float] = field(default_factory=list)
     complete: bool = True
+    jumped: bool = False
 
     @property
     def end(self) -> float:
         """Length that was reached."""
         return self.nodes[-1].s
 
-    @property
-    def s(self) -> Array:
-        """Lengths of the nodes."""
-        return np.array([node.s for node in self.nodes])
-
 
 class March:
-    """Steps along a way, as long as Newton's method and the way's curvature allow.
+    """Steps along a ray, as long as Newton's method and the path's curvature allow.
+
+    Where the steps end depends on the ray alone, never on how far it is to be followed: a path that is followed
+    further has the same nodes as before.
 
     Parameters
     ----------
@@ -80,63 +86,78 @@ class March:
         Loops of the mechanism.
     parameters
         Its dimensions.
-    path
-        Way of the drives.
-    longest
-        Longest step.
+    ray
+        Path of the drives.
+    switch
+        Whether the other branch is taken at change points.
     """
 
-    def __init__(self, loops: Loops, parameters: Sequence[float], path: Path, longest: float = LONGEST) -> None:
-        self.loops, self.parameters, self.path, self.longest = loops, parameters, path, longest
+    def __init__(self, loops: Loops, parameters: Sequence[float], ray: Ray, switch: bool = False) -> None:
+        self.loops, self.parameters, self.ray, self.switch = loops, parameters, ray, switch
 
     def node(self, s: float, pose: Pose) -> Node:
         """A node of the pose at s."""
-        slopes, drives = self.path.rates(pose.state, s)
+        slopes, drives = self.ray.rates(pose.state)
         n = self.loops.columns
         unknown = [sum(d * x for d, x in zip(drives, pose.follow[k::n], strict=True)) for k in range(n)]
-        rate = self.loops.state_rate(pose.state, unknown)
+        rate: list[float] = self.loops.state_rate(pose.state, unknown)  # type: ignore[assignment]
         for place, slope in zip(self.loops.driven_states, slopes, strict=False):
             rate[place] = slope
         return Node(s, pose, rate)
 
-    def run(self, start: Pose, switch: bool = False) -> Track:
-        """Go the whole way from the pose at its beginning."""
-        return self._on(Track([self.node(0.0, start)]), switch, self.path.length)
+    def begin(self, start: Pose) -> Track:
+        """The track at the beginning of the ray."""
+        return Track([self.node(0.0, start)], FIRST)
 
-    def _on(self, track: Track, switch: bool, until: float) -> Track:
-        step = min(0.1, self.longest)
-        jumped = False
-        while track.end < until:
-            here = track.nodes[-1]
-            left = until - here.s
-            target = self.path.stop(here.s, here.s + (left if left < 1.01 * step else step))
-            found = self._go(track, self._across(track, target))
+    def extend(self, track: Track, until: float, switch: bool | None = None) -> Track:
+        """Follow the ray at least as far as `until`, or to where the path ends."""
+        other = self.switch if switch is None else switch
+        while track.complete and track.end < until:
+            here, step = track.nodes[-1], track.step
+            found = self._go(track, self._across(track, here.s + track.step))
+            if found is not None and not self._passes(here, found, track.step):
+                found = None
             if found is None:
-                step *= 0.5
-                if step < SHARPEST and not jumped:
-                    jumped = True
+                track.step *= 0.5
+                if track.step < SHARPEST and not track.jumped:
+                    track.jumped = True
                     found = self._jump(track)
-                if step < SHORTEST:
+                if track.step < SHORTEST:
                     track.complete = False
-                    break
             if found is not None:
-                jumped = False
-                easy = found.pose.first_step < 0.03
-                step = min(self.longest, max(step, found.s - here.s) * (2.0 if easy else 1.2))
-                if not self._append(track, found, switch):
-                    track.complete = False
-                    break
+                track.jumped = False
+                easy = found.pose.first_step < EASY
+                track.step = min(LONGEST, max(track.step, found.s - here.s) * (2.0 if easy else 1.2))
+                track.complete = self._append(track, found, found.s - here.s > LONGER * step, other)
         return track
+
+    def exactly(self, node: Node, s: float) -> list[float] | None:
+        """The state at `s`, reached from a node in steps as short as it takes; None where the path ends before."""
+        track = Track([node], min(LONGEST, s - node.s))
+        while track.end < s:
+            left = s - track.end
+            found = self._go(track, s if left <= track.step else track.end + track.step)
+            if found is None or flips(track.nodes[-1].pose, found.pose):
+                track.step *= 0.5
+                if track.step < SHORTEST:
+                    return None
+            else:
+                track.nodes.append(found)
+        return track.nodes[-1].pose.state
+
+    def _passes(self, here: Node, found: Node, step: float) -> bool:
+        """Whether a step stays on its branch: what changes sides, or goes far, does so over a change point."""
+        if not flips(here.pose, found.pose) and found.s - here.s <= LONGER * step:
+            return True
+        return self._closes(here, found, self._root(here, found))
 
     def _go(self, track: Track, target: float, jump: bool = False) -> Node | None:
         here = track.nodes[-1]
-        guess = self.path.place(self.predict(track.nodes, target), target)
+        guess = self.ray.place(self.predict(track.nodes, target), target)
         pose = self.loops.close(guess, self.parameters)
         if pose is None:
             return None
-        old, new = here.pose.follow, pose.follow
-        bound = TURN * (0.5 + max(map(abs, old), default=0.0))
-        if any(abs(x - y) > bound for x, y in zip(old, new, strict=True)):
+        if not follows(here.pose, pose):
             return None
         if jump and not flips(here.pose, pose):
             return None
@@ -150,7 +171,7 @@ class March:
         """
         b = nodes[-1]
         h, change = s - b.s, 0.0
-        if len(nodes) > 1 and (width := b.s - nodes[-2].s) >= 0.5 * h:
+        if len(nodes) > 1 and (width := b.s - nodes[-2].s) >= LONG * h:
             if self.loops.determined:
                 return _cubic(nodes[-2], b, 1.0 + h / width, width)
             change = 0.5 * h / width
@@ -166,32 +187,29 @@ class March:
             if abs(y) < abs(x) and x * y > 0.0:
                 ahead = (b.s - a.s) * y / (x - y)
                 if 0.4 * ahead < target - b.s < 1.6 * ahead:
-                    return float(min(b.s + 2.0 * ahead, self.path.length))
+                    return float(b.s + 2.0 * ahead)
         return target
 
     def _jump(self, track: Track) -> Node | None:
         for jump in JUMPS:
-            target = min(track.end + jump, self.path.length)
-            found = self._go(track, target, jump=True)
-            if found is not None:
+            found = self._go(track, track.end + jump, jump=True)
+            if found is not None and self._passes(track.nodes[-1], found, track.step):
                 return found
         return None
 
-    def _append(self, track: Track, found: Node, switch: bool) -> bool:
+    def _append(self, track: Track, found: Node, far: bool, switch: bool) -> bool:
         """Go on to the node `found`, over a change point if one lies before it; False if its other branch is lost."""
         here = track.nodes[-1]
-        if not flips(here.pose, found.pose):
+        if not far and not flips(here.pose, found.pose):
             track.nodes.append(found)
             return True
         where = self._root(here, found)
         track.crossings.append(where)
-        if not self._closes(here, found, where):
-            track.doubts.append(where)
         if not switch:
             track.nodes.append(found)
             return True
-        ahead = Track([*track.nodes, found])
-        track.sides.append(self._on(ahead, False, max(found.s, min(where + BEYOND, self.path.length))))
+        ahead = Track([*track.nodes, found], track.step)
+        track.sides.append(self.extend(ahead, where + BEYOND, switch=False))
         t = (where - here.s) / (found.s - here.s)
         state = self.loops.unit(_cubic(here, found, t, found.s - here.s))  # type: ignore[arg-type]
         away = other_branch(self, here, found, where, state)  # type: ignore[arg-type]
@@ -207,13 +225,15 @@ class March:
 
     def _root(self, a: Node, b: Node) -> float:
         """Where a determinant vanishes between two nodes: false position, then inverse interpolation from around."""
-        k = next(
-            i for i, (x, y) in enumerate(zip(a.pose.determinants, b.pose.determinants, strict=True)) if x * y < 0.0
-        )
+        pairs = list(zip(a.pose.determinants, b.pose.determinants, strict=True))
+        changes = [i for i, (x, y) in enumerate(pairs) if x * y < 0.0]
+        if not changes:
+            return self._double_root(a, b)
+        k = changes[0]
 
         def determinant(s: float) -> float:
             guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
-            pose = self.loops.close(self.path.place(guess, s), self.parameters)
+            pose = self.loops.close(self.ray.place(guess, s), self.parameters)
             # the determinants are those of the last step but one
             pose = pose and self.loops.close(pose.state, self.parameters)
             return pose.determinants[k] if pose is not None else np.nan
@@ -234,18 +254,41 @@ class March:
         better = at_zero(knots, [determinant(knot) for knot in knots])
         return better if abs(better - s) < width else s
 
+    def _double_root(self, a: Node, b: Node) -> float:
+        """Where a determinant comes down to zero and goes up again, as that of two loops that change at once does."""
+        k = int(np.argmin([min(abs(x), abs(y)) for x, y in zip(a.pose.determinants, b.pose.determinants, strict=True)]))
+
+        def root(s: float) -> float:
+            guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
+            pose = self.loops.close(self.ray.place(guess, s), self.parameters)
+            pose = pose and self.loops.close(pose.state, self.parameters)
+            return float(np.sqrt(abs(pose.determinants[k]))) if pose is not None else np.nan
+
+        left, right = (float(np.sqrt(abs(node.pose.determinants[k]))) for node in (a, b))
+        s, width = a.s + (b.s - a.s) * left / (left + right), 0.25 * (b.s - a.s)
+        for _ in range(4):
+            left, right = root(s - width), root(s + width)
+            if not left + right > 0.0:
+                return s
+            s += width * (left - right) / (left + right)
+            width = max(0.25 * width, 0.02)
+        knots = [s + 0.02 * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
+        better = at_zero(knots, [np.sign(knot - s) * root(knot) for knot in knots])
+        return better if abs(better - s) < width else s
+
     def _closes(self, a: Node, b: Node, where: float) -> bool:
         """Whether the smooth way through a change point closes in it: the polynomial through poses around it."""
-        knots = [where + KNOT * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
+        apart = min(KNOT, SHARE * (b.s - a.s))
+        knots = [where + apart * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
         state = np.zeros(len(a.pose.state))
         for knot in knots:
             guess = _cubic(a, b, (knot - a.s) / (b.s - a.s), b.s - a.s)
-            pose = self.loops.close(self.path.place(guess, knot), self.parameters)
+            pose = self.loops.close(self.ray.place(guess, knot), self.parameters)
             if pose is None:
                 return False
             weight = np.prod([(where - other) / (knot - other) for other in knots if other != knot])
             state = state + weight * np.array(pose.state)
-        middle = self.path.place(state.tolist(), where)
+        middle = self.ray.place(state.tolist(), where)
         residual = self.loops.mechanism.newton[0](middle, self.parameters)[: self.loops.rows]
         return bool(max(map(abs, residual)) < max(OPEN, self.loops.tolerance))
 
@@ -271,14 +314,14 @@ def other_branch(march: March, here: Node, found: Node, where: float, state: Seq
     loops, n, m = march.loops, march.loops.columns, march.loops.rows
     entries = loops.mechanism.newton[0](state, march.parameters)[m:]
     free = np.linalg.svd(np.array(entries).reshape(m, n))[2][-1]
-    beyond = min(max(found.s - where, 0.05), march.path.length - where)
+    beyond = max(found.s - where, 0.05)
     along = (beyond / (found.s - here.s)) * np.subtract(found.pose.state, here.pose.state)
     for share in AWAY:
         for sign in (1.0, -1.0):
             ahead = np.add(state, along).tolist()
             guess = loops.advance(ahead, (sign * share * beyond * free).tolist())
             s = where + beyond
-            pose = loops.close(march.path.place(guess, s), march.parameters, far=0.5)  # type: ignore[arg-type]
+            pose = loops.close(march.ray.place(guess, s), march.parameters, far=0.5)  # type: ignore[arg-type]
             if pose is None or flips(here.pose, pose):
                 continue
             node = march.node(s, pose)
@@ -286,6 +329,12 @@ def other_branch(march: March, here: Node, found: Node, where: float, state: Seq
             if max(abs(x - y) for x, y in zip(back, state, strict=True)) < 0.3 * share * beyond + 0.1 * beyond:
                 return node
     return None
+
+
+def follows(one: Pose, other: Pose) -> bool:
+    """Whether a pose follows the drives much as the one before it does."""
+    bound = TURN * (0.5 + max(map(abs, one.follow), default=0.0))
+    return all(abs(x - y) <= bound for x, y in zip(one.follow, other.follow, strict=True))
 
 
 def flips(one: Pose, other: Pose) -> bool:

@@ -16,21 +16,42 @@ from ..kinematics.nearest import nearest, open_by
 INDEPENDENT = 1e-8
 # A drawing is closed where its loops are open by less than this share of the size.
 CLOSED = 1e-12
+# How many members of a batch are tried for one that leads the others.
+LEADERS = 64
 
 
-def nominal_parameters(mechanism: Mechanism) -> list[float]:
-    """Dimensions of the member of the batch that lies nearest the middle of it."""
+def middle_first(mechanism: Mechanism) -> list[list[float]]:
+    """Dimensions of some members of the batch, that which lies nearest the middle of it first."""
     shape = mechanism.linkage.shape
     if not shape:
-        return [float(x) for x in mechanism.parameters]
+        return [[float(x) for x in mechanism.parameters]]
     if 0 in shape:
         raise FrameError(f"the linkage is drawn at no entries, its batch shape is {shape}: draw it at one at least")
     away = np.zeros(shape)
     for value in mechanism.parameters:
         if isinstance(value, np.ndarray):
             away = away + ((value - value.mean()) / (value.std() or 1.0)) ** 2
-    middle = np.unravel_index(int(np.argmin(away)), shape)
-    return [float(np.broadcast_to(x, shape)[middle]) for x in mechanism.parameters]
+    order = np.argsort(away, axis=None, kind="stable")[:LEADERS]
+    flat = [np.broadcast_to(x, shape).ravel()[order] for x in mechanism.parameters]
+    return [[float(x[k]) for x in flat] for k in range(len(order))]
+
+
+def leader(mechanism: Mechanism, tolerance: float) -> tuple[list[float], Loops, Pose]:
+    """Dimensions, loops and reference configuration of the member that leads the others: the first that has one.
+
+    Raises
+    ------
+    FrameError
+        As `started`, where none has.
+    """
+    refused: FrameError | None = None
+    for nominal in middle_first(mechanism):
+        try:
+            return nominal, *started(mechanism, nominal, tolerance)
+        except FrameError as error:
+            refused = refused or error
+    assert refused is not None
+    raise refused
 
 
 def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0.0) -> tuple[Loops, Pose]:
@@ -63,6 +84,9 @@ def _closed_drawing(loops: Loops, nominal: Sequence[float]) -> list[float]:
     closed = max(CLOSED, loops.tolerance)
     if open_by(loops, loops.drawn, nominal)[0] < CLOSED:
         return list(loops.drawn)
+    near = loops.close(list(loops.drawn), nominal)
+    if near is not None and open_by(loops, near.state, nominal)[0] < closed:
+        return near.state
     best, error = nearest(loops, [np.array(x) for x in loops.drawn], nominal)
     state = [float(x) for x in best]
     if not error < closed:

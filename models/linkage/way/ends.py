@@ -1,0 +1,44 @@
+"""Poses in dead points, at the very end of the path that leads to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ..kinematics.blocks import taken
+from ..kinematics.loops import Loops
+from ..kinematics.nearest import nearest
+from ..kinematics.tape import Value
+
+# So near, in radians and sizes, a path comes to the dead point in which it ends, and the pose there to its end.
+SHORT, AWAY = 1e-6, 1e-2
+CLOSED = 1e-13
+
+
+def at_dead_points(
+    loops: Loops,
+    parameters: Sequence[Value],
+    states: Array,
+    reached: NDArray[np.bool_],
+    left: Array,
+    targets: Array,
+) -> None:
+    """Close the poses just beyond the last to which Newton's method leads; there each step halves the gap at best.
+
+    Puts into `states` (n, poses) and `reached` (poses,) what is found; `left` is how far it is from the states to the
+    driven states `targets`, (f, poses).
+    """
+    chosen = np.flatnonzero(~reached & (left < SHORT))
+    if not chosen.size:
+        return
+    begin = states[:, chosen]
+    begin[loops.driven_states] = targets[:, chosen]
+    own = taken(parameters, chosen)
+    found, gap = nearest(loops, loops.unit(list(begin)), own)
+    there = np.stack(np.broadcast_arrays(*found))
+    good = (gap < max(CLOSED, loops.tolerance)) & (np.abs(there - begin).max(axis=0) < AWAY)
+    states[:, chosen[good]] = there[:, good]
+    reached[chosen[good]] = True

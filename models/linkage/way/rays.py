@@ -1,0 +1,139 @@
+"""Several moving drives: each pose at the end of a straight path of its own from the reference configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ..kinematics.blocks import taken
+from ..kinematics.loops import Loops, Pose
+from ..kinematics.tape import Value
+from .ends import at_dead_points
+from .follow import Guide
+from .guess import NEAR
+from .lanes import FAR, Derivatives, followed
+from .march import LONGEST, March, Track, flips, follows
+from .ray import Ray
+
+Mask = NDArray[np.bool_]
+# How far aside a change point is passed to see whether that leads to the same pose, and how nearly the same.
+ASIDE = 0.02
+SAME = 1e-6
+
+
+def from_one(loops: Loops, parameters: Sequence[float], start: Pose, targets: Array) -> tuple[Array, Mask]:
+    """As `along_rays`, of poses that all begin in the same one."""
+    if loops.driven_balls:
+        states = np.tile(np.array(start.state)[:, None], targets.shape[1])
+        return along_rays(loops, parameters, states, targets)
+    if loops.derivatives is None or loops.derivatives[0] is not start:
+        loops.derivatives = start, Derivatives.of(loops, parameters, start)
+    common = loops.derivatives[1]
+    if targets.shape[1] == 1 and (pose := at_once(loops, parameters, start, common, targets[:, 0])):
+        return np.array(pose.state)[:, None], np.ones(1, dtype=bool)
+    states = np.tile(np.array(start.state)[:, None], targets.shape[1])
+    return along_rays(loops, parameters, states, targets, common)
+
+
+def at_once(loops: Loops, parameters: Sequence[float], start: Pose, common: Derivatives, target: Array) -> Pose | None:
+    """The pose at driven states (f,) where one step leads to it, as the first one of `Lanes`; else None."""
+    begin = np.array(start.state)
+    way = target - begin[loops.driven_states]
+    if not np.linalg.norm(way) <= FAR:
+        return None
+    guess = begin + common.rate @ way + 0.5 * (common.bend @ way) @ way
+    guess[loops.driven_states] = target
+    pose = loops.close(loops.unit(guess.tolist()), parameters)  # type: ignore[arg-type]
+    if pose is None or flips(start, pose) or not follows(start, pose):
+        return None
+    return pose
+
+
+def along_rays(
+    loops: Loops, parameters: Sequence[Value], states: Array, targets: Array, common: Derivatives | None = None
+) -> tuple[Array, Mask]:
+    """States (n, poses) to which straight paths lead from `states` to the driven states (f, poses), and where they do.
+
+    A change point is passed where that is the only way on: where paths that pass it on either side lead to the same
+    pose. At a pose in a dead point, to which a path leads but beyond which none would, the branches meet.
+
+    `parameters` are the same for all, or one for each pose.
+    """
+    way = targets - states[loops.driven_states]
+    if loops.driven_balls:
+        way = _nearer_balls(loops, states, targets)
+    ends = followed(loops, parameters, states, way, common)
+    out, reached = ends.states, ends.reached
+    for k in np.flatnonzero(ends.crossing):
+        own = [float(x) for x in taken(parameters, np.array(k))]
+        start = loops.close(states[:, k].tolist(), own)
+        found = start and passed(loops, own, start, way[:, k])
+        if found:
+            out[:, k], reached[k] = found, True
+    at_dead_points(loops, parameters, out, reached, ends.left, targets)
+    return out, reached
+
+
+def _nearer_balls(loops: Loops, states: Array, targets: Array) -> Array:
+    """By how much the driven states change, with the Euler parameters of balls of the sign nearest to the start."""
+    aims, begin = targets.copy(), states[loops.driven_states]
+    for place in loops.driven_balls:
+        rows = slice(k := loops.driven_states.index(place), k + 4)
+        aims[rows] *= np.where((aims[rows] * begin[rows]).sum(axis=0) < 0.0, -1.0, 1.0)
+    return np.asarray(aims - begin)
+
+
+def passed(loops: Loops, parameters: Sequence[float], start: Pose, way: Array) -> list[float] | None:
+    """The state at the end of a path through change points; None where it ends before, or goes on in several ways."""
+    length = float(np.linalg.norm(way))
+    march = _march(loops, parameters, start, way / length)
+    track = march.extend(march.begin(start), length)
+    for where in track.crossings:
+        if where < length and not _alone(march, track, where):
+            return None
+    return _end(march, track, length)
+
+
+def _march(loops: Loops, parameters: Sequence[float], start: Pose, direction: Array) -> March:
+    origin = [start.state[place] for place in loops.driven_states]
+    return March(loops, parameters, Ray(loops, origin, direction.tolist()))
+
+
+def _end(march: March, track: Track, s: float) -> list[float] | None:
+    """The state at `s` on a track that leads so far."""
+    if track.end < s:
+        return None
+    guide, loops = Guide.of(track), march.loops
+    guess, signs = guide.at(np.array(s)), guide.signs_at(np.array(s), NEAR)
+    pose = loops.close(march.ray.place(guess.tolist(), s), march.parameters)
+    if pose is not None and np.all(np.multiply(pose.determinants, signs) >= 0.0):
+        return pose.state
+    return march.exactly([node for node in track.nodes if node.s <= s][-1], s)
+
+
+def _alone(march: March, track: Track, where: float) -> bool:
+    """Whether paths that pass a change point on either side lead to the pose behind it to which the track leads."""
+    before = [node for node in track.nodes if node.s < where][-1]
+    behind = next(node for node in track.nodes if node.s > where)
+    direction = np.array(march.ray.direction)
+    across = np.linalg.svd(direction[None])[2][1:]
+    middle = 0.35 * (before.s - where) if where - before.s > behind.s - where else 0.35 * (behind.s - where)
+    for aside in (*across, *-across):
+        pose: Pose | None = before.pose
+        corner = (where + middle - before.s) * direction + min(ASIDE, 0.5 * LONGEST) * aside
+        for way in (corner, (behind.s - before.s) * direction - corner):
+            pose = pose and _straight(march, pose, way)
+        if pose is None or np.abs(np.subtract(pose.state, behind.pose.state)).max() > SAME:
+            return False
+    return True
+
+
+def _straight(march: March, start: Pose, way: Array) -> Pose | None:
+    """The pose at the end of a straight path; None where it ends before."""
+    length = float(np.linalg.norm(way))
+    aside = _march(march.loops, march.parameters, start, way / length)
+    state = _end(aside, aside.extend(aside.begin(start), length), length)
+    return march.loops.close(state, march.parameters) if state else None
