@@ -59,7 +59,7 @@ def built(places, links, pins, drives, lengths, order) -> Linkage:
     for name in shuffled(links):
         linkage.link(name, *links[name], beam=ROD, length=lengths.get(name))
     for name in shuffled(pins):
-        linkage.revolute(name, *pins[name], drive=name in drives, stiffness=PIN)
+        linkage.revolute(name, *pins[name], drive=name in drives, stiffness=None if name in drives else PIN)
     return linkage
 
 
@@ -126,7 +126,13 @@ def test_members_of_a_batch_of_lengths_are_what_they_are_alone(kind, seed):
             length = link.length
             single.link(name, *link.points, beam=ROD, length=None if length is None else float(length[member]))
         for name, pair in alone.joints.items():
-            single.revolute(name, pair.first, pair.second, drive=name in alone.drives, stiffness=PIN)
+            single.revolute(
+                name,
+                pair.first,
+                pair.second,
+                drive=name in alone.drives,
+                stiffness=None if pair.name in alone.drives else PIN,
+            )
         own = single.move({name: value[:, 0] for name, value in values.items()})
         assert_array_equal(own.status, motion.status[:, member])
         chosen = firm[:, member]
