@@ -6,12 +6,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from .errors import FrameError, MechanismWarning, PathWarning
-from .frame import Frame
 from .states import SolutionState
 
 if TYPE_CHECKING:
     from .clearances.contact import Contact
     from .error_bounds.sensitivity import Sensitivity
+    from .frame import Frame
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
     from .paraview.vtu import read_names
@@ -40,11 +40,12 @@ __all__ = [
     "read_names",
 ]
 
-# What a description does not need is imported where it is first asked for: the solvers, and scikit-fem with them.
+# Elements need the protocol alone: a frame, and the solvers with it, are imported where they are first asked for.
 _LATER = {
     "Buckling": ".results.buckling",
     "Contact": ".clearances.contact",
     "EquilibriumPath": ".large.path",
+    "Frame": ".frame",
     "FreeMotion": ".results.singular",
     "LargeSolution": ".large.solution",
     "Modes": ".results.modes",

@@ -96,6 +96,11 @@ class LineElement(ABC):
 
         This is for dataclasses that hold nothing but their fields; metadata ``{"trailing": 1}`` tells of a field that
         its last axis is no batch axis. It is asked for only where `shape` has an axis.
+
+        Parameters
+        ----------
+        change
+            What takes the entries out of an array, given the array and the number of its axes that are no batch axes.
         """
         found: Self = changed(self, change)
         return found

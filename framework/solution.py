@@ -18,9 +18,9 @@ from .batched.plan import Plan
 from .batched.reuse import same_structure
 from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, UNRESOLVED, Contact
+from .description import Description
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
-from .frame import Frame
 from .provenance import regular_there, with_origin
 from .results.base import Results, checked_fractions
 from .results.parts import of_joint, of_member, of_node, of_part
@@ -74,7 +74,7 @@ class Solution(Results):
     (True, 'regular', True)
     """
 
-    def __init__(self, frame: Frame, plan: Plan, clearances: Clearances | None = None) -> None:
+    def __init__(self, frame: Description, plan: Plan, clearances: Clearances | None = None) -> None:
         require_springs((name, joint.element) for name, joint in frame.joints.items())
         self.frame, self.plan, self.clearances = frame, plan, clearances
         self._known: dict[object, Array] = {}
@@ -82,7 +82,7 @@ class Solution(Results):
         self._warned = False
 
     @classmethod
-    def of(cls, frame: Frame, method: str | None = None, *, clearance: bool = False) -> Solution:
+    def of(cls, frame: Description, method: str | None = None, *, clearance: bool = False) -> Solution:
         """Solution of a frame; later changes of the frame do not reach it.
 
         Parameters
@@ -96,7 +96,7 @@ class Solution(Results):
         """
         described = frame.copy()
         kept = frame.kept
-        if kept is not None and kept.asked == checked(method) and same_structure(kept.frame, described):
+        if isinstance(kept, Plan) and kept.asked == checked(method) and same_structure(kept.frame, described):
             plan = kept.reloaded(described)
         else:
             plan = Plan(described, method=checked(method))

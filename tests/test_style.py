@@ -39,7 +39,8 @@ def public() -> Iterator[tuple[str, object]]:
 
 
 def methods(prefix: str, cls: type) -> Iterator[tuple[str, object]]:
-    for name, member in vars(cls).items():
+    own = [base for base in reversed(cls.__mro__) if base.__module__.startswith("linkframe.")]
+    for name, member in {name: member for base in own for name, member in vars(base).items()}.items():
         if name.startswith("_"):
             continue
         function = getattr(member, "__func__", None) or getattr(member, "fget", None) or getattr(member, "func", member)

@@ -14,13 +14,14 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..clock import timed
-from ..frame import Frame
+from ..description import Description
 from ..solvers.graph import Graph
 from ..solvers.method import LARGE, Method, choose
 from ..structure.assembly import force_entries, stiffness_entries
+from ..structure.edge import GROUND
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
-from ..structure.tree import GROUND, Tree
+from ..structure.tree import Tree
 from ..structure.varying import Varying
 from .block import Block, Factor
 from .chunks import large_masks
@@ -43,7 +44,7 @@ class Plan:
         The way in which it is to be solved, see `linkframe.framework.solvers.method`; the plan chooses where None.
     """
 
-    def __init__(self, frame: Frame, *, cut: bool = False, method: str | None = None) -> None:
+    def __init__(self, frame: Description, *, cut: bool = False, method: str | None = None) -> None:
         self.frame = frame
         self.asked = method
         self.times: dict[str, float] = {}
@@ -64,7 +65,7 @@ class Plan:
         """What a copy or another process needs; it factorises again."""
         return {**vars(self), "factors": {}, "_parts": {}}
 
-    def reloaded(self, frame: Frame) -> Plan:
+    def reloaded(self, frame: Description) -> Plan:
         """This plan for a frame that differs in its loads alone: numbers, matrix, orders and factors are shared."""
         twin = copy.copy(self)
         twin.frame, twin.times, twin._blocks, twin.factors = frame, {}, {}, dict(self.factors)
@@ -97,7 +98,7 @@ class Plan:
     @cached_property
     def graph(self) -> Graph:
         """Nodes and their coupling, for the sparse ways."""
-        return Graph(self)
+        return Graph(self.topology, self.tree, self.unknowns)
 
     @cached_property
     def method(self) -> Method:
@@ -317,7 +318,7 @@ def _union(parts: Parts) -> int:
     return functools.reduce(operator.or_, parts, 0)
 
 
-def _geometry(frame: Frame) -> int:
+def _geometry(frame: Description) -> int:
     """Mask of the axes over which positions vary."""
     shapes = [node.coordinates.shape[:-1] for node in frame.nodes.values()]
     shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ..frame import Frame
+    from ..description import Description
 
 _NAMED = ("bodies", "nodes", "members", "joints", "masses")
 _VALUED = ("supports", "offsets")
 
 
-def same_structure(one: Frame, other: Frame) -> bool:
+def same_structure(one: Description, other: Description) -> bool:
     """Whether two descriptions differ in loads alone: the same objects by name, the same numbers held."""
     return (
         one.shape == other.shape

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned, turned
 from ..batched.stage import collapsed
+from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import MechanismWarning
-from ..frame import Frame
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .resting import Play, Rest
 from .unit_offsets import against_offsets
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..solution import Solution
 
 
-def loose_joints(frame: Frame) -> list[str]:
+def loose_joints(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
     return [name for name, joint in frame.joints.items() if joint.element.clearance.any()]
 
@@ -57,7 +57,7 @@ class Clearances:
         Where their journals rest.
     """
 
-    def __init__(self, frame: Frame, tight: Solution) -> None:
+    def __init__(self, frame: Description, tight: Solution) -> None:
         self.frame, self.names = frame, loose_joints(frame)
         joints = [frame.joints[name].element for name in self.names]
         own = np.repeat(np.arange(len(joints)), [len(joint.play) for joint in joints])
@@ -87,7 +87,7 @@ class Clearances:
                 state = np.where(lost, np.uint8(why), state)
         return state
 
-    def offsets(self) -> Frame:
+    def offsets(self) -> Description:
         """The frame with each journal where it rests, as offsets of its joints."""
         out = self.frame.copy()
         for (name, k), offset in zip(self.rest.play.pairs, self.rest.offset, strict=True):

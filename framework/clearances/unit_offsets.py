@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
+from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError, MechanismWarning
-from ..frame import Frame
 from ..protocol import JointElement
 from ..structure.parts import total
 from .resting import Play
@@ -41,7 +41,7 @@ class Resistance:
     unknown: NDArray[np.bool_]
 
 
-def against_offsets(frame: Frame, play: Play, loaded: NDArray[np.bool_]) -> Resistance:
+def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_]) -> Resistance:
     """How a frame resists offsets in its joints.
 
     Whether a force comes of an offset at all depends on the geometry, not on how stiff the springs are. So it is asked
@@ -76,7 +76,7 @@ def _alike(element: JointElement) -> bool:
     return bool(np.all(free.all(axis=0) == free.any(axis=0)))
 
 
-def _answer(frame: Frame, joints: dict[str, JointElement], play: Play, loaded: NDArray[np.bool_]) -> Resistance:
+def _answer(frame: Description, joints: dict[str, JointElement], play: Play, loaded: NDArray[np.bool_]) -> Resistance:
     count = len(play.pairs)
     found, plan = _falls(_bare(frame, joints), play, np.ones(count, dtype=bool))
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
@@ -99,7 +99,7 @@ def _answer(frame: Frame, joints: dict[str, JointElement], play: Play, loaded: N
     )
 
 
-def _falls(bare: Frame, play: Play, asked: NDArray[np.bool_]) -> tuple[Array, Plan]:
+def _falls(bare: Description, play: Play, asked: NDArray[np.bool_]) -> tuple[Array, Plan]:
     """Fall of the forces for a unit offset in each component that is `asked` for, (n, n, ...); NaN at mechanisms."""
     from ..solution import Solution
 
@@ -121,9 +121,9 @@ def _falls(bare: Frame, play: Play, asked: NDArray[np.bool_]) -> tuple[Array, Pl
     return found, solution.plan
 
 
-def _bare(frame: Frame, joints: dict[str, JointElement]) -> Frame:
+def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
     """The frame with these joints, without loads, offsets and displacements of supports."""
-    out = Frame()
+    out = Description()
     for name, body in frame.bodies.items():
         out.body(name, body.origin, body.axes)
     for name, node in frame.nodes.items():

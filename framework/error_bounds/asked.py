@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import FrameError
-from ..structure.tree import ABOUT, ALONG
+from ..structure.edge import ABOUT, ALONG
 from .kinematics import Link, Real, extended, sheared
 
 if TYPE_CHECKING:

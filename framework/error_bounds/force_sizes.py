@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..batch import merged, turned
-from ..structure.tree import ABOUT, ALONG, GROUND
+from ..structure.edge import ABOUT, ALONG, GROUND
 from .kinematics import Kinematics, Link, Real, sheared, sizes_of
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..batched.plan import Plan
-from ..structure.tree import GROUND, Edge
+from ..structure.edge import GROUND, Edge
 from .deformations import Springs
 from .kinematics import Link
 

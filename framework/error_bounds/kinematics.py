@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ..batch import aligned, merged, turned
 from ..batched.plan import Plan
+from ..structure.edge import ABOUT, ALONG, GROUND, Edge
 from ..structure.parts import Extended, Row, is_zero
 from ..structure.topology import Index
-from ..structure.tree import ABOUT, ALONG, GROUND, Edge
 
 Real = NDArray[Any]
 Change = Callable[[Real, int], Real]

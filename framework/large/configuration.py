@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from ..structure.tree import GROUND
+from ..structure.edge import GROUND
 from . import corotation, rotation
 from .corotation import Motion, Pieces
 from .law import press

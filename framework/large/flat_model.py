@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from ..batch import Array
-from ..structure.tree import GROUND
+from ..structure.edge import GROUND
 from .flat_links import FlatJoint
 from .flat_pieces import AXES, ENDS, TERMS, FlatStack
 from .flat_state import FlatState

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..protocol import JointElement
-from ..structure.tree import GROUND, Branch, Edge, spanning
+from ..structure.edge import GROUND, Edge
+from ..structure.tree import Branch, spanning
 from .law import law_of
 from .links import Link
 from .numbers import Numbers, Where
 
 if TYPE_CHECKING:
-    from ..frame import Frame
+    from ..description import Description
     from ..structure.topology import Topology
 
 
@@ -110,7 +111,7 @@ class Joint:
         return [k for k in range(6) if across[k % 3] == (k < 3)]
 
 
-def offsets(frame: Frame, edge: Edge) -> dict[int, Array]:
+def offsets(frame: Description, edge: Edge) -> dict[int, Array]:
     """Given displacements of an edge that are not zero."""
     known = {"joint": frame.offsets, "support": frame.supports}.get(edge.kind, {})
     given = known.get(edge.name, {}) if edge.name else {}

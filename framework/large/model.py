@@ -12,9 +12,10 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..errors import FrameError
 from ..structure.assembly import component_loads
+from ..structure.edge import GROUND, Edge
 from ..structure.parts import is_zero
 from ..structure.topology import Index
-from ..structure.tree import GROUND, Branch, Edge
+from ..structure.tree import Branch
 from .joints import Joint, forest, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers

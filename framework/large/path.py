@@ -32,7 +32,7 @@ from .start import start
 from .state import State
 
 if TYPE_CHECKING:
-    from ..frame import Frame
+    from ..description import Description
 
 # Iterations that a step is to take, at most takes, and how much its length may grow.
 _AIM, _MOST, _GROWTH = 5, 12, 1.5
@@ -59,7 +59,7 @@ class EquilibriumPath:
         Whether the path went as far as it was to, (...).
     """
 
-    frame: Frame = field(repr=False)
+    frame: Description = field(repr=False)
     factor: Array
     stable: NDArray[np.bool_]
     reached: NDArray[np.bool_]
@@ -94,7 +94,7 @@ class EquilibriumPath:
         return [_limits(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
 
 
-def follow(frame: Frame, node: str, name: str, to: float, steps: int, first: float) -> EquilibriumPath:
+def follow(frame: Description, node: str, name: str, to: float, steps: int, first: float) -> EquilibriumPath:
     """Follow the path from rest until a displacement component passes `to`; see `Frame.path`."""
     node = found("node", frame.aliases.get(plain("node", node), node), frame.nodes)
     if to == 0.0 or not np.isfinite(to):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, merged
-from ..structure.tree import GROUND
+from ..structure.edge import GROUND
 from . import flat_pieces
 from .flat_links import FlatJoint, FlatLink
 from .flat_model import FlatModel

@@ -6,9 +6,9 @@ import numpy as np
 
 from ..batch import Array, block_diagonal
 from ..protocol import JointElement, is_proven
+from ..structure.edge import Edge
 from ..structure.parts import is_zero
 from ..structure.topology import Group, Topology
-from ..structure.tree import Edge
 from .joints import offsets
 from .loading import Loads
 

@@ -30,7 +30,7 @@ from .stations import Stations
 from .trust import Trust
 
 if TYPE_CHECKING:
-    from ..frame import Frame
+    from ..description import Description
 
 
 class LargeSolution(Results):
@@ -54,13 +54,13 @@ class LargeSolution(Results):
         Whether the joints' clearances are taken into account.
     """
 
-    def __init__(self, frame: Frame, steps: int, clearance: bool = True) -> None:
+    def __init__(self, frame: Description, steps: int, clearance: bool = True) -> None:
         self.frame = frame
         self.model = Model(Plan(frame, cut=True), clearance=clearance)
         self._steps = steps
 
     @classmethod
-    def of(cls, frame: Frame, method: str | None, clearance: bool, steps: int) -> LargeSolution:
+    def of(cls, frame: Description, method: str | None, clearance: bool, steps: int) -> LargeSolution:
         """Solution of a frame; later changes of the frame do not reach it.
 
         Parameters

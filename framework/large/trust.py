@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array, merged
-from ..structure.tree import GROUND
+from ..structure.edge import GROUND
 from . import corotation, rotation
 from .corotation import Response
 from .elimination import ConstrainedFactor, Elimination, Factor

@@ -17,7 +17,7 @@ from ..provenance import regular_there
 from ..states import SolutionState, States, among
 
 if TYPE_CHECKING:
-    from ..frame import Frame
+    from ..description import Description
 
 
 class Recovered(Protocol):
@@ -41,7 +41,7 @@ class Results(ABC):
         The description as it was when solved.
     """
 
-    frame: Frame
+    frame: Description
 
     @property
     def shape(self) -> Shape:

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..batch import Array
 from ..batched.plan import Plan
+from ..description import Description
 from ..errors import FrameError
-from ..frame import Frame
 from ..solution import Solution
 from ..solvers.sparse import SparseSolver
 from ..states import SolutionState, among
@@ -57,7 +57,7 @@ class Buckling(Shapes):
     factors: Array
 
 
-def buckling(frame: Frame, count: int) -> Buckling:
+def buckling(frame: Description, count: int) -> Buckling:
     """The `count` smallest positive factors of ``(K + factor Kg) x = 0`` for every batch entry.
 
     Raises

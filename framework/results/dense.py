@@ -88,7 +88,7 @@ def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
 def mass(plan: Plan) -> Array:
     """Mass in joint-relative coordinates, (..., n, n)."""
     out = nodal(plan, [(group, group.mass()) for group in plan.topology.groups])
-    for node, matrix in point_masses(plan):
+    for node, matrix in point_masses(plan.topology):
         padded = np.zeros((*np.broadcast_shapes(out.shape[:-2], matrix.shape[:-2]), *out.shape[-2:]))
         padded[..., 6 * node : 6 * node + 6, 6 * node : 6 * node + 6] = matrix
         out = out + padded

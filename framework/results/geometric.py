@@ -24,7 +24,7 @@ import numpy as np
 
 from ..batch import Array
 from ..error_bounds.kinematics import Link
-from ..structure.tree import Edge
+from ..structure.edge import Edge
 
 _X = np.array([1.0, 0.0, 0.0])
 # Spins of the ends by the twelve end displacements.

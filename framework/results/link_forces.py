@@ -8,7 +8,7 @@ from ..batch import Array
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import Equilibrium
 from ..error_bounds.kinematics import Kinematics, Real
-from ..structure.tree import GROUND
+from ..structure.edge import GROUND
 
 
 def link_forces(state: Equilibrium) -> list[Array]:

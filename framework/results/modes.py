@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
+from ..description import Description
 from ..errors import FrameError, MechanismWarning
 from ..examination import require_springs
-from ..frame import Frame
+from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from . import dense
 from .shapes import Shapes, check_count
 from .sparse_spectrum import SparsePencil
-from .spectrum import DENSE, inverse_pencil, stiffness_halves, zero_eigenvalue
+from .spectrum import DENSE, inverse_pencil, stiffness_halves
 
 # Scaled eigenvalues below this are those of rigid-body motions and mechanisms.
 _REGULAR = 1e-12
@@ -61,7 +62,7 @@ class Modes(Shapes):
     frequencies: Array
 
 
-def modes(frame: Frame, count: int) -> Modes:
+def modes(frame: Description, count: int) -> Modes:
     """The `count` lowest modes of ``K x = omega^2 M x`` for every batch entry.
 
     Raises

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from ..batch import Array
 
 if TYPE_CHECKING:
-    from ..frame import Frame
+    from ..description import Description
     from ..solution import Solution
 
 Result = TypeVar("Result", bound=Callable[..., Array])
 
 
-def of_part(node: Callable[[Frame, str], str | None]) -> Callable[[Result], Result]:
+def of_part(node: Callable[[Description, str], str | None]) -> Callable[[Result], Result]:
     """A result by name as that of the part of the frame which the name is in, as told by one of its nodes."""
 
     def decorate(result: Result) -> Result:
@@ -33,16 +33,16 @@ def of_part(node: Callable[[Frame, str], str | None]) -> Callable[[Result], Resu
     return decorate
 
 
-def of_node(frame: Frame, name: str) -> str | None:
+def of_node(frame: Description, name: str) -> str | None:
     """The node itself."""
     return frame.aliases.get(name, name)
 
 
-def of_member(frame: Frame, name: str) -> str | None:
+def of_member(frame: Description, name: str) -> str | None:
     """Start of a member; None where it is unknown."""
     return frame.members[name].start if name in frame.members else None
 
 
-def of_joint(frame: Frame, name: str) -> str | None:
+def of_joint(frame: Description, name: str) -> str | None:
     """First node of a joint; None where it is unknown."""
     return frame.joints[name].first if name in frame.joints else None

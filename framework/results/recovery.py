@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike
 from ..batch import Array, Shape, aligned, finite, joined, turned
 from ..errors import FrameError
 from ..structure.assembly import nodal_loads
+from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, combine
 from ..structure.topology import Group
-from ..structure.tree import ABOUT, ALONG, Branch, Edge
+from ..structure.tree import Branch
 from .member_field import deflection, end_loads, internal_forces
 
 if TYPE_CHECKING:

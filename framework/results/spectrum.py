@@ -14,14 +14,6 @@ from ..error_bounds.kinematics import Real
 # Above this many unknowns a single frame goes the sparse way.
 DENSE = 400
 
-# Roundings, for the square root of its size, below which an eigenvalue of a matrix with unit diagonal is zero.
-_ROUNDINGS = 8.0
-
-
-def zero_eigenvalue(size: int) -> float:
-    """What counts as zero among the eigenvalues of a matrix with unit diagonal."""
-    return _ROUNDINGS * float(np.sqrt(size) * np.finfo(float).eps)
-
 
 def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
     """L of ``D K D = L L^T`` with unit diagonal, (..., n, n), and D's diagonal, (..., n), by QR of the deformations.

@@ -12,11 +12,12 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..dofs import DISPLACEMENTS
 from ..solvers.lu import LUFactor
+from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from ..structure.matrices import Matrices
 from . import dense
 from .dense import Entries
-from .spectrum import DENSE, zero_eigenvalue
+from .spectrum import DENSE
 
 # Motions below this share of the largest are not named, and no more than so many nodes are.
 _NAMED = 0.05

@@ -12,9 +12,9 @@ from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import Equilibrium
 from ..error_bounds.hanging import MEMBER
 from ..structure.assembly import hung_weights
+from ..structure.edge import GROUND
 from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group, Index, Topology
-from ..structure.tree import GROUND
 from . import dense
 from .geometric import of_arm, of_end_moments, of_link, of_load_between
 from .link_forces import link_forces, link_roundings

@@ -22,7 +22,7 @@ from ..error_bounds.deformations import Springs
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
 from ..states import SolutionState
-from ..structure.tree import GROUND
+from ..structure.edge import GROUND
 from .geometric import of_link
 from .link_forces import link_forces
 

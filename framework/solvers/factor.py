@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, eye
 
 from ..batch import Array
-from ..results.spectrum import zero_eigenvalue
+from .rounding import zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
 _ITERATIONS = 4

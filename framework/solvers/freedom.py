@@ -13,8 +13,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..batch import Array
+from ..structure.edge import GROUND
 from ..structure.topology import Index
-from ..structure.tree import GROUND
 from .factor import Factor
 
 if TYPE_CHECKING:

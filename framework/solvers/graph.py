@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,9 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from ..batch import Array
 from ..structure.parts import Row, unknowns
-from ..structure.topology import Index
+from ..structure.topology import Index, Topology
+from ..structure.tree import Tree
 from .dissection import Dissection, dissect
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
 
 
 class Graph:
@@ -24,13 +22,17 @@ class Graph:
 
     Parameters
     ----------
-    plan
-        The compiled frame; its first batch entry gives the positions.
+    topology
+        Nodes and members; the first batch entry gives the positions.
+    tree
+        What each node's displacement is made of.
+    unknowns
+        Numbers of the unknowns.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        self.topology, self.tree = plan.topology, plan.tree
-        self.unknown: Index = np.array(plan.unknowns, dtype=np.int64)
+    def __init__(self, topology: Topology, tree: Tree, unknowns: Sequence[int]) -> None:
+        self.topology, self.tree = topology, tree
+        self.unknown: Index = np.array(unknowns, dtype=np.int64)
         self.node = self.unknown // 6
 
     @cached_property

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix, diags
 
 from ..batch import Array
-from ..results.spectrum import zero_eigenvalue
 from ..structure.topology import Index
 from .dissection import bisected
 from .factor import MOTIONS, SUSPECT, Factor
 from .lu import LUFactor
+from .rounding import zero_eigenvalue
 
 # Nodes of a rigid piece.
 PIECE = 100

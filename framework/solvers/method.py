@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
+from ..description import Description
 from ..errors import FrameError
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
+from .graph import Graph
 
 BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
 
@@ -42,6 +41,32 @@ class Method:
     reason: str
 
 
+class Compiled(Protocol):
+    """What the choice depends on: a plan."""
+
+    frame: Description
+
+    @property
+    def constant(self) -> bool:
+        """Whether the stiffness does not vary over the batch."""
+        ...
+
+    @property
+    def large(self) -> bool:
+        """Whether this is one large frame."""
+        ...
+
+    @property
+    def unknowns(self) -> list[int]:
+        """All unknowns."""
+        ...
+
+    @property
+    def graph(self) -> Graph:
+        """Nodes and their coupling."""
+        ...
+
+
 def available() -> bool:
     """Whether cvxopt, and with it CHOLMOD, is installed."""
     return find_spec("cvxopt") is not None
@@ -62,7 +87,7 @@ def checked(name: str | None) -> str | None:
     return name
 
 
-def choose(plan: Plan, asked: str | None) -> Method:
+def choose(plan: Compiled, asked: str | None) -> Method:
     """The way for a plan: the one asked for, or the one that promises to be fastest.
 
     Raises
@@ -86,7 +111,7 @@ def choose(plan: Plan, asked: str | None) -> Method:
     return _fastest(plan)
 
 
-def _fastest(plan: Plan) -> Method:
+def _fastest(plan: Compiled) -> Method:
     graph, cases = plan.graph, int(np.prod(plan.frame.shape, dtype=np.int64))
     factor, size = graph.dissection, len(plan.unknowns)
     direct = CHOLESKY if available() else SPARSE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,6 @@ from .member_loads import applied_forces, equivalent, weight_forces
 from .parts import Grid, Knowns, Value, add, combine, is_zero
 from .topology import Group, Index, Topology
 from .varying import Varying
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
 
 # Batch entries whose loads on members are computed together.
 _SLICE = 2**13
@@ -169,12 +166,12 @@ def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
                 yield group, at, equivalent(group, at, applied_forces(topology, group, position))
 
 
-def point_masses(plan: Plan) -> Iterator[tuple[int, Array]]:
+def point_masses(topology: Topology) -> Iterator[tuple[int, Array]]:
     """Masses at nodes: node number, and matrix (..., 6, 6) in the node's axes."""
-    for point in plan.frame.masses.values():
-        node = plan.topology.number[point.node]
-        matrix = aligned(point.element.mass_matrix(), len(plan.frame.shape), 2)
-        axes = plan.topology.axes(node)
+    for point in topology.frame.masses.values():
+        node = topology.number[point.node]
+        matrix = aligned(point.element.mass_matrix(), len(topology.frame.shape), 2)
+        axes = topology.axes(node)
         if axes is not None:
             turn = block_diagonal((axes, axes))
             matrix = np.swapaxes(turn, -1, -2) @ matrix @ turn

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import FrameError
+from .edge import Edge
 from .parts import Knowns, Row, Value, add_row, combine, unknowns
-
-if TYPE_CHECKING:
-    from .tree import Edge
 
 # A coefficient smaller than this share of what such coefficients are made of is rounding.
 _ROUNDING = 1e-11

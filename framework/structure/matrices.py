@@ -53,7 +53,7 @@ class Matrices:
     @cached_property
     def mass(self) -> csr_matrix:
         """T^T M T of members and point masses, (n, n)."""
-        points = point_masses(self.plan)
+        points = point_masses(self.plan.topology)
         stacks: list[Stack] = [(np.array([[node]]), matrix[None].__getitem__) for node, matrix in points]
         return self.reduced([(group.nodes, group.mass) for group in self.plan.topology.groups] + stacks)
 

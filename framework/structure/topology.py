@@ -17,7 +17,7 @@ from ..protocol import LineElement, changed
 from .group import Group, Index
 
 if TYPE_CHECKING:
-    from ..frame import Frame, Node
+    from ..description import Description, Node
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
@@ -49,14 +49,14 @@ class Topology:
         Node numbers of all pieces, (pieces, 2).
     """
 
-    frame: Frame
+    frame: Description
     number: dict[str, int]
     bodies: list[str | None]
     counts: Index
     ends: Index
 
     @classmethod
-    def of(cls, frame: Frame, *, cut: bool) -> Topology:
+    def of(cls, frame: Description, *, cut: bool) -> Topology:
         """Number the nodes of a frame and, for what needs it, `cut` its members into their segments.
 
         Statics needs no cut where one piece is exact.
@@ -249,7 +249,7 @@ def _shared(start: Node, end: Node) -> str | None:
     return start.body if start.body == end.body else None
 
 
-def _sides(frame: Frame) -> tuple[list[str], list[str]]:
+def _sides(frame: Description) -> tuple[list[str], list[str]]:
     """Start and end nodes of the members."""
     members = frame.members.values()
     return [member.start for member in members], [member.end for member in members]

@@ -13,75 +13,18 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..batch import Array, aligned
-from ..frame import Frame, Tie
+from ..description import Description, Tie
 from .constraints import Constraint, Elimination, eliminate
+from .edge import ABOUT, ALONG, GROUND, Edge
 from .parts import Grid, Knowns, Row, Value, add_row, combine, is_zero
 from .topology import Topology
 
-GROUND = -1
-# Components that a screw couples: uz and rz in the joint's axes.
-ALONG, ABOUT = 2, 5
 # Columns are axes; None stands for the global ones.
 Matrix3 = list[list[Value]] | None
 _SIX = range(6)
 _NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
-
-
-@dataclass(frozen=True)
-class Edge:
-    """Connection between two nodes (or the ground): six springs from 0 to inf between them.
-
-    Attributes
-    ----------
-    name
-        The joint, or the node supported; None for ties.
-    kind
-        ``joint``, ``support``, ``rigid`` or ``tie``.
-    first, second
-        Node numbers, GROUND for the ground.
-    ideal
-        Components that are held.
-    stiffness
-        By component, 0.0 where there is no spring.
-    axes
-        (..., 3, 3) as columns, None for the global ones.
-    offset
-        Imposed relative displacement by component, over the known numbers.
-    pitch
-        Advance along z per radian about z.
-    """
-
-    name: str | None
-    kind: str
-    first: int
-    second: int
-    ideal: tuple[int, ...]
-    stiffness: tuple[Value, ...]
-    axes: Array | None
-    offset: tuple[Row, ...]
-    pitch: Value = 0.0
-
-    @property
-    def strength(self) -> tuple[int, float]:
-        """Sorts what had better be in the tree: most ideal components, then the stiffest."""
-        return len(self.ideal), max(k if isinstance(k, float) else float(np.max(k)) for k in self.stiffness)
-
-    @property
-    def softest(self) -> NDArray[np.bool_]:
-        """Components of rotation that turn first, (3,): those of the softest springs."""
-        most = [np.inf if k in self.ideal else float(np.max(self.stiffness[k])) for k in (3, 4, 5)]
-        return np.array([value == min(most) for value in most])
-
-    def elastic(self, moved: list[Row]) -> list[Row]:
-        """What of the relative displacement `moved` is neither imposed nor the advance of a screw."""
-        out = [dict(row) for row in moved]
-        for row, offset in zip(out, self.offset, strict=True):
-            add_row(row, offset, -1.0)
-        add_row(out[ALONG], moved[ABOUT], combine([(-1.0, self.pitch)]))
-        return out
 
 
 @dataclass(frozen=True)
@@ -262,7 +205,7 @@ def edges_of(topology: Topology, knowns: Knowns) -> list[Edge]:
     return joints + ties + [_support(frame, knowns, node, number) for node in frame.supports]
 
 
-def _joints(frame: Frame, knowns: Knowns, number: dict[str, int]) -> list[Edge]:
+def _joints(frame: Description, knowns: Knowns, number: dict[str, int]) -> list[Edge]:
     links = frame.joints.values()
     ideal = np.array([np.isinf(link.element.stiffness.reshape(-1, 6)[:1]).any(axis=0) for link in links])
     held = [tuple(k for k in _SIX if row[k]) for row in ideal.tolist()]
@@ -289,7 +232,7 @@ def _tie(tie: Tie, number: dict[str, int]) -> Edge:
     return Edge(None, kind, number[tie.master], number[tie.slave], tie.components, (0.0,) * 6, None, _NONE)
 
 
-def _support(frame: Frame, knowns: Knowns, node: str, number: dict[str, int]) -> Edge:
+def _support(frame: Description, knowns: Knowns, node: str, number: dict[str, int]) -> Edge:
     held = frame.supports[node]
     ideal = tuple(sorted(held))
     return Edge(node, "support", GROUND, number[node], ideal, (0.0,) * 6, None, _offset(knowns, held))

@@ -212,7 +212,7 @@ def test_too_large_a_factor_is_not_held(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(block_module, "HOLD", 0)
     frame = tower(4)
     first = frame.solve().displacement("n3")
-    assert frame.kept is not None
+    assert isinstance(frame.kept, plan_module.Plan)
     assert not frame.kept.factors
     frame.load("n4", fx=10.0)
     again = frame.solve()

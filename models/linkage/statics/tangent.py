@@ -19,9 +19,10 @@ from ....framework.batched.plan import Plan
 from ....framework.errors import FrameError
 from ....framework.results import dense
 from ....framework.results.shapes import check_count
-from ....framework.results.spectrum import inverse_pencil, zero_eigenvalue
+from ....framework.results.spectrum import inverse_pencil
 from ....framework.results.under_load import geometric_stiffness
 from ....framework.solution import Solution
+from ....framework.solvers.rounding import zero_eigenvalue
 from ....framework.states import SolutionState, among
 from .frame import Builder
 from .loading import add_loads

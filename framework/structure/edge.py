@@ -1,0 +1,69 @@
+"""What joints, rigid links, ties and supports are alike: springs and held components between two nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from .parts import Row, Value, add_row, combine
+
+GROUND = -1
+# Components that a screw couples: uz and rz in the joint's axes.
+ALONG, ABOUT = 2, 5
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Connection between two nodes (or the ground): six springs from 0 to inf between them.
+
+    Attributes
+    ----------
+    name
+        The joint, or the node supported; None for ties.
+    kind
+        ``joint``, ``support``, ``rigid`` or ``tie``.
+    first, second
+        Node numbers, GROUND for the ground.
+    ideal
+        Components that are held.
+    stiffness
+        By component, 0.0 where there is no spring.
+    axes
+        (..., 3, 3) as columns, None for the global ones.
+    offset
+        Imposed relative displacement by component, over the known numbers.
+    pitch
+        Advance along z per radian about z.
+    """
+
+    name: str | None
+    kind: str
+    first: int
+    second: int
+    ideal: tuple[int, ...]
+    stiffness: tuple[Value, ...]
+    axes: Array | None
+    offset: tuple[Row, ...]
+    pitch: Value = 0.0
+
+    @property
+    def strength(self) -> tuple[int, float]:
+        """Sorts what had better be in the tree: most ideal components, then the stiffest."""
+        return len(self.ideal), max(k if isinstance(k, float) else float(np.max(k)) for k in self.stiffness)
+
+    @property
+    def softest(self) -> NDArray[np.bool_]:
+        """Components of rotation that turn first, (3,): those of the softest springs."""
+        most = [np.inf if k in self.ideal else float(np.max(self.stiffness[k])) for k in (3, 4, 5)]
+        return np.array([value == min(most) for value in most])
+
+    def elastic(self, moved: list[Row]) -> list[Row]:
+        """What of the relative displacement `moved` is neither imposed nor the advance of a screw."""
+        out = [dict(row) for row in moved]
+        for row, offset in zip(out, self.offset, strict=True):
+            add_row(row, offset, -1.0)
+        add_row(out[ALONG], moved[ABOUT], combine([(-1.0, self.pitch)]))
+        return out
