@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .batched.broadcast import BroadcastSolver
 from .batched.chunks import large_masks, steps
 from .batched.order import Order
 from .batched.plan import Plan
-from .clearances.clearance import loose_joints
+from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import STATES
+from .description import Description
 from .dofs import DISPLACEMENTS
+from .results.linear import LinearResults
 from .structure.parts import Grid
-
-if TYPE_CHECKING:
-    from .solution import Solution
 
 # Operations a second of one core on arrays that its cache holds, as order of magnitude for the estimate.
 RATE = 1e9
@@ -24,7 +21,7 @@ RATE = 1e9
 _NAMED = 4
 
 
-def explain(solution: Solution) -> str:
+def explain(solution: LinearResults, clearances: Clearances | None) -> str:
     """What will be built, at which batch shapes, what is skipped and why; and the times of what has been done."""
     plan, solver = solution.plan, solution.solver
     lines = [*_described(plan), *_coordinates(plan)]
@@ -32,7 +29,7 @@ def explain(solution: Solution) -> str:
         lines += [f"Method: {plan.method.reason}.", *_components(plan, solver)]
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
-    lines += _idle(solution) + _clearances(solution)
+    lines += _idle(solution) + _clearances(solution.frame, clearances)
     return "\n".join([*lines, *_left_out(), *_times(plan)])
 
 
@@ -134,7 +131,7 @@ def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
     return f"  About {1e3 * seconds:.2g} ms of arithmetic, {where}."
 
 
-def _idle(solution: Solution) -> list[str]:
+def _idle(solution: LinearResults) -> list[str]:
     """Once it is known."""
     idle = vars(solution).get("idle")
     if idle is None:
@@ -145,10 +142,9 @@ def _idle(solution: Solution) -> list[str]:
     ]
 
 
-def _clearances(solution: Solution) -> list[str]:
-    resting = solution.clearances
+def _clearances(frame: Description, resting: Clearances | None) -> list[str]:
     if resting is None:
-        loose = loose_joints(solution.frame)
+        loose = loose_joints(frame)
         return [f"Clearances of {len(loose)} joints are left out: {', '.join(loose)}."] if loose else []
     equilibrium = not resting.rest.stiffness.any()
     lines = [

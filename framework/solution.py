@@ -5,9 +5,9 @@ from __future__ import annotations
 import copy
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,27 +19,31 @@ from .batched.reuse import same_structure
 from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, UNRESOLVED, Contact
 from .description import Description
+from .error_bounds.asked import checked as checked_kind
+from .error_bounds.bounds import Bounds
+from .error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
+from .error_bounds.sensitivity import Sensitivity, sensitivity
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
+from .explain import explain
 from .provenance import regular_there, with_origin
-from .results.base import Results, checked_fractions
+from .results.base import checked_fractions
+from .results.conditioning import scaled, usual
+from .results.idle import Idle, idle
 from .results.parts import of_joint, of_member, of_node, of_part
 from .results.recovery import Recovery
+from .results.saved import SavedResults
+from .results.singular import FreeMotion, free_motion
+from .results.status import describe
 from .results.together import Together
+from .results.validity import LINEAR, nonlinearity
 from .solvers.method import BROADCAST, checked, choose
 from .solvers.sparse import SparseSolver
 from .states import SolutionState, States, put, states_of, words
 from .structure.parts import Row
 
-if TYPE_CHECKING:
-    from .error_bounds.bounds import Bounds
-    from .error_bounds.resolved import Solved
-    from .error_bounds.sensitivity import Sensitivity
-    from .results.idle import Idle
-    from .results.singular import FreeMotion
 
-
-class Solution(Results):
+class Solution(SavedResults):
     """Displacements, reactions and forces of a solved frame, each of the frame's batch shape.
 
     Obtained from ``frame.solve()``. Entries that loads move without resistance hold NaN and say so in `status`; a
@@ -106,7 +110,7 @@ class Solution(Results):
         tight = cls(described, plan)
         if not (clearance and loose_joints(described)):
             return tight
-        resting = Clearances(described, tight)
+        resting = Clearances(described, tight, cls.of)
         return cls(described, Plan(resting.offsets(), method=plan.asked), resting)
 
     def __getstate__(self) -> dict[str, object]:
@@ -174,8 +178,8 @@ class Solution(Results):
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
-    forces = of_part(of_member)(Results.forces)
-    stress = of_part(of_member)(Results.stress)
+    forces = of_part(of_member)(SavedResults.forces)
+    stress = of_part(of_member)(SavedResults.stress)
 
     @of_part(of_member)
     def end_forces(self, member: str) -> Array:
@@ -400,8 +404,6 @@ class Solution(Results):
         FrameError
             Where the name, the component or the kind of result is unknown.
         """
-        from .error_bounds.sensitivity import sensitivity
-
         name, _ = self._asked(name, of)
         return sensitivity(self, name, component, of)
 
@@ -418,8 +420,6 @@ class Solution(Results):
         FrameError
             If the batch has no such entry.
         """
-        from .results.status import describe
-
         return describe(self.plan, one_entry(self.shape, entry, "mechanism"))
 
     def free_motion(self, *entry: int) -> FreeMotion:
@@ -435,8 +435,6 @@ class Solution(Results):
         FrameError
             If the batch has no such entry.
         """
-        from .results.singular import free_motion
-
         at = one_entry(self.shape, entry, "free_motion")
         return free_motion(self.plan, at, solvable=not self._singular[at])
 
@@ -457,34 +455,24 @@ class Solution(Results):
         From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
         `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.
         """
-        from .results.validity import nonlinearity
-
         return self._read("nonlinearity", lambda: nonlinearity(self))
 
     @property
     def linear(self) -> NDArray[np.bool_]:
         """Whether linear mechanics holds, (...): where `nonlinearity` is below 0.05."""
-        from .results.validity import LINEAR
-
         return self.nonlinearity() < LINEAR
 
     def condition_number(self) -> Array:
         """2-norm condition number of K, assembled in the usual way with joints as springs between nodes, (...)."""
-        from .results.conditioning import usual
-
         return self._read("condition", lambda: usual(self.plan))
 
     def scaled_condition_number(self) -> Array:
         """2-norm condition number of K in joint-relative coordinates after scaling its diagonal to one, (...)."""
-        from .results.conditioning import scaled
-
         return self._read("scaled", lambda: scaled(self.plan))
 
     def explain(self) -> str:
         """What is built at which batch shapes, what is skipped, and why, in plain words."""
-        from .explain import explain
-
-        return explain(self)
+        return explain(self, self.clearances)
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
@@ -519,6 +507,22 @@ class Solution(Results):
             part._known, part.solver = self._known, self.solver.only(plan)
         return self._parts[plan]
 
+    def reaching(self, unknowns: Iterable[int]) -> Solution:
+        """The solution with what is coupled with these unknowns solved for too, though no load reaches it.
+
+        Parameters
+        ----------
+        unknowns
+            Numbers of unknowns.
+        """
+        solver = self.solver.reaching(unknowns)
+        if solver is self.solver:
+            return self
+        plan = solver.plan if isinstance(solver, BroadcastSolver) else self.plan
+        twin = type(self)(self.frame, plan, self.clearances)
+        twin.solver = solver
+        return twin
+
     def stacked(self, rows: Sequence[Row]) -> Array:
         """Values of combinations of unknowns and known numbers as one array of the batch shape.
 
@@ -543,8 +547,6 @@ class Solution(Results):
 
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
-        from .error_bounds.resolved import ResolvedLarge
-
         count = len(self.plan.topology.number)
         if isinstance(self.solver, SparseSolver) and self.idle is None:
             better = self.resolved
@@ -556,8 +558,6 @@ class Solution(Results):
     @cached_property
     def resolved(self) -> Solved | None:
         """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
-        from .error_bounds.resolved import MOST, Resolved, ResolvedLarge
-
         if self.clearances is not None:
             return None
         found: Solved
@@ -575,8 +575,6 @@ class Solution(Results):
     @cached_property
     def idle(self) -> Idle | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        from .results.idle import idle
-
         found = self.solver.singular(excited=True)
         if self.resolved is not None:
             found = found & ~self.resolved.mask
@@ -585,8 +583,6 @@ class Solution(Results):
     @cached_property
     def bounds(self) -> Bounds:
         """Estimates of the error of results."""
-        from .error_bounds.bounds import Bounds
-
         return Bounds(self)
 
     @cached_property
@@ -621,14 +617,12 @@ class Solution(Results):
 
     def _asked(self, name: str, of: str) -> tuple[str, Array]:
         """The name in the description of what is asked for, and the result."""
-        from .error_bounds.asked import checked
-
         if self.clearances is not None:
             raise FrameError(
                 "bounds, refinement and sensitivities are those of a linear solution, and this one has contacts in its "
                 "joints' clearances: ask frame.solve(clearance=False), with frame.offset where the journals rest"
             )
-        result: Array = getattr(self, checked(of))(name)
+        result: Array = getattr(self, checked_kind(of))(name)
         return self.frame.aliases.get(name, name) if of in ("displacement", "reaction") else name, result
 
     def _present(self, array: Array, mask: float = np.nan) -> Array:

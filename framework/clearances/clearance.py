@@ -15,23 +15,20 @@ from __future__ import annotations
 
 import warnings
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, aligned, turned
+from ..batched.plan import Plan
 from ..batched.stage import collapsed
 from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import MechanismWarning
+from ..results.linear import LinearResults
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .resting import Play, Rest
-from .unit_offsets import against_offsets
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
-    from ..solution import Solution
+from .unit_offsets import Solve, against_offsets
 
 
 def loose_joints(frame: Description) -> list[str]:
@@ -48,6 +45,8 @@ class Clearances:
         The frame.
     tight
         Its solution without clearances.
+    solve
+        Makes such a solution of a description.
 
     Attributes
     ----------
@@ -57,7 +56,7 @@ class Clearances:
         Where their journals rest.
     """
 
-    def __init__(self, frame: Description, tight: Solution) -> None:
+    def __init__(self, frame: Description, tight: LinearResults, solve: Solve) -> None:
         self.frame, self.names = frame, loose_joints(frame)
         joints = [frame.joints[name].element for name in self.names]
         own = np.repeat(np.arange(len(joints)), [len(joint.play) for joint in joints])
@@ -68,7 +67,7 @@ class Clearances:
             force = np.stack([tight.joint_force(name)[..., k] for name, k in play.pairs])
         self._singular = np.asarray(np.isnan(force).any(axis=0))
         loaded = np.any(force.reshape(len(force), -1) != 0.0, axis=1)
-        self._resistance = against_offsets(frame, play, loaded)
+        self._resistance = against_offsets(frame, play, loaded, solve)
         radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
         force = np.nan_to_num(force) if self._singular.any() else force
         resistance = self._resistance.stiffness, self._resistance.members

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,11 @@ from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError, MechanismWarning
 from ..protocol import JointElement
+from ..results.linear import LinearResults
 from ..structure.parts import total
 from .resting import Play
+
+Solve = Callable[[Description], LinearResults]
 
 # A stiffness against offsets below this share of the members' is the rounding of none.
 _LOOSE = 1e-13
@@ -41,7 +45,7 @@ class Resistance:
     unknown: NDArray[np.bool_]
 
 
-def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_]) -> Resistance:
+def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_], solve: Solve) -> Resistance:
     """How a frame resists offsets in its joints.
 
     Whether a force comes of an offset at all depends on the geometry, not on how stiff the springs are. So it is asked
@@ -55,6 +59,8 @@ def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_]) -
         Components of its joints.
     loaded
         Which of them bear a force anywhere in the batch, (n,): only those count where the others move a mechanism.
+    solve
+        Makes the linear solution of a description, without clearances.
 
     Raises
     ------
@@ -64,10 +70,10 @@ def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_]) -
     joints = {name: joint.element for name, joint in frame.joints.items()}
     if all(_alike(element) for element in joints.values()):
         typical = {name: element.typical() for name, element in joints.items()}
-        found = _answer(frame, typical, play, loaded)
+        found = _answer(frame, typical, play, loaded, solve)
         if not found.stiffness.any() or all(element.stiffness.size == 6 for element in joints.values()):
             return found
-    return _answer(frame, joints, play, loaded)
+    return _answer(frame, joints, play, loaded, solve)
 
 
 def _alike(element: JointElement) -> bool:
@@ -76,15 +82,17 @@ def _alike(element: JointElement) -> bool:
     return bool(np.all(free.all(axis=0) == free.any(axis=0)))
 
 
-def _answer(frame: Description, joints: dict[str, JointElement], play: Play, loaded: NDArray[np.bool_]) -> Resistance:
+def _answer(
+    frame: Description, joints: dict[str, JointElement], play: Play, loaded: NDArray[np.bool_], solve: Solve
+) -> Resistance:
     count = len(play.pairs)
-    found, plan = _falls(_bare(frame, joints), play, np.ones(count, dtype=bool))
+    found, plan = _falls(_bare(frame, joints), play, np.ones(count, dtype=bool), solve)
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
     members = _members(plan, play)
     root = np.sqrt(members)
     least = _LOOSE * root[:, None] * root
     if unknown.any() and not loaded.all():
-        found, _ = _falls(_bare(frame, joints), play, loaded)
+        found, _ = _falls(_bare(frame, joints), play, loaded, solve)
         apart = loaded[:, None] & loaded
         coupled = np.abs(np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), 0.0, found)) > least
         unknown = np.asarray(np.isnan(found).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
@@ -99,17 +107,15 @@ def _answer(frame: Description, joints: dict[str, JointElement], play: Play, loa
     )
 
 
-def _falls(bare: Description, play: Play, asked: NDArray[np.bool_]) -> tuple[Array, Plan]:
+def _falls(bare: Description, play: Play, asked: NDArray[np.bool_], solve: Solve) -> tuple[Array, Plan]:
     """Fall of the forces for a unit offset in each component that is `asked` for, (n, n, ...); NaN at mechanisms."""
-    from ..solution import Solution
-
     count = len(play.pairs)
     unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))
     for index in np.flatnonzero(asked):
         name, k = play.pairs[index]
         bare.offset(name, **{DISPLACEMENTS[k]: unit[index]})
     try:
-        solution = Solution.of(bare)
+        solution = solve(bare)
     except FrameError as error:
         raise FrameError(
             f"joints {', '.join(play.names)} have clearance, but ideal ones among them close a loop of rigid links, in "

@@ -14,26 +14,23 @@ Acta Numerica 10 (2001) 1-102; residuals in extended precision: Rump, Acta Numer
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.broadcast import BroadcastSolver
+from ..results.linear import LinearResults
 from .adjoint import Adjoint
 from .asked import asked
 from .compliance import Compliance, DenseCompliance, SparseCompliance
 from .equilibrium import Equilibrium, Statics
 from .kinematics import Real, extended
-from .reached import reaching
 from .resolved import MOST, excited, groups, hard, rest
-
-if TYPE_CHECKING:
-    from ..solution import Solution
 
 # Least eigenvalue below which an entry is taken up in extended precision.
 HARD = 1e-10
@@ -81,7 +78,7 @@ class Bounds:
         The solution.
     """
 
-    def __init__(self, solution: Solution) -> None:
+    def __init__(self, solution: LinearResults) -> None:
         self.solution, self.plan = solution, solution.plan
         shape = self.plan.frame.shape
         self.axis = int(np.argmax(shape)) if shape else 0
@@ -112,7 +109,7 @@ class Bounds:
     def distance(self) -> Array:
         """Least singular value of the scaled deformations by what the loads reach, by all unknowns where none do."""
         if not self._values[0] and self.plan.unknowns:
-            return reaching(self.solution, self.plan.unknowns).bounds.distance()
+            return Bounds(self.solution.reaching(self.plan.unknowns)).distance()
         out: Array = np.ones(self.solution.shape)
         with np.errstate(all="ignore"):
             for index in range(self._count):
@@ -224,6 +221,19 @@ class Bounds:
         if idle is not None:
             values[idle.mask] = idle.values([{key: 1.0} for key in unknowns])
         return unknowns, values
+
+
+class BoundedResults(LinearResults, Protocol):
+    """A linear solution with estimates of its error."""
+
+    @property
+    def bounds(self) -> Bounds:
+        """Estimates of the error of results."""
+        ...
+
+    def reaching(self, unknowns: Iterable[int]) -> BoundedResults:
+        """The same with what is coupled with these unknowns solved for too."""
+        ...
 
 
 def _upwards(bound: Real) -> Array:

@@ -2,41 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from ..batched.broadcast import BroadcastSolver
 from .adjoint import unit_forces
 from .asked import asked
+from .bounds import BoundedResults
 from .equilibrium import Equilibrium
 from .kinematics import extended
 
-if TYPE_CHECKING:
-    from ..solution import Solution
 
-
-def reaching(solution: Solution, unknowns: Iterable[int]) -> Solution:
-    """The solution with what is coupled with these unknowns solved for too, though no load reaches it.
-
-    Parameters
-    ----------
-    solution
-        A linear solution, which leaves out what rests.
-    unknowns
-        Numbers of unknowns.
-    """
-    solver = solution.solver.reaching(unknowns)
-    if solver is solution.solver:
-        return solution
-    plan = solver.plan if isinstance(solver, BroadcastSolver) else solution.plan
-    twin = type(solution)(solution.frame, plan, solution.clearances)
-    twin.solver = solver
-    return twin
-
-
-def worked_on(solution: Solution, name: str, kind: str, index: int) -> list[int]:
+def worked_on(solution: BoundedResults, name: str, kind: str, index: int) -> list[int]:
     """Unknowns on which the force acts that does work equal to one component of a result.
 
     Parameters

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +19,8 @@ from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from .adjoint import Adjoint
 from .asked import checked
-from .reached import reaching, worked_on
-
-if TYPE_CHECKING:
-    from ..solution import Solution
+from .bounds import BoundedResults
+from .reached import worked_on
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class Sensitivity:
     members: dict[str, Array]
 
 
-def sensitivity(solution: Solution, name: str, what: str, kind: str) -> Sensitivity:
+def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Sensitivity:
     """Derivatives of one component of a result.
 
     Parameters
@@ -71,7 +69,7 @@ def sensitivity(solution: Solution, name: str, what: str, kind: str) -> Sensitiv
         raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
     index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)
     # By loads and offsets a result has derivatives even where all of them are zero, and nothing was solved for.
-    solution = reaching(solution, worked_on(solution, name, kind, index))
+    solution = solution.reaching(worked_on(solution, name, kind, index))
     getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
     for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,20 +9,17 @@ from ..batch import Array, aligned, turned
 from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
 from ..clearances.resting import UNLOADED
 from . import rotation
+from .equations import Equations
 from .numbers import batch_first
+from .results import LargeResults
 from .start import TOUCHING
 from .state import State
-
-if TYPE_CHECKING:
-    from .equations import Equations
-    from .solution import LargeSolution
-
 
 # Largest unbalanced force over the largest force of an equilibrium that is beyond doubt.
 _BALANCED = 1e-6
 
 
-def contact(solution: LargeSolution, name: str, number: int) -> Contact:
+def contact(solution: LargeResults, name: str, number: int) -> Contact:
     """Where a joint (of this number) is in contact, and how hard it is pressed; its axes turned with its first node."""
     frame, joint = solution.frame, solution.frame.joints[name]
     play = list(joint.element.play)
@@ -70,7 +65,7 @@ def touched(equations: Equations, state: State) -> State:
     return state
 
 
-def unbalanced(solution: LargeSolution) -> NDArray[np.bool_]:
+def unbalanced(solution: LargeResults) -> NDArray[np.bool_]:
     """Where forces are left that are not small, and more than rounding or with a journal not pressed, (entries,).
 
     Nothing resists such a journal, and forces below the rounding of others may still drive it.
@@ -91,13 +86,13 @@ def unbalanced(solution: LargeSolution) -> NDArray[np.bool_]:
     return poor & more
 
 
-def _beyond(solution: LargeSolution, number: int) -> Array:
+def _beyond(solution: LargeResults, number: int) -> Array:
     """Displacement of a joint beyond its imposed offset (6, m)."""
     equations = solution.equations
     return equations.own(solution.displaced, number) - solution.model.edges[number].offset.at(equations.where)
 
 
-def _closed(solution: LargeSolution, number: int, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _closed(solution: LargeResults, number: int, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Whether a joint is pressed: a rigid one by its force, one with a stiffness where it is `beyond` its play."""
     if number not in solution.model.contacts:
         return beyond
@@ -107,14 +102,14 @@ def _closed(solution: LargeSolution, number: int, beyond: NDArray[np.bool_]) -> 
     return pressed.reshape(beyond.shape)
 
 
-def _vector(solution: LargeSolution, play: list[int], values: Array) -> Array:
+def _vector(solution: LargeResults, play: list[int], values: Array) -> Array:
     """Values by component with play, (n, m), as vectors in the joint's axes, (..., 3)."""
     out = np.zeros((3, values.shape[-1]))
     out[[k % 3 for k in play]] = values
     return batch_first(out, solution.shape, 1)
 
 
-def _turned(solution: LargeSolution, name: str, along: Array) -> Array:
+def _turned(solution: LargeResults, name: str, along: Array) -> Array:
     """Vectors in a joint's axes as global ones, (..., 3)."""
     frame, joint = solution.frame, solution.frame.joints[name]
     axes = joint.element.axes

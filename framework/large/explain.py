@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..clearances.clearance import loose_joints
 from .elimination import LARGE
-
-if TYPE_CHECKING:
-    from .solution import LargeSolution
+from .results import LargeResults
 
 _PLANES = {5: "xy", 4: "xz", 3: "yz"}
 
 
-def explain(solution: LargeSolution, steps: int) -> str:
+def explain(solution: LargeResults, steps: int) -> str:
     """What is built and solved; nothing is computed for it."""
     model, frame = solution.model, solution.frame
     count = int(np.prod(frame.shape, dtype=np.int64))
@@ -37,7 +33,7 @@ def explain(solution: LargeSolution, steps: int) -> str:
     )
 
 
-def _clearances(solution: LargeSolution, loose: list[str]) -> str:
+def _clearances(solution: LargeResults, loose: list[str]) -> str:
     if not loose:
         return "No joint moves in a clearance."
     edges = solution.model.edges

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,13 +11,15 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..clearances.clearance import loose_joints
 from ..clearances.contact import Contact
+from ..description import Description
 from ..errors import FrameError
 from ..provenance import with_origin
-from ..results.base import Results
+from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
 from . import rotation
 from .contact import contact, touched, unbalanced
 from .equations import Equations
+from .explain import explain
 from .found import Found
 from .links import Link
 from .march import History, March
@@ -29,11 +30,8 @@ from .state import SpaceLinear, State
 from .stations import Stations
 from .trust import Trust
 
-if TYPE_CHECKING:
-    from ..description import Description
 
-
-class LargeSolution(Results):
+class LargeSolution(SavedResults):
     """Displacements and forces in an equilibrium at finite displacement and rotation, each of the frame's batch shape.
 
     Obtained from ``frame.solve(large=True)``. Loads keep their direction, moments their axis in space; line loads and
@@ -309,8 +307,6 @@ class LargeSolution(Results):
 
     def explain(self) -> str:
         """What is built and solved, in plain words; nothing is computed for it."""
-        from .explain import explain
-
         return explain(self, self._steps)
 
     # -- inside -----------------------------------------------------------------------------------------------------

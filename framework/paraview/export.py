@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..batch import finite
 from ..errors import FrameError
+from ..results.base import Results
 from .entries import Entry, Index, one, series
 from .files import whole_or_nothing
 from .scene import Part, beams, joints
 from .vtu import write_grid, write_names, write_series
-
-if TYPE_CHECKING:
-    from ..results.base import Results
 
 
 def save(

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import turned
+from ..results.base import Results
 from ..states import SolutionState, among
 from .entries import Index
-
-if TYPE_CHECKING:
-    from ..results.base import Results
 
 Array = NDArray[Any]
 

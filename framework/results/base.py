@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array, Shape, finite
+from ..description import Description
 from ..errors import FrameError
 from ..names import found, plain
 from ..provenance import regular_there
 from ..states import SolutionState, States, among
-
-if TYPE_CHECKING:
-    from ..description import Description
 
 
 class Recovered(Protocol):
@@ -237,40 +234,6 @@ class Results(ABC):
             return np.zeros((*self.shape, 0, *trailing))
         full = [np.broadcast_to(array, (*self.shape, *trailing)) for array in arrays]
         return np.stack(full, axis=len(self.shape))
-
-    def save(
-        self,
-        path: str | Path,
-        *,
-        entry: int | Sequence[int] | None = None,
-        axis: int | None = None,
-        times: ArrayLike | None = None,
-        stations: int = 8,
-    ) -> None:
-        """Write files for ParaView, whole or not at all; `linkframe.framework.paraview.export` says what they hold.
-
-        Parameters
-        ----------
-        path
-            ``name.vtu`` for one batch entry; ``name.pvd`` for those along a batch axis as a time series, with its
-            files in the folder ``name`` beside it. Folders that are missing are made.
-        entry
-            Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
-        axis
-            For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
-        times
-            For a .pvd, increasing times (or angles) of the entries, (n,); their numbers 0, 1, ... by default.
-        stations
-            Cells of a member, so that its curved shape shows.
-
-        Raises
-        ------
-        FrameError
-            If the name ends otherwise, the batch does not fit, or the folder cannot be written.
-        """
-        from ..paraview.export import save
-
-        save(self, path, entry=entry, axis=axis, times=times, stations=stations)
 
     # -- names ------------------------------------------------------------------------------------------------------
 

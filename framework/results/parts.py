@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import wraps
 from inspect import signature
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from ..batch import Array
-
-if TYPE_CHECKING:
-    from ..description import Description
-    from ..solution import Solution
+from ..description import Description
+from .linear import LinearResults
 
 Result = TypeVar("Result", bound=Callable[..., Array])
 
@@ -23,7 +21,7 @@ def of_part(node: Callable[[Description, str], str | None]) -> Callable[[Result]
         first = list(signature(result).parameters)[1]
 
         @wraps(result)
-        def found(self: Solution, *given: Any, **named: Any) -> Array:
+        def found(self: LinearResults, *given: Any, **named: Any) -> Array:
             name = given[0] if given else named.get(first)
             at = node(self.frame, name) if isinstance(name, str) else None
             return result(self.part(at), *given, **named)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,10 +16,8 @@ from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, combine
 from ..structure.topology import Group
 from ..structure.tree import Branch
+from .linear import LinearResults
 from .member_field import deflection, end_loads, internal_forces
-
-if TYPE_CHECKING:
-    from ..solution import Solution
 
 
 class Recovery:
@@ -32,9 +29,9 @@ class Recovery:
         Where the unknowns come from.
     """
 
-    def __init__(self, solution: Solution) -> None:
+    def __init__(self, solution: LinearResults) -> None:
         # Weakly, as the solution holds this: what nobody needs any more is then freed at once, not by the collector.
-        self.solution: Solution = weakref.proxy(solution)
+        self.solution: LinearResults = weakref.proxy(solution)
         self.plan = solution.plan
         self.topology = solution.plan.topology
         self.tree = solution.plan.tree

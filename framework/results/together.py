@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..batch import Array, turned
 from ..errors import FrameError
 from ..structure.topology import Group, Index
+from .linear import LinearResults
 from .member_field import deflection, end_loads, internal_forces
-
-if TYPE_CHECKING:
-    from ..solution import Solution
 
 # A field at stations (k, n, ...) of some pieces of a group, from the displacements and the forces of their ends.
 Field = Callable[[Group, Index, Array, Array, Array], Array]
@@ -30,7 +27,7 @@ class Together:
         Where they come from.
     """
 
-    def __init__(self, solution: Solution) -> None:
+    def __init__(self, solution: LinearResults) -> None:
         self.solution, self.topology = solution, solution.plan.topology
         self.nodal = solution.nodal()
 

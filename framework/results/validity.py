@@ -13,12 +13,14 @@ beside the size of the frame, as in a rigid link pushed along its axis, none of 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..batch import Array, aligned
+from ..error_bounds.bounds import BoundedResults, Part
 from ..error_bounds.deformations import Springs
+from ..error_bounds.equilibrium import Equilibrium
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
 from ..states import SolutionState
@@ -26,18 +28,13 @@ from ..structure.edge import GROUND
 from .geometric import of_link
 from .link_forces import link_forces
 
-if TYPE_CHECKING:
-    from ..error_bounds.bounds import Part
-    from ..error_bounds.equilibrium import Equilibrium
-    from ..solution import Solution
-
 # Relative error above which a linear result is not one to be printed.
 LINEAR = 0.05
 # Displacements below this share of the frame's size are rounding, and so is by how much of themselves they are off.
 _STILL = 1e-13
 
 
-def nonlinearity(solution: Solution) -> Array:
+def nonlinearity(solution: BoundedResults) -> Array:
     """Estimated relative error of a linear solution by its being linear, (...); inf where it is a mechanism."""
     out = np.zeros(solution.shape)
     with np.errstate(all="ignore"):  # of mechanisms

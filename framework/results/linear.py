@@ -1,0 +1,83 @@
+"""What bounds, recovered forces, fields and clearances ask of a linear solution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, Shape
+from ..batched.broadcast import BroadcastSolver
+from ..batched.plan import Plan
+from ..description import Description
+from ..error_bounds.resolved import Solved
+from ..solvers.sparse import SparseSolver
+from ..states import States
+from ..structure.parts import Row
+from .idle import Idle
+
+
+class LinearResults(Protocol):
+    """A linear solution, as `linkframe.framework.Solution` is one."""
+
+    @property
+    def frame(self) -> Description:
+        """The description as it was when solved."""
+        ...
+
+    @property
+    def plan(self) -> Plan:
+        """The compiled frame."""
+        ...
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        ...
+
+    @property
+    def solver(self) -> BroadcastSolver | SparseSolver:
+        """What solves the plan."""
+        ...
+
+    @property
+    def resolved(self) -> Solved | None:
+        """Entries solved in extended precision."""
+        ...
+
+    @property
+    def idle(self) -> Idle | None:
+        """Entries that can move, on whose free motions the loads do no work."""
+        ...
+
+    @property
+    def own_state(self) -> States:
+        """State of each entry, (...)."""
+        ...
+
+    @property
+    def movable(self) -> NDArray[np.bool_]:
+        """Entries in which what the loads reach can move, (...)."""
+        ...
+
+    def part(self, node: str | None) -> LinearResults:
+        """The solution of the part of the frame that a node is in."""
+        ...
+
+    def reaching(self, unknowns: Iterable[int]) -> LinearResults:
+        """The same with what is coupled with these unknowns solved for too."""
+        ...
+
+    def joint_force(self, joint: str) -> Array:
+        """Force and moment that a joint exerts on its first node, in the joint's axes, (..., 6)."""
+        ...
+
+    def stacked(self, rows: Sequence[Row]) -> Array:
+        """Values of n combinations of unknowns and known numbers, (..., n)."""
+        ...
+
+    def nodal(self) -> Array:
+        """Displacements of all nodes in their own axes, (..., nodes, 6)."""
+        ...
