@@ -330,7 +330,7 @@ class Beam(LineElement):
         """
         length = as_real(length)
         if self.end is not None or self.releases:
-            return integrated_mass(self, length)
+            return integrated_mass(replace(self, up=None), length)
         inertia = self._inertia(0.0)
         matrix = np.zeros((*np.broadcast_shapes(np.shape(length), self.sections_shape), 12, 12))
         for i in BARS:
@@ -358,7 +358,7 @@ class Beam(LineElement):
         """
         length, axial = as_real(length), as_real(axial)
         if self.end is not None or self.releases:
-            return integrated_geometric(self, length, axial)
+            return integrated_geometric(replace(self, up=None), length, axial)
         shape = np.broadcast_shapes(np.shape(length), np.shape(axial), self.sections_shape)
         matrix = np.zeros((*shape, 12, 12))
         wagner = axial * (self.section.Iy + self.section.Iz) / self.section.A / length

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from skfem import Basis, BilinearForm, LinearForm
 from skfem.element import DiscreteField
 
 from ..framework.protocol import Array
-
-if TYPE_CHECKING:
-    from .beam import Beam
+from .shaped import ShapedBeam
 
 
 def strains(u: DiscreteField) -> Array:
@@ -63,18 +61,18 @@ def section_forces(u: DiscreteField, rigidity: Array) -> Array:
     return rigidity * strains(u)
 
 
-def rigidity_of(beam: Beam, basis: Basis) -> Array:
+def rigidity_of(beam: ShapedBeam, basis: Basis) -> Array:
     """Rigidities of `beam` at the points of `basis`, (6, elements, points); 0 where there is no flexibility."""
     flexibility = _on_points(basis, beam.section_flexibility(_stations(basis)))
     return np.divide(1.0, flexibility, out=np.zeros_like(flexibility), where=flexibility > 0.0)
 
 
-def inertia_of(beam: Beam, basis: Basis) -> Array:
+def inertia_of(beam: ShapedBeam, basis: Basis) -> Array:
     """Inertias of `beam` at the points of `basis`, (6, elements, points), for `mass`."""
     return _on_points(basis, beam.section_inertia(_stations(basis)))
 
 
-def initial_of(beam: Beam, basis: Basis, axial: Array) -> Array:
+def initial_of(beam: ShapedBeam, basis: Basis, axial: Array) -> Array:
     """Axial force `axial` (...) in `beam` at the points of `basis`, (6, elements, points), for `geometric`."""
     return _on_points(basis, np.asarray(axial)[..., None] * beam.section_sway(_stations(basis)))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from skfem.element import DiscreteField, Element
@@ -10,9 +10,7 @@ from skfem.refdom import RefLine
 
 from ..framework.protocol import Array
 from .arc_length import ArcLengthMapping, chosen
-
-if TYPE_CHECKING:
-    from .beam import Beam
+from .shaped import ShapedBeam
 
 
 class ElementLineFrame(Element):  # type: ignore[misc]
@@ -50,7 +48,7 @@ class ElementLineFrame(Element):  # type: ignore[misc]
     doflocs = np.repeat([[0.0], [1.0]], 6, axis=0)
     refdom = RefLine
 
-    def __init__(self, beam: Beam, shape: tuple[int, ...] | None = None) -> None:
+    def __init__(self, beam: ShapedBeam, shape: tuple[int, ...] | None = None) -> None:
         self.beam = beam
         self.shape = shape
         self._known: tuple[Any, Any, Any, Array, Array] | None = None

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
-
 import numpy as np
 from skfem import Basis, MeshLine1
 from skfem.assembly.form.coo_data import COOData
@@ -15,13 +12,11 @@ from .flexibility import spread_points
 from .forms import geometric, inertia_of, initial_of, mass
 from .line_frame import ElementLineFrame
 from .parameters import Real
-
-if TYPE_CHECKING:
-    from .beam import Beam
+from .shaped import ShapedBeam
 
 
-def integrated_mass(beam: Beam, length: Real) -> Array:
-    """Consistent mass of any beam by quadrature, (..., 12, 12)."""
+def integrated_mass(beam: ShapedBeam, length: Real) -> Array:
+    """Consistent mass of any beam by quadrature, (..., 12, 12), in axes that a chord along x has by default."""
     shape = np.broadcast_shapes(beam.sections_shape, np.shape(length))
     if 0 in shape:
         return np.zeros((*shape, 12, 12))
@@ -29,8 +24,8 @@ def integrated_mass(beam: Beam, length: Real) -> Array:
     return _stack(mass.elemental(basis, inertia=inertia_of(beam, basis)), shape)
 
 
-def integrated_geometric(beam: Beam, length: Real, axial: Real) -> Array:
-    """Geometric stiffness of any beam by quadrature, (..., 12, 12)."""
+def integrated_geometric(beam: ShapedBeam, length: Real, axial: Real) -> Array:
+    """Geometric stiffness of any beam by quadrature, (..., 12, 12), in axes that a chord along x has by default."""
     shape = np.broadcast_shapes(beam.sections_shape, np.shape(length), np.shape(axial))
     if 0 in shape:
         return np.zeros((*shape, 12, 12))
@@ -38,13 +33,13 @@ def integrated_geometric(beam: Beam, length: Real, axial: Real) -> Array:
     return _stack(geometric.elemental(basis, initial=initial_of(beam, basis, np.asarray(axial))), shape)
 
 
-def _detached(beam: Beam, length: Real, shape: tuple[int, ...], intorder: int) -> Basis:
+def _detached(beam: ShapedBeam, length: Real, shape: tuple[int, ...], intorder: int) -> Basis:
     """Basis over one member of each batch entry, each along x from a node of its own to another."""
     lengths = np.broadcast_to(length, shape).ravel()
     points = np.zeros((3, 2 * lengths.size))
     points[0, 1::2] = lengths
     mesh = MeshLine1(points, np.ascontiguousarray(np.arange(2 * lengths.size).reshape(-1, 2).T))
-    element, mapping = ElementLineFrame(replace(beam, up=None), shape), ArcLengthMapping(mesh)
+    element, mapping = ElementLineFrame(beam, shape), ArcLengthMapping(mesh)
     if beam.end is None:
         return Basis(mesh, element, mapping, intorder=intorder, disable_doflocs=True)
     # curves and sections of a taper are no polynomials: the points of its flexibility suit them too

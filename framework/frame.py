@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, overload
+from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 
 from .description import Description
 from .errors import FrameError
-from .large.path import EquilibriumPath, follow
-from .large.solution import LargeSolution
-from .results.buckling import Buckling, buckling
-from .results.modes import Modes, modes
-from .solution import Solution
+
+# What solves is loaded where it is first asked for: it, and SciPy's sparse solvers with it, take longer to load than
+# all that describes a frame.
+if TYPE_CHECKING:
+    from .large.path import EquilibriumPath
+    from .large.solution import LargeSolution
+    from .results.buckling import Buckling
+    from .results.modes import Modes
+    from .solution import Solution
 
 
 @dataclass(eq=False, repr=False)
@@ -107,12 +111,16 @@ class Frame(Description):
         FrameError
             Where the method is unknown, not installed, or not for this batch.
         """
+        from .solution import Solution
+
         for name, given in (("clearance", clearance), ("large", large)):
             if not isinstance(given, (bool, np.bool_)):
                 raise FrameError(f"solve was given {name}={given!r}: give True or False")
         if not large and steps != 1:
             raise FrameError(f"solve was given steps={steps!r}, which a linear solution has not: add large=True")
         if large:
+            from .large.solution import LargeSolution
+
             return LargeSolution.of(self, method, clearance, steps)
         return Solution.of(self, method, clearance=clearance)
 
@@ -146,6 +154,8 @@ class Frame(Description):
         PathWarning
             Where a path ends before `to`.
         """
+        from .large.path import follow
+
         return follow(self, node, component, to, steps, first)
 
     def modes(self, count: int) -> Modes:
@@ -156,6 +166,8 @@ class Frame(Description):
         count
             Number of modes.
         """
+        from .results.modes import modes
+
         return modes(self, count)
 
     def buckling(self, count: int) -> Buckling:
@@ -166,6 +178,8 @@ class Frame(Description):
         count
             Number of factors.
         """
+        from .results.buckling import buckling
+
         return buckling(self, count)
 
     def explain(self) -> str:

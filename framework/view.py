@@ -16,12 +16,11 @@ from .paraview.entries import Entry, one, series
 from .paraview.files import whole_or_nothing
 from .pictures.drawing import Drawing, drawing
 from .pictures.rendering import REMEDY, RenderingError, can_render, quiet
+from .pictures.shapes import Surface
+from .solution import Solution
 
 if TYPE_CHECKING:
     import pyvista
-
-    from .pictures.shapes import Surface
-    from .solution import Solution
 
 Colour = Literal["von_mises", "displacement"]
 

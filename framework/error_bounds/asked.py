@@ -7,16 +7,14 @@ it joins; the force that holds an ideal component by a unit opening of that comp
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import FrameError
 from ..structure.edge import ABOUT, ALONG
+from .equilibrium import Equilibrium
 from .kinematics import Link, Real, extended, sheared
-
-if TYPE_CHECKING:
-    from .equilibrium import Equilibrium
 
 KINDS = ("displacement", "reaction", "joint_displacement", "joint_force", "end_forces")
 

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, merged
+from ..solvers.factor import Factor
 from .deformations import Springs
+from .equilibrium import Equilibrium
 from .kinematics import Kinematics, Real, extended
 from .resistance import resisted
-
-if TYPE_CHECKING:
-    from ..solvers.factor import Factor
-    from .equilibrium import Equilibrium
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 # Roundings in a deformation, for the size of what it is made of.

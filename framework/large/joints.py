@@ -5,22 +5,19 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..description import Description
 from ..protocol import JointElement
 from ..structure.edge import GROUND, Edge
+from ..structure.topology import Topology
 from ..structure.tree import Branch, spanning
 from .law import law_of
 from .links import Link
 from .numbers import Numbers, Where
-
-if TYPE_CHECKING:
-    from ..description import Description
-    from ..structure.topology import Topology
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,13 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape
 from ..batched.plan import Plan
+from ..description import Description
 from ..dofs import component
 from ..errors import FrameError, PathWarning
 from ..names import found, plain
@@ -30,9 +30,6 @@ from .numbers import Where
 from .search import Search
 from .start import start
 from .state import State
-
-if TYPE_CHECKING:
-    from ..description import Description
 
 # Iterations that a step is to take, at most takes, and how much its length may grow.
 _AIM, _MOST, _GROWTH = 5, 12, 1.5

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from . import rotation
 from .equations import Equations
 from .found import Mask
+from .march import March
 from .model import Model
 from .newton import Newton
 from .state import State
-
-if TYPE_CHECKING:
-    from .march import March
 
 
 def definite_in_space(march: March, state: State, flat: Model) -> Mask:

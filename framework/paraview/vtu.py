@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -69,6 +68,8 @@ def write_series(path: Path, parts: Sequence[Part], times: Sequence[float]) -> N
 
 def write_collection(path: Path, files: Iterable[tuple[float, int, str]]) -> None:
     """Write a .pvd that lists `files`: time, number of the part, path relative to the .pvd."""
+    from xml.sax.saxutils import quoteattr  # it loads all that opens web pages
+
     rows = [
         f'<DataSet timestep="{time!r}" group="" part="{part}" file={quoteattr(file)}/>' for time, part, file in files
     ]

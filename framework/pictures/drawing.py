@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +12,8 @@ from ..batch import Array
 from ..errors import FrameError
 from ..paraview.entries import Index
 from ..paraview.scene import beams, solved, taken
+from ..solution import Solution
 from .shapes import Surface, arrow, block, cone, copies, sphere, tubes, upright
-
-if TYPE_CHECKING:
-    from ..solution import Solution
 
 STATIONS = 24
 # Ends of a colour range, per power of ten.

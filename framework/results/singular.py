@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..batch import Array
+from ..batched.plan import Plan
 from ..error_bounds.compliance import DenseCompliance
 from ..error_bounds.equilibrium import Equilibrium, Statics
 from ..error_bounds.kinematics import Real, extended
@@ -16,9 +16,6 @@ from ..errors import FrameError
 from ..solvers.sparse import SparseSolver
 from .held import ZERO
 from .status import reach
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
 
 
 @dataclass(frozen=True, eq=False)

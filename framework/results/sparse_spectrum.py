@@ -8,8 +8,6 @@ Eigenvalue Problem*, 1998, ch. 11).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.sparse import csr_matrix
 
@@ -17,9 +15,7 @@ from ..batch import Array
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.resistance import weighed
 from ..errors import FrameError
-
-if TYPE_CHECKING:
-    from ..solvers.sparse import SparseSolver
+from ..solvers.sparse import SparseSolver
 
 # Shapes sought beyond those asked for; blocks of a Krylov space; restarts with the best shapes that it holds, and the
 # share of the largest eigenvalue by which the wanted ones change no more.

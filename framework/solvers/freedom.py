@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +12,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..batch import Array
+from ..batched.plan import Plan
 from ..structure.edge import GROUND
 from ..structure.topology import Index
 from .factor import Factor
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
 
 # Times that more motions are sought where those that are known are held.
 _ROUNDS = 8

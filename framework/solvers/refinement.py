@@ -8,16 +8,14 @@ Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, ch. 12).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..batch import Array
+from ..batched.plan import Plan
 from ..error_bounds.equilibrium import Equilibrium, Statics
 from ..structure.topology import Index
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
 
 # Unknowns up to which a solution is refined: it adds some tenths of a second then, and the ill-conditioned are there,
 # links finely meshed.

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
+from ..batched.plan import Plan
 from ..solvers.node_blocks import Stack, summed
 from .assembly import point_masses
 from .parts import Row, Value
 from .topology import Index
-
-if TYPE_CHECKING:
-    from ..batched.plan import Plan
 
 
 class Matrices:

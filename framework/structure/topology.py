@@ -6,18 +6,16 @@ import copy
 from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..batch import Array, Shape, aligned, cutting
+from ..description import Description, Node
 from ..dofs import DISPLACEMENTS
 from ..examined import Examined, examined
 from ..protocol import LineElement, changed
 from .group import Group, Index
-
-if TYPE_CHECKING:
-    from ..description import Description, Node
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
