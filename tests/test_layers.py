@@ -1,0 +1,151 @@
+"""Imports go one way: no circles, and in framework from later layers to earlier ones. Those inside functions, and those
+for type checkers alone, count as well."""
+
+from __future__ import annotations
+
+import ast
+from fnmatch import fnmatch
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+TOP = Path(__file__).parents[1]
+WITHOUT_CIRCLES = ("framework", "elements")
+
+# The layers of framework, each of which may import from itself and from those before. A file that is named stands where
+# it is named; the others of its folder stand where the folder is.
+LAYERS = {
+    "numbers, names, errors": "errors clock states batch names dofs loads provenance",
+    "elements, and how they are examined": "clearances/contact protocol examined examination",
+    "description": "description",
+    "structure": "structure/*",
+    "elimination": "batched/* structure/assembly",
+    "linear algebra": "solvers/*",
+    "plan": "batched/plan structure/matrices",
+    "equations in extended precision": "error_bounds/*",
+    "sparse solution": "solvers/freedom solvers/refinement solvers/sparse",
+    "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",
+    "broadcasting solution": "batched/broadcast",
+    "what can move": "error_bounds/resolved results/held results/idle results/singular",
+    "linear solution, as others see it": "results/linear",
+    "files": "results/base paraview/* results/saved",
+    "results": "results/*",
+    "clearances": "clearances/*",
+    "bounds": "error_bounds/bounds error_bounds/reached error_bounds/sensitivity results/validity",
+    "large displacement": "large/*",
+    "linear solution": "explain solution results/buckling",
+    "frame": "frame",
+    "pictures": "pictures/* view",
+    "public names": "__init__ */__init__",
+}
+
+Graph = dict[str, set[str]]
+
+
+def modules(top: Path, *folders: str) -> dict[str, Path]:
+    """Files by name, such as ``framework/solvers/graph``."""
+    found = [path for folder in folders for path in sorted((top / folder).rglob("*.py"))]
+    return {path.relative_to(top).with_suffix("").as_posix(): path for path in found}
+
+
+@cache
+def imports(here: tuple[str, ...], text: str) -> list[tuple[str, ...]]:
+    """What a file in a folder imports, each as a module of that name or, where there is none, the one that holds it."""
+    found: list[tuple[str, ...]] = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found += [(alias.name.removeprefix("linkframe.").replace(".", "/"),) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            start = here[: len(here) - node.level + 1] if node.level else ()
+            rest = (node.module or "").removeprefix("linkframe.").split(".") if node.module else []
+            base = "/".join([*start, *rest])
+            found += [(f"{base}/{alias.name}", base) for alias in node.names]
+    return found
+
+
+def graph(top: Path, *folders: str) -> Graph:
+    """By file the files that it imports."""
+    known = modules(top, *folders)
+    out: Graph = {name: set() for name in known}
+    for name, path in known.items():
+        for candidates in imports(path.relative_to(top).parent.parts, path.read_text(encoding="utf-8")):
+            files = [file for each in candidates for file in (each, f"{each}/__init__") if file in known]
+            out[name].update(files[:1])
+        out[name].discard(name)
+    return out
+
+
+def circle(arrows: Graph) -> str:
+    """A circle of imports in words; empty where there is none."""
+    try:
+        TopologicalSorter(arrows).prepare()
+    except CycleError as error:
+        return " is imported by ".join(error.args[1])
+    return ""
+
+
+def layer(name: str) -> int:
+    """Number of the layer of a file of framework."""
+    kinds = [(number, kind) for number, kinds in enumerate(LAYERS.values()) for kind in kinds.split()]
+    named = [number for number, kind in kinds if kind == name]
+    found = named or [number for number, kind in reversed(kinds) if "*" in kind and fnmatch(name, kind)]
+    assert found, f"framework/{name}.py stands in no layer: name it in LAYERS"
+    return found[0]
+
+
+@pytest.mark.parametrize("folder", WITHOUT_CIRCLES)
+def test_there_are_no_circles(folder: str) -> None:
+    assert not circle(graph(TOP, folder))
+
+
+def test_imports_go_to_earlier_layers() -> None:
+    """The layers are not for show: each holds a file."""
+    arrows = graph(TOP, "framework")
+    place = {name: layer(name.removeprefix("framework/")) for name in arrows}
+    assert set(place.values()) == set(range(len(LAYERS)))
+    names = list(LAYERS)
+    wrong = [
+        f"{name} ({names[place[name]]}) imports {other} ({names[place[other]]})"
+        for name, others in arrows.items()
+        for other in sorted(others)
+        if place[other] > place[name]
+    ]
+    assert not wrong
+
+
+def test_imports_are_seen() -> None:
+    arrows = graph(TOP, *WITHOUT_CIRCLES)
+    assert {"framework/solution", "framework/large/solution", "framework/description"} <= arrows["framework/frame"]
+    assert "framework/results/dense" in arrows["framework/results/modes"]  # from . import dense
+    assert "framework/errors" in arrows["elements/beam"]
+    assert "framework/frame" in arrows["framework/__init__"]
+
+
+@pytest.mark.parametrize(
+    "back",
+    [
+        "from .low import low",
+        "import linkframe.part.low",
+        "from linkframe.part import low",
+        "def f():\n    from . import low",
+        "if TYPE_CHECKING:\n    from ..part.low import low",
+        "from . import low as other",
+    ],
+)
+def test_circle_would_be_found(tmp_path: Path, back: str) -> None:
+    (tmp_path / "part").mkdir()
+    for name, text in {"__init__": "from .high import high", "low": "from .high import *", "high": ""}.items():
+        (tmp_path / "part" / f"{name}.py").write_text(text)
+    assert not circle(graph(tmp_path, "part"))
+    (tmp_path / "part" / "high.py").write_text(back)
+    assert {"part/low", "part/high"} <= set(circle(graph(tmp_path, "part")).split(" is imported by "))
+
+
+def test_named_files_stand_where_they_are_named() -> None:
+    names = list(LAYERS)
+    assert names[layer("solvers/sparse")] == "sparse solution"
+    assert names[layer("solvers/lu")] == "linear algebra"
+    with pytest.raises(AssertionError, match=r"framework/else\.py stands in no layer"):
+        layer("else")
