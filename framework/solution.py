@@ -54,7 +54,7 @@ class Solution(SavedResults):
     Attributes
     ----------
     frame
-        The description as it was when solved.
+        The description as it was when solved; a `Frame` where that was solved.
     plan
         The compiled frame.
     clearances

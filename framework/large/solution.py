@@ -45,7 +45,7 @@ class LargeSolution(SavedResults):
     Attributes
     ----------
     frame
-        The description as it was when solved.
+        The description as it was when solved; a `Frame` where that was solved.
     steps
         Number of load steps.
     clearance

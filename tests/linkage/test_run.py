@@ -9,7 +9,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from linkframe.framework import FrameError
+from linkframe.framework import Frame, FrameError
 from linkframe.framework.paraview.vtu import read_names
 from linkframe.models import FourBar
 from linkframe.models.command_line import main
@@ -326,6 +326,7 @@ def test_the_example_file_is_the_paper_s_four_bar() -> None:
     assert np.flatnonzero(~regular).tolist() == [0, 18, 36]
     marked = np.char.startswith(result.status, "beyond linear: off by")
     assert np.all(marked | ~regular | (result.status == "regular"))
+    assert isinstance(result.solution.frame, Frame)
     large = result.solution.frame.solve(large=True).displacement("P")[:, :3]
     off = np.linalg.norm(large - result.main.total[:, :3], axis=-1) / np.linalg.norm(large, axis=-1)
     assert np.all(off[marked] > 0.02)
