@@ -11,7 +11,6 @@ What linkframe assembles is ordinary scikit-fem: `frame.mesh` and `frame.matrice
 
 import numpy as np
 import skfem
-
 from linkframe.elements import ArcLengthMapping, Beam, ElementLineFrame, Material, Rectangle
 from linkframe.framework import Frame
 
