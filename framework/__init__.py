@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .frame import Frame
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
+    from .matrices import FrameMatrices
     from .paraview.vtu import read_names
     from .results.buckling import Buckling
     from .results.modes import Modes
@@ -27,6 +28,7 @@ __all__ = [
     "EquilibriumPath",
     "Frame",
     "FrameError",
+    "FrameMatrices",
     "FreeMotion",
     "LargeSolution",
     "MechanismWarning",
@@ -46,6 +48,7 @@ _LATER = {
     "Contact": ".clearances.contact",
     "EquilibriumPath": ".large.path",
     "Frame": ".frame",
+    "FrameMatrices": ".matrices",
     "FreeMotion": ".results.singular",
     "LargeSolution": ".large.solution",
     "Modes": ".results.modes",

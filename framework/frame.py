@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from .errors import FrameError
 if TYPE_CHECKING:
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
+    from .matrices import FrameMatrices
     from .results.buckling import Buckling
     from .results.modes import Modes
     from .solution import Solution
+    from .structure.topology import Topology
 
 
 @dataclass(eq=False, repr=False)
@@ -181,6 +184,49 @@ class Frame(Description):
         from .results.buckling import buckling
 
         return buckling(self, count)
+
+    @property
+    def mesh(self) -> Any:
+        """The first batch entry as a scikit-fem ``MeshLine1`` with 3-D points, members cut into their segments.
+
+        Its subdomains are ``beam``, ``joint`` and, if there are any, ``rigid``; each member and joint by its name; and
+        each body with the members on it. Its boundaries are the supported nodes. A basis on it needs the mapping
+        `linkframe.elements.ArcLengthMapping`, as scikit-fem's own is for solids.
+        """
+        return self._numbered.mesh
+
+    @property
+    def dofs(self) -> Any:
+        """scikit-fem's ``Dofs`` of `mesh`: six a node, ``ux uy uz rx ry rz``, nodes in the order of description."""
+        return self._numbered.numbering
+
+    @property
+    def _numbered(self) -> Topology:
+        from .structure.topology import Topology
+
+        return Topology.of(self.copy(), cut=True)
+
+    def matrices(self, entry: int | Sequence[int] = ()) -> FrameMatrices:
+        """Stiffness, mass and loads at one batch entry as sparse matrices in scikit-fem's numbering.
+
+        Parameters
+        ----------
+        entry
+            Indices of the batch entry, one for each batch axis.
+
+        Returns
+        -------
+        FrameMatrices
+            ``K M f`` over all displacements, supports as ``D x``, and ``T g`` of all that holds.
+
+        Raises
+        ------
+        FrameError
+            If the batch has no such entry.
+        """
+        from .matrices import frame_matrices
+
+        return frame_matrices(self, entry)
 
     def explain(self) -> str:
         """What a linear solution will build, at which batch shapes, and what it skips and why, in plain words.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -27,7 +27,6 @@ from .errors import FrameError, MechanismWarning
 from .examination import require_springs
 from .explain import explain
 from .provenance import regular_there, with_origin
-from .results.base import checked_fractions
 from .results.conditioning import scaled, usual
 from .results.idle import Idle, idle
 from .results.parts import of_joint, of_member, of_node, of_part
@@ -256,32 +255,10 @@ class Solution(SavedResults):
 
     # -- all at once ------------------------------------------------------------------------------------------------
 
-    def displacements(self) -> Array:
-        return self._together(Together.displacements) if self._as_one else super().displacements()
-
-    def all_end_forces(self) -> Array:
-        return self._together(Together.end_forces) if self._as_one else super().all_end_forces()
-
-    def displacements_at(self, fractions: ArrayLike) -> Array:
-        at = checked_fractions(fractions)
-        return self._together(lambda all_: all_.displacements_at(at)) if self._as_one else super().displacements_at(at)
-
-    def forces_at(self, fractions: ArrayLike) -> Array:
-        at = checked_fractions(fractions)
-        return self._together(lambda all_: all_.forces_at(at)) if self._as_one else super().forces_at(at)
-
-    def stresses_at(self, fractions: ArrayLike) -> Array:
-        at = checked_fractions(fractions)
-        return self._together(lambda all_: all_.stresses_at(at)) if self._as_one else super().stresses_at(at)
-
     @property
-    def _as_one(self) -> bool:
-        """Whether no part of the frame differs from the others in what is known of it."""
+    def _at_once(self) -> Together | None:
         apart = isinstance(self.solver, BroadcastSolver) and len(self.plan.excited) > 1
-        return not apart and self.idle is None
-
-    def _together(self, result: Callable[[Together], Array]) -> Array:
-        return self._masked(result(Together(self)))
+        return None if apart or self.idle is not None else Together(self)
 
     # -- trust ------------------------------------------------------------------------------------------------------
 

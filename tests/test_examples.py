@@ -37,6 +37,12 @@ def test_cantilever() -> None:
     assert_allclose(shown.greatest_stress, 200.0 * 0.5 * 10e-3 / inertia, rtol=1e-13)
 
 
+def test_scikit_fem_form() -> None:
+    shown = example("scikit_fem_form")
+    assert_allclose(shown.deflection, shown.expected, rtol=1e-6)
+    assert_allclose(shown.expected, 2.067142e-3, rtol=1e-6)
+
+
 def test_portal_frame() -> None:
     shown = example("portal_frame")
     k = (5e-5 / 2e-5) * (3.0 / 5.0)

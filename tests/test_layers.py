@@ -23,7 +23,7 @@ LAYERS = {
     "structure": "structure/*",
     "elimination": "batched/* structure/assembly",
     "linear algebra": "solvers/*",
-    "plan": "batched/plan structure/matrices",
+    "plan": "batched/plan structure/matrices matrices",
     "equations in extended precision": "error_bounds/*",
     "sparse solution": "solvers/freedom solvers/refinement solvers/sparse",
     "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",

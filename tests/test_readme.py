@@ -36,7 +36,7 @@ def test_commands_are_one_line_each_and_make_their_own_environment() -> None:
     scripts = tomllib.loads((TOP / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
     assert set(scripts) == {"linkframe"}
     assert job.endswith("&& .venv/bin/linkframe four-bar --out results")
-    assert tests.endswith("&& .venv/bin/pytest")
+    assert tests.endswith("&& .venv/bin/pytest -n auto --dist worksteal")
 
 
 @pytest.mark.parametrize("target", sorted(set(re.findall(r"\]\(([^)#]+)\)", README))))

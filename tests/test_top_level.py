@@ -28,6 +28,12 @@ def test_every_public_name_is_there() -> None:
             assert name in dir(linkframe)
 
 
+def test_star() -> None:
+    names: dict[str, object] = {}
+    exec("from linkframe import *", names)
+    assert {name for package in PACKAGES for name in package.__all__} <= set(names)
+
+
 def test_no_name_has_two_meanings() -> None:
     names = [name for package in PACKAGES for name in package.__all__]
     assert len(names) == len(set(names))

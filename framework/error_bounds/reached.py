@@ -21,7 +21,10 @@ def worked_on(solution: BoundedResults, name: str, kind: str, index: int) -> lis
     name, kind, index
         The result and its component, see `linkframe.framework.error_bounds.asked`.
     """
-    unknowns, found = solution.plan.unknowns, np.zeros(len(solution.plan.unknowns), dtype=bool)
+    unknowns = solution.plan.unknowns
+    if not unknowns:
+        return []
+    found = np.zeros(len(unknowns), dtype=bool)
     none = extended(np.zeros((*(1,) * len(solution.shape), len(unknowns))))
     for cut in solution.bounds.cuts():
         state = Equilibrium(solution.bounds.statics, cut, unknowns, none)

@@ -29,6 +29,30 @@ class Recovered(Protocol):
         ...
 
 
+class AtOnce(Protocol):
+    """What has the results of all nodes and members by stacks."""
+
+    def displacements(self) -> Array:
+        """Of all nodes, (..., nodes, 6)."""
+        ...
+
+    def end_forces(self) -> Array:
+        """Of all members, (..., members, 12)."""
+        ...
+
+    def displacements_at(self, fraction: Array) -> Array:
+        """At shares of the lengths of all members, (..., members, k, 6)."""
+        ...
+
+    def forces_at(self, fraction: Array) -> Array:
+        """At shares of the lengths of all members, (..., members, k, 6)."""
+        ...
+
+    def stresses_at(self, fraction: Array) -> Array:
+        """At shares of the lengths of all members, (..., members, k, 3)."""
+        ...
+
+
 class Results(ABC):
     """Results by name, each of the frame's batch shape.
 
@@ -149,6 +173,8 @@ class Results(ABC):
         ndarray
             ``ux uy uz rx ry rz``, (..., nodes, 6), length and radians.
         """
+        if (whole := self._at_once) is not None:
+            return self._masked(whole.displacements())
         return self._stacked([self.displacement(node) for node in self.frame.nodes], 6)
 
     def reactions(self) -> Array:
@@ -169,6 +195,8 @@ class Results(ABC):
         ndarray
             Start before end, (..., members, 12).
         """
+        if (whole := self._at_once) is not None:
+            return self._masked(whole.end_forces())
         return self._stacked([self.end_forces(member) for member in self.frame.members], 12)
 
     def displacements_at(self, fractions: ArrayLike) -> Array:
@@ -184,7 +212,10 @@ class Results(ABC):
         ndarray
             ``ux uy uz rx ry rz``, (..., members, k, 6).
         """
-        return self._each(self.displacement_along, fractions, 6)
+        at = checked_fractions(fractions)
+        if (whole := self._at_once) is not None:
+            return self._masked(whole.displacements_at(at))
+        return self._each(self.displacement_along, at, 6)
 
     def forces_at(self, fractions: ArrayLike) -> Array:
         """Internal forces along all members in their local axes, in the order of ``frame.members``.
@@ -199,7 +230,10 @@ class Results(ABC):
         ndarray
             ``N Vy Vz T My Mz``, (..., members, k, 6); NaN for members that do not tell, see `forces`.
         """
-        return self._each(self.forces, fractions, 6)
+        at = checked_fractions(fractions)
+        if (whole := self._at_once) is not None:
+            return self._masked(whole.forces_at(at))
+        return self._each(self.forces, at, 6)
 
     def stresses_at(self, fractions: ArrayLike) -> Array:
         """Extreme stresses along all members, in the order of ``frame.members``.
@@ -215,11 +249,18 @@ class Results(ABC):
             Least and greatest normal stress and greatest von Mises stress, (..., members, k, 3); NaN for members
             that do not tell, such as those of a section that is known by its properties only.
         """
-        return self._each(self.stress, fractions, 3)
-
-    def _each(self, result: Callable[[str, Array], Array], fractions: ArrayLike, size: int) -> Array:
-        """A result along each member at the same shares of its length, (..., members, k, size)."""
         at = checked_fractions(fractions)
+        if (whole := self._at_once) is not None:
+            return self._masked(whole.stresses_at(at))
+        return self._each(self.stress, at, 3)
+
+    @property
+    def _at_once(self) -> AtOnce | None:
+        """What has the results of all nodes and members by stacks; None where they are taken one by one."""
+        return None
+
+    def _each(self, result: Callable[[str, Array], Array], at: Array, size: int) -> Array:
+        """A result along each member at the same shares of its length, (..., members, k, size)."""
         found = []
         for name in self.frame.members:
             try:

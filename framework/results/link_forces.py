@@ -90,8 +90,8 @@ def _gathered(springs: Springs, ends: Array, count: int) -> Array:
     """Sums on the nodes, (..., count, 2)."""
     shape = ends.shape[:-3]
     flat = np.zeros((*shape, springs.nodes.size, 6))
-    flat[..., :2] = ends.reshape(*shape, -1, 2)
-    return springs.gathered(flat.reshape(*shape, -1, 12), count)[..., :2]
+    flat[..., :2] = ends.reshape(*shape, springs.nodes.size, 2)
+    return springs.gathered(flat.reshape(*shape, len(springs.nodes), 12), count)[..., :2]
 
 
 def _passed_on(kinematics: Kinematics, nodal: Array) -> Array:

@@ -106,14 +106,12 @@ class SparseSolver:
     @cached_property
     def unknowns(self) -> Array:
         """Displacements in joint-relative coordinates, (n, load cases)."""
-        from skfem import solve
-
         out = np.zeros_like(self.load)
         where = self.excited
         if where.any() and not self.adrift(where).size:
             factor = self._factor(where)
             with timed(self.plan.times, "solution"):
-                out[where] = solve(factor.scaled, self.load[where], solver=lambda _, load: factor.solve(load))
+                out[where] = factor.solve(self.load[where])
             if self.plan.method.name != ITERATIVE and where.sum() <= REFINED and not factor.singular:
                 with timed(self.plan.times, "refinement"):
                     out[where] = refined(self.plan, self.unknown[where], out[where], factor.solve)

@@ -45,7 +45,7 @@ class Matrices:
     @property
     def springs(self) -> list[float]:
         """Stiffness of the springs."""
-        return [self._at(spring.stiffness) for spring in self.plan.tree.springs]
+        return [self.at(spring.stiffness) for spring in self.plan.tree.springs]
 
     @cached_property
     def mass(self) -> csr_matrix:
@@ -78,7 +78,7 @@ class Matrices:
 
     def spread(self, rows: Sequence[Row]) -> csr_matrix:
         """Rows over the unknowns as a matrix, (rows, n)."""
-        entries = [(r, k, self._at(v)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0]
+        entries = [(r, k, self.at(v)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0]
         r, k, v = (np.array(part) for part in zip(*entries, strict=True)) if entries else (np.zeros(0, dtype=int),) * 3
         return coo_matrix((v, (r, np.searchsorted(self.unknown, k))), shape=(len(rows), len(self.unknown))).tocsr()
 
@@ -96,7 +96,7 @@ class Matrices:
         change = self.substitution
         return csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
 
-    def _at(self, value: Value) -> float:
+    def at(self, value: Value) -> float:
         """A number at the entry."""
         if not isinstance(value, np.ndarray):
             return float(value)

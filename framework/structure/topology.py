@@ -12,10 +12,10 @@ import numpy as np
 
 from ..batch import Array, Shape, aligned, cutting
 from ..description import Description, Node
-from ..dofs import DISPLACEMENTS
 from ..examined import Examined, examined
 from ..protocol import LineElement, changed
 from .group import Group, Index
+from .mesh import line_mesh, numbered
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
@@ -223,24 +223,31 @@ class Topology:
 
     @cached_property
     def mesh(self) -> Any:
-        """The first batch entry as a scikit-fem ``MeshLine1`` with subdomains ``beam`` and ``joint``."""
-        from skfem import MeshLine1
+        """The first batch entry as a scikit-fem ``MeshLine1``.
 
-        joints = [(self.number[j.first], self.number[j.second]) for j in self.frame.joints.values()]
-        cells = np.concatenate([self.ends, np.array(joints, dtype=np.int64).reshape(-1, 2)]).T
-        beam = np.arange(len(self.ends))
-        parts = {"beam": beam, "joint": np.arange(len(self.ends), cells.shape[1])}
-        points = np.ascontiguousarray(self.points.T)
-        return MeshLine1(points, np.ascontiguousarray(cells), sort_t=False, validate=False).with_subdomains(parts)
+        Pieces of members, joints and, where there are any, rigid links are its subdomains ``beam``, ``joint`` and
+        ``rigid``; so are each member and joint by its name and, where names do not meet, each body with the members on
+        it. Supported nodes are its boundaries.
+        """
+        frame, number = self.frame, self.number
+        joints = [(number[joint.first], number[joint.second]) for joint in frame.joints.values()]
+        rigid = [(number[tie.master], number[tie.slave]) for tie in frame.ties if tie.rigid]
+        kinds = {"beam": self.ends, "joint": _pairs(joints)} | ({"rigid": _pairs(rigid)} if rigid else {})
+        names = {name: np.arange(pieces.start, pieces.stop) for name, pieces in self.pieces_of.items()}
+        names |= {name: np.array([len(self.ends) + k]) for k, name in enumerate(frame.joints)}
+        for body in frame.bodies:
+            on = [self.bodies[a] == body == self.bodies[b] for a, b in self.ends.tolist()]
+            names.setdefault(body, np.flatnonzero(on))
+        return line_mesh(self.points, kinds, names, {node: number[node] for node in frame.supports})
 
     @cached_property
     def numbering(self) -> Any:
         """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
-        from skfem import Dofs, ElementLineP1, ElementVector
+        return numbered(self.mesh)
 
-        element = ElementVector(ElementLineP1(), 6)
-        element.dofnames = list(DISPLACEMENTS)
-        return Dofs(self.mesh, element)
+
+def _pairs(ends: list[tuple[int, int]]) -> Index:
+    return np.array(ends, dtype=np.int64).reshape(-1, 2)
 
 
 def _shared(start: Node, end: Node) -> str | None:

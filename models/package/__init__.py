@@ -51,6 +51,8 @@ if not TYPE_CHECKING:  # so that a type checker finds names that do not exist
             from importlib.metadata import version
 
             return version("linkframe")
+        if name == "__all__":
+            return [each for package in _packages() for each in package.__all__]
         if not name.startswith("_"):
             for package in _packages():
                 if name in package.__all__:  # type: ignore[attr-defined]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -80,7 +81,8 @@ def arm(folder: Path, *changes: tuple[str, str]):
 
 
 def columns(text: str) -> dict[str, list[str]]:
-    heading, *rows = (line.split() for line in text.replace("drive A", "drive").splitlines())
+    bare = re.sub(r"\(\d+\)", "", text)  # without standard errors
+    heading, *rows = (line.split() for line in bare.replace("drive A", "drive").replace("mean ", "mean_").splitlines())
     return dict(zip(heading, zip(*rows, strict=True), strict=True))  # type: ignore[arg-type]
 
 

@@ -183,8 +183,8 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
     text = text.replace("[2e11, 2e11, 2e11, 2e11, 2e11, 0.0]", "[2e8, 2e8, 2e8, 2e2, 2e2, 0.0]").replace(
         "steps = 37", "steps = 3"
     )
-    text = text[: text.index("[tolerances.load]")].replace("fy = 100.0", "fy = 100.0\nfz = 100.0")
-    text = text.replace("clearance = 1e-3\n", "")
+    text = text[: text.index("[tolerances")].replace("fy = 100.0", "fy = 100.0\nfz = 100.0")
+    text = re.sub(r"(clearance|contact) = .*\n", "", text)
     told = (
         r"joints.B.stiffness.0 is 2e\+08 and joints.B.stiffness.3 is 200: one draw of norm\(loc=2e\+08, scale=1e\+06\)"
     )

@@ -126,8 +126,8 @@ def test_sobol_indices_tell_of_them():
 SLIDER = """\
 [points]
 A = [0.0, 0.0]
-B = [0.0, 0.1]
-C = [0.2, 0.0]
+B = [0.1, 0.0]
+C = [0.3236067977499790, 0.0]
 
 [links.crank]
 points = ["A", "B"]
@@ -185,7 +185,7 @@ samples = 60
 nan_policy = "omit"
 
 [run.drives.A]
-values = [0.0, -90.0]
+values = [90.0, 0.0]
 unit = "deg"
 
 [tolerances.rod]

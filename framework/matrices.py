@@ -1,0 +1,219 @@
+"""Matrices of a frame for scikit-fem: over all displacements of all nodes, in the numbering of its `Dofs`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from .batch import Array, aligned, block_diagonal, one_entry, turned
+from .batched.plan import Plan
+from .description import Description
+from .errors import FrameError
+from .solvers.node_blocks import Stack, summed
+from .structure.assembly import member_loads, nodal_loads
+from .structure.edge import ABOUT, ALONG, Edge
+from .structure.matrices import Matrices
+from .structure.topology import Group, Index, Topology
+
+Condensed = tuple[csr_matrix, Any, Array, tuple[Index, Callable[[Array], Array]]]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameMatrices:
+    """A frame at one batch entry as matrices over all displacements u of its nodes, global, six a node.
+
+    Obtained from ``frame.matrices()``. The members are cut into their segments; `mesh` and `dofs` are scikit-fem's, and
+    number what the matrices are over. Supports are given by `D` and `x`, as scikit-fem's `condense` takes them. What
+    ideal joints (inf), rigid links or ties hold together is not in `K`: then solve in the coordinates q of
+    ``u = T q + g``, which `condensed` prepares.
+
+    Attributes
+    ----------
+    mesh
+        ``MeshLine1`` of members, joints and rigid links, with their names as subdomains and supports as boundaries.
+    dofs
+        ``Dofs`` with the components ``ux uy uz rx ry rz``.
+    K, M
+        Stiffness of members and finite joint springs, and mass, (6 nodes, 6 nodes).
+    f
+        Loads, those on members as equivalent nodal ones, (6 nodes,).
+    D
+        Numbers of the displacements that supports hold.
+    x
+        Their values, 0 elsewhere, (6 nodes,).
+    T, g
+        All that holds, supports included: ``u = T q + g`` with as many q as there are ways to move.
+
+    Examples
+    --------
+    A cantilever by hand, ``F L^3 / 3 E I``.
+
+    >>> import skfem
+    >>> from linkframe.elements import Beam, Material, Rectangle
+    >>> from linkframe.framework import Frame
+    >>> frame = Frame()
+    >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+    ...     frame.node(name, (x, 0.0, 0.0))
+    >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+    >>> frame.fix("A"); frame.load("B", fy=-10.0)
+    >>> by = frame.matrices()
+    >>> u = skfem.solve(*skfem.condense(by.K, by.f, x=by.x, D=by.D))
+    >>> (tip,) = by.dofs.get_vertex_dofs([1]).all(["uy"])
+    >>> float(u[tip].round(9)), float(frame.solve().displacement("B")[1].round(9))
+    (-0.02, -0.02)
+    """
+
+    mesh: Any
+    dofs: Any
+    K: csr_matrix
+    M: csr_matrix
+    f: Array
+    D: Index
+    x: Array
+    T: csr_matrix
+    g: Array
+
+    def condensed(self, matrix: csr_matrix | None = None) -> Condensed:
+        """What ``skfem.solve`` takes to solve in the coordinates q, and to give u.
+
+        Parameters
+        ----------
+        matrix
+            Another matrix over u to stand in place of the loads, such as `M`, for the eigenvalue problem
+            ``K u = lambda M u``; the shapes are found without `g`.
+
+        Returns
+        -------
+        tuple
+            ``T^T K T``, ``T^T (f - K g)`` or ``T^T matrix T``, g or 0, and how u follows from q.
+        """
+        everywhere = np.arange(len(self.f))
+        if matrix is None:
+            right: Any = self.T.T @ (self.f - self.K @ self.g)
+            start = self.g
+        else:
+            right, start = csr_matrix(self.T.T @ matrix @ self.T), np.zeros_like(self.g)
+        return csr_matrix(self.T.T @ self.K @ self.T), right, start, (everywhere, lambda q: self.T @ q)
+
+
+def frame_matrices(frame: Description, entry: int | Sequence[int]) -> FrameMatrices:
+    """Matrices of a frame at one batch entry; see `Frame.matrices`."""
+    described = frame.copy()
+    at = one_entry(frame.shape, entry, "matrices") if frame.shape else ()
+    if frame.absent is not None and np.broadcast_to(frame.absent, frame.shape)[at]:
+        raise FrameError(f"matrices: batch entry {list(at)} was left out: give one that is there")
+    return _Assembly(Plan(described, cut=True), at).matrices()
+
+
+class _Assembly:
+    """The matrices of one entry on their way."""
+
+    def __init__(self, plan: Plan, entry: tuple[int, ...]) -> None:
+        self.plan, self.entry, self.sparse = plan, entry, Matrices(plan, entry)
+        self.size = 6 * len(plan.topology.number)
+        self.everywhere = np.ones(len(plan.topology.number), dtype=bool)
+
+    def matrices(self) -> FrameMatrices:
+        """All of them."""
+        mesh, dofs = self.plan.topology.mesh, self.plan.topology.numbering
+        held, x = self._supports()
+        rows = [row for node in range(len(self.everywhere)) for row in self.plan.tree.global_rows(node)]
+        known = [(r, k, v) for r, row in enumerate(rows) for k, v in row.items() if k < 0]
+        g = np.zeros(self.size)
+        for r, k, value in known:
+            g[r] += self.sparse.at(value) * self.sparse.at(self.plan.knowns.values[-1 - k])
+        stiffness: list[Stack] = [(group.nodes, self._turned(group, "stiffness").__getitem__) for group in self.groups]
+        mass: list[Stack] = [(group.nodes, self._turned(group, "mass").__getitem__) for group in self.groups]
+        springs, pushed = self._joints()
+        return FrameMatrices(
+            mesh,
+            dofs,
+            summed([*stiffness, *springs], self.everywhere),
+            summed([*mass, *self._points()], self.everywhere),
+            self._loads() + pushed,
+            held,
+            x,
+            self.sparse.spread(rows),
+            g,
+        )
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Members and their loads at the entry alone."""
+        part = self.plan.topology
+        for axis, index in enumerate(self.entry):
+            part = part.cut(axis, slice(index, index + 1))
+        return part
+
+    @property
+    def groups(self) -> list[Group]:
+        """Members of one kind at the entry alone."""
+        return self.topology.groups
+
+    def _turned(self, group: Group, kind: str) -> Array:
+        """Stiffness or mass in global axes, (n, 12, 12)."""
+        local = getattr(group.element, f"{kind}_matrix")(group.length)
+        return group.turned(local, (group.level, group.level)).reshape(len(group.pieces), 12, 12)
+
+    def _points(self) -> Iterator[Stack]:
+        for mass in self.plan.frame.masses.values():
+            matrix = self._at(mass.element.mass_matrix(), 2)
+            yield np.array([[self.plan.topology.number[mass.node]]]), matrix[None].__getitem__
+
+    def _joints(self) -> tuple[list[Stack], Array]:
+        """Finite springs of joints, and the forces that their imposed displacements exert."""
+        stacks: list[Stack] = []
+        pushed = np.zeros(self.size)
+        for edge in self.plan.tree.edges:
+            if edge.kind != "joint":
+                continue
+            rows, stiffness = self._deformations(edge), np.array([self.sparse.at(k) for k in edge.stiffness])
+            nodes = np.array([[edge.first, edge.second]])
+            stacks.append((nodes, (rows.T @ (stiffness[:, None] * rows))[None].__getitem__))
+            offset = [
+                sum(self.sparse.at(v) * self.sparse.at(self.plan.knowns.values[-1 - k]) for k, v in row.items())
+                for row in edge.offset
+            ]
+            offset[ALONG] -= self.sparse.at(edge.pitch) * offset[ABOUT]
+            dofs = (6 * nodes[0][:, None] + np.arange(6)).reshape(-1)
+            pushed[dofs] += rows.T @ (stiffness * np.array(offset))
+        return stacks, pushed
+
+    def _deformations(self, edge: Edge) -> Array:
+        """What a joint's springs act on by the global displacements of its two nodes, (6, 12)."""
+        axes = np.eye(3) if edge.axes is None else self._at(edge.axes, 2)
+        turn = block_diagonal((axes.T, axes.T))
+        rows: Array = np.concatenate([-turn, turn], axis=1)
+        rows[ALONG] -= self.sparse.at(edge.pitch) * rows[ABOUT]
+        return rows
+
+    def _loads(self) -> Array:
+        out = np.zeros((len(self.everywhere), 6))
+        for node, vector in nodal_loads(self.plan.topology):
+            out[node] += self._at(vector, 1)
+        for group, positions, local in member_loads(self.topology):
+            back = np.swapaxes(group.level[positions], -1, -2)
+            both = turned(back, local).reshape(len(positions), 2, 6)
+            np.add.at(out, group.nodes[positions], both)
+        return out.reshape(-1)
+
+    def _supports(self) -> tuple[Index, Array]:
+        held, x = [], np.zeros(self.size)
+        for node, given in self.plan.frame.supports.items():
+            for k, value in given.items():
+                held.append(6 * self.plan.topology.number[node] + k)
+                x[held[-1]] = self._at(value, 0)
+        return np.array(sorted(held), dtype=np.int64), x
+
+    def _at(self, array: NDArray[Any], trailing: int) -> Array:
+        """An array (..., trailing) of the batch at the entry."""
+        whole = aligned(array, len(self.entry), trailing)
+        index = tuple(k if n > 1 else 0 for k, n in zip(self.entry, whole.shape, strict=False))
+        out: Array = whole[index]
+        return out
