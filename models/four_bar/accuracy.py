@@ -16,8 +16,9 @@ from ...framework.errors import FrameError, MechanismWarning
 from ..clearance import offset, pressed
 from ..planar import Complex, cross
 from .clearance import clearance_displacement
-from .four_bar import JOINTS, FourBar
-from .motion import SINGULAR, FourBarMotion
+from .description import JOINTS
+from .four_bar import FourBar, FourBarMotion
+from .kinematics import SINGULAR
 
 if TYPE_CHECKING:
     from ...framework.frame import Frame

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..planar import Complex, dyad, vector
-from .motion import FourBarMotion
+from .kinematics import FourBarKinematics
 
 Array = NDArray[np.float64]
 
 
-def clearance_displacement(motion: FourBarMotion, offsets: Mapping[str, Complex]) -> Array:
+def clearance_displacement(motion: FourBarKinematics, offsets: Mapping[str, Complex]) -> Array:
     """Displacement of P when the pin centres of the joints part by given offsets, the links being rigid.
 
     Offsets are those of the later link's centre relative to the earlier one's, along crank, coupler, rocker and
@@ -41,7 +41,7 @@ def clearance_displacement(motion: FourBarMotion, offsets: Mapping[str, Complex]
     return vector(offsets["B"] + arm * turned)
 
 
-def clearance_map(motion: FourBarMotion) -> dict[str, Array]:
+def clearance_map(motion: FourBarKinematics) -> dict[str, Array]:
     """Displacement of P by a unit offset in each joint, to first order, the links being rigid.
 
     With the crank held, an offset δ moves the pin D of the coupler by ``δ_B + i φ (D − B)``, and the rocker lets it

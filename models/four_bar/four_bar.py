@@ -1,31 +1,81 @@
-"""The four-bar linkage: lengths, coupler point, branch, and what its links and joints are made of."""
+"""The four-bar linkage and its motion: what can be asked of them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...elements import Beam, Material, Rectangle
-from ...elements.parameters import as_real
-from ...framework.batch import finite, joined, numbers
+from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
-from .closure import BRANCHES, Closure
-from .motion import LINKS, FourBarMotion
-
-Array = NDArray[np.float64]
-
-JOINTS = ("B", "D", "E")
-
-
-def _bar() -> Beam:
-    return Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=2e11, nu=0.3, density=7850.0))
+from ...framework.frame import Frame
+from .closure import Closure
+from .description import FourBarDescription
+from .frame import frame
+from .kinematics import FourBarKinematics
+from .kinetostatics import Kinetostatics, Link, kinetostatics
 
 
 @dataclass(frozen=True, eq=False)
-class FourBar:
+class FourBarMotion(FourBarKinematics):
+    """Motion of a four-bar; made by `FourBar.move`.
+
+    Points are A, B (crank pin), D (rocker pin), E (rocker's pivot) and P (on the coupler). Each link has axes of its
+    own: the crank from A towards B, the coupler from B towards D, the rocker from E towards D; z is global z.
+
+    Where coupler and rocker lie in line (`status`), positions are exact; velocities and accelerations are those of
+    the smooth motion if the branch has one (a parallelogram on the branch ``"parallel"`` passes through), NaN if not.
+
+    Attributes
+    ----------
+    four_bar
+        The linkage.
+    closure
+        The closed loop at the drive angles.
+    drive_rate, drive_acceleration
+        First and second time derivative of the drive angle, (...).
+    """
+
+    four_bar: FourBar
+
+    def frame(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
+        """The linkage, clamped at A, as a frame of beams and joints at every pose; see `four_bar.frame.frame`.
+
+        Parameters
+        ----------
+        clearance
+            Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
+        """
+        return frame(self, clearance)
+
+    def reactions(
+        self,
+        crank: Link | None = None,
+        coupler: Link | None = None,
+        rocker: Link | None = None,
+        gravity: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+    ) -> Kinetostatics:
+        """Joint reactions and drive torque of the rigid linkage; see `four_bar.kinetostatics.kinetostatics`.
+
+        Parameters
+        ----------
+        crank, coupler, rocker
+            Mass, centre, inertia and external load of each link; nothing where None.
+        gravity
+            Acceleration of gravity (gx, gy).
+
+        Returns
+        -------
+        Kinetostatics
+            Eight reaction components and the drive torque, (...).
+        """
+        return kinetostatics(self, crank or Link(), coupler or Link(), rocker or Link(), gravity)
+
+
+@dataclass(frozen=True, eq=False)
+class FourBar(FourBarDescription):
     """Planar four-bar linkage A B D E with a point P on its coupler.
 
     The drive is at A = (0, 0), the rocker's pivot at E = (ground, 0); crank A-B, coupler B-D, rocker E-D. Without
@@ -62,136 +112,6 @@ class FourBar:
     True
     """
 
-    crank: ArrayLike = 0.1
-    coupler: ArrayLike = 0.2
-    rocker: ArrayLike = 0.1
-    ground: ArrayLike = 0.2
-    point: tuple[ArrayLike, ArrayLike] = (0.1, 0.0)
-    branch: str | None = None
-    beam: Beam | Mapping[str, Beam] = field(default_factory=_bar)
-    stiffness: ArrayLike | Mapping[str, ArrayLike] = (2e11, 2e11, 2e11, 2e11, 2e11, 0.0)
-
-    def __post_init__(self) -> None:
-        for name in (*LINKS, "ground"):
-            value = finite(getattr(self, name), f"{name} of the four-bar")
-            if np.any(value <= 0.0):
-                raise FrameError(f"{name} of the four-bar is {value[value <= 0.0].flat[0]}: give a positive length")
-            object.__setattr__(self, name, as_real(value))
-        if not isinstance(self.point, tuple | list) or len(self.point) != 2:
-            raise FrameError(f"point of the four-bar is {self.point!r}: give a pair (x, y) in the coupler's axes")
-        point = (as_real(finite(v, f"point {axis}")) for axis, v in zip("xy", self.point, strict=True))
-        object.__setattr__(self, "point", tuple(point))
-        shapes: dict[str, tuple[int, ...]] = {}
-        for name, shape in self._shapes().items():
-            joined(name, shape, shapes)
-            shapes[name] = shape
-        a, b, c, d = self.lengths
-        if self.branch is None:
-            object.__setattr__(self, "branch", "parallel" if np.all(a == c) and np.all(b == d) else "open")
-        if self.branch not in BRANCHES:
-            raise FrameError(f"branch of the four-bar is {self.branch!r}: choose one of {', '.join(BRANCHES)}")
-        for what, given, known in (("beam", self.beam, LINKS), ("stiffness", self.stiffness, JOINTS)):
-            if isinstance(given, Mapping) and set(given) != set(known):
-                raise FrameError(f"{what} of the four-bar is given for {sorted(given)}: give one for each of {known}")
-        for link in LINKS:
-            if not isinstance(beam := self.link_beam(link), Beam):
-                raise FrameError(f"beam of the {link} is {beam!r}: give a Beam")
-        if isinstance(self.stiffness, Mapping):
-            each = {joint: _springs(self.stiffness[joint], f"stiffness of joint {joint!r}") for joint in JOINTS}
-            object.__setattr__(self, "stiffness", each)
-        else:
-            object.__setattr__(self, "stiffness", _springs(self.stiffness, "stiffness of the joints"))
-
-    def _shapes(self) -> dict[str, tuple[int, ...]]:
-        shapes = {name: np.shape(getattr(self, name)) for name in (*LINKS, "ground")}
-        return shapes | {f"point {axis}": np.shape(value) for axis, value in zip("xy", self.point, strict=True)}
-
-    @property
-    def lengths(self) -> tuple[Array, Array, Array, Array]:
-        """Lengths of crank, coupler, rocker and ground, each (...)."""
-        a, b, c, d = (np.asarray(getattr(self, name), dtype=np.float64) for name in (*LINKS, "ground"))
-        return a, b, c, d
-
-    def link_beam(self, link: str) -> Beam:
-        """Beam of a link.
-
-        Parameters
-        ----------
-        link
-            ``"crank"``, ``"coupler"`` or ``"rocker"``.
-
-        Returns
-        -------
-        Beam
-            The link's beam.
-        """
-        return self.beam[link] if isinstance(self.beam, Mapping) else self.beam
-
-    def joint_stiffness(self, joint: str) -> Array:
-        """Stiffness of a passive joint.
-
-        Parameters
-        ----------
-        joint
-            ``"B"``, ``"D"`` or ``"E"``.
-
-        Returns
-        -------
-        ndarray
-            ``ktx kty ktz krx kry krz``, (..., 6).
-        """
-        return np.asarray(self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness)
-
-    def _closure(self, theta: ArrayLike) -> Closure:
-        angle = finite(theta, "drive angle theta")
-        joined("drive angle theta", angle.shape, self._shapes())
-        return Closure(*self.lengths, angle, str(self.branch))
-
-    def gap(self, theta: ArrayLike) -> Array:
-        """Distance that coupler and rocker lack to close the loop at drive angles `theta`, (...); 0 where it closes.
-
-        Parameters
-        ----------
-        theta
-            Drive angles, radians, (...).
-
-        Returns
-        -------
-        ndarray
-            Gap, (...), in units of length.
-        """
-        return self._closure(theta).gap
-
-    def assembles(self, theta: ArrayLike) -> NDArray[np.bool_]:
-        """Whether the four-bar can be assembled at drive angles `theta`, (...).
-
-        Parameters
-        ----------
-        theta
-            Drive angles, radians, (...).
-
-        Returns
-        -------
-        ndarray
-            True where it can, (...).
-        """
-        return np.asarray(self.gap(theta) == 0.0)
-
-    def singular(self, theta: ArrayLike) -> NDArray[np.bool_]:
-        """Whether coupler and rocker lie in line at drive angles `theta`, (...): the drive then no longer rules them.
-
-        Parameters
-        ----------
-        theta
-            Drive angles, radians, (...).
-
-        Returns
-        -------
-        ndarray
-            True where they do, (...).
-        """
-        return self._closure(theta).singular
-
     def move(self, theta: ArrayLike, rate: ArrayLike = 0.0, acceleration: ArrayLike = 0.0) -> FourBarMotion:
         """Motion of the linkage at drive angles, in closed form.
 
@@ -222,14 +142,6 @@ class FourBar:
             joined(name, value.shape, shapes)
             shapes[name] = value.shape
         return FourBarMotion(self, closure, *rates)
-
-
-def _springs(given: ArrayLike, what: str) -> Array:
-    """Stiffness of a joint, checked, (..., 6)."""
-    value = numbers(given, what)
-    if value.ndim == 0 or value.shape[-1] != 6 or np.isnan(value).any() or np.any(value < 0.0):
-        raise FrameError(f"{what} is {given!r}: give six values between 0 and inf, (..., 6)")
-    return value
 
 
 def _refuse_gap(closure: Closure) -> None:

@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from ...elements import Joint
 from ...framework.frame import Frame
 from ..planar import rotation, vector
-from .motion import LINKS, FourBarMotion
+from .description import LINKS
+from .kinematics import FourBarKinematics
 
 # Nodes of each joint, along the chain crank, coupler, rocker, ground.
 JOINT_NODES = {"B": ("B.crank", "B.coupler"), "D": ("D.coupler", "D.rocker"), "E": ("E.rocker", "E")}
 
 
-def frame(motion: FourBarMotion, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
+def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
     """Describe the linkage at every pose as a frame of beams and joints.
 
     Links are bodies, in whose own axes their nodes do not move, so that a link's stiffness is the same at all poses.
@@ -65,7 +66,7 @@ def frame(motion: FourBarMotion, clearance: Mapping[str, ArrayLike] | None = Non
     return built
 
 
-def _coupler(built: Frame, motion: FourBarMotion) -> None:
+def _coupler(built: Frame, motion: FourBarKinematics) -> None:
     four_bar = motion.four_bar
     x, y = (np.asarray(component) for component in four_bar.point)
     length, on_line = four_bar.lengths[1], not np.any(y)

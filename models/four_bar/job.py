@@ -13,7 +13,7 @@ from ..job.figures import draw_histograms, draw_trajectory
 from ..job.output import results, written
 from ..job.rendered import rendered
 from ..job.stages import Stages
-from . import large, reactions
+from . import large_table, reactions
 from .figures import draw_linkage
 from .remarks import remarks
 from .report import report
@@ -111,8 +111,8 @@ def _tell(result: Result, out: Path, files: list[str], notes: list[str], stages:
     print(f"{as_text(result)}\n\n{about_errors(result)}")
     if result.inputs.is_paper_linkage:
         print("\nRight of the bar: the values printed in the paper, under the headings that fit them; see report.md.")
-    if table := large.as_text(result):
+    if table := large_table.as_text(result):
         print(f"\nWhere linear mechanics does not hold, beside the samples at large displacement:\n{table}")
-    for note in (*large.passages(result), reactions.summary(result), *notes):
+    for note in (*large_table.passages(result), reactions.summary(result), *notes):
         print(f"\n{note}")
     print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from ...elements.parameters import as_real
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
-from .motion import LINKS, FourBarMotion
+from .description import LINKS
+from .kinematics import FourBarKinematics
 
 Array = NDArray[np.float64]
 Pair = tuple[ArrayLike, ArrayLike]
@@ -95,7 +96,7 @@ class Kinetostatics:
         Ax Ay Bx By Dx Dy Ex Ey Ts, (..., 9); NaN where `status` is not ``"regular"``.
     """
 
-    motion: FourBarMotion
+    motion: FourBarKinematics
     unknowns: Array
 
     @property
@@ -152,7 +153,7 @@ class Kinetostatics:
         return np.arctan2(force[..., 1], force[..., 0])
 
 
-def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Link, gravity: Pair) -> Kinetostatics:
+def kinetostatics(motion: FourBarKinematics, crank: Link, coupler: Link, rocker: Link, gravity: Pair) -> Kinetostatics:
     """Solve the linkage's nine equations of dynamic equilibrium, Eq. (1)-(4) of the accuracy paper.
 
     For each link, with G its centre of mass, a its acceleration and α the link's angular acceleration, forces R at
@@ -205,7 +206,7 @@ def kinetostatics(motion: FourBarMotion, crank: Link, coupler: Link, rocker: Lin
     return Kinetostatics(motion, unknowns)
 
 
-def _check_shapes(motion: FourBarMotion, links: Mapping[str, Link], gravity: Pair) -> None:
+def _check_shapes(motion: FourBarKinematics, links: Mapping[str, Link], gravity: Pair) -> None:
     """Refuse what is no link, and numbers that do not broadcast with the motion and each other."""
     shapes = {"the motion": motion.shape} | {f"gravity {k}": np.shape(g) for k, g in zip("xy", gravity, strict=True)}
     for name, link in links.items():
@@ -219,7 +220,7 @@ def _check_shapes(motion: FourBarMotion, links: Mapping[str, Link], gravity: Pai
                 shapes[what] = np.shape(value)
 
 
-def _left(motion: FourBarMotion, name: str, link: Link) -> list[Array]:
+def _left(motion: FourBarKinematics, name: str, link: Link) -> list[Array]:
     """Rows x, y and moment of one link in [L], each (..., 9)."""
     centre = motion.position_on(name, *link.centre)
     rows = np.zeros((3, *centre.shape[:-1], 9))
@@ -234,7 +235,7 @@ def _left(motion: FourBarMotion, name: str, link: Link) -> list[Array]:
     return list(rows)
 
 
-def _right(motion: FourBarMotion, name: str, link: Link, gravity: Pair) -> list[Array]:
+def _right(motion: FourBarKinematics, name: str, link: Link, gravity: Pair) -> list[Array]:
     """Right side x, y and moment of one link, each (...)."""
     numbers = (link.mass, link.inertia, link.torque, *link.force, *gravity)
     mass, inertia, torque, fx, fy, gx, gy = (np.asarray(number) for number in numbers)

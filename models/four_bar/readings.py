@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .clearance import clearance_map
-from .four_bar import JOINTS, FourBar
+from .description import JOINTS
+from .four_bar import FourBar, FourBarMotion
 from .inputs import Inputs
-from .motion import FourBarMotion
 from .table import Printed
 
 Array = NDArray[np.float64]

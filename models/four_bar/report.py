@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..job.tables import markdown, spent
-from . import against_paper, digits, large, reactions
+from . import against_paper, digits, large_table, reactions
 from .readings import run_std
 from .table import about_errors, as_markdown
 
@@ -75,9 +75,9 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
         digits.EXPLAINED,
         digits.as_markdown(result),
         "### Large displacement",
-        large.EXPLAINED,
-        large.as_markdown(result),
-        *large.passages(result),
+        large_table.EXPLAINED,
+        large_table.as_markdown(result),
+        *large_table.passages(result),
         "## Reactions and drive torque",
         reactions.EXPLAINED,
         reactions.as_markdown(result),

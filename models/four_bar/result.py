@@ -16,11 +16,11 @@ from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
 from ...framework.results.validity import LINEAR
 from ..job.memory import check
-from .four_bar import JOINTS, FourBar
+from .description import JOINTS, LINKS
+from .four_bar import FourBar, FourBarMotion
 from .inputs import LENGTHS, Inputs
 from .kinetostatics import Kinetostatics, Link
 from .large import LargeSpread, large_parts, large_samples
-from .motion import LINKS, FourBarMotion
 from .parts import Parts
 from .study import Study, monte_carlo
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...elements import Beam, Material
 from ...framework.errors import FrameError
-from .four_bar import JOINTS, FourBar
-from .motion import LINKS
+from .description import JOINTS, LINKS
+from .four_bar import FourBar
 
 if TYPE_CHECKING:
     from .accuracy import PerJoint

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,12 +13,10 @@ from ...framework.paraview.export import increasing
 from ...framework.paraview.files import whole_or_nothing
 from ...framework.paraview.scene import Part
 from ...framework.paraview.vtu import write_names, write_series
-
-if TYPE_CHECKING:
-    from .motion import Motion
+from .poses.kinematics import Kinematics
 
 
-def save(motion: Motion, path: str | Path, times: ArrayLike | None) -> None:
+def save(motion: Kinematics, path: str | Path, times: ArrayLike | None) -> None:
     """See `Motion.save`."""
     path = Path(path)
     if path.suffix != ".pvd":
@@ -35,7 +32,7 @@ def save(motion: Motion, path: str | Path, times: ArrayLike | None) -> None:
         write_names(stage / path.name, {"link": list(motion.linkage.links)})
 
 
-def _links(motion: Motion, poses: NDArray[np.int64]) -> Part:
+def _links(motion: Kinematics, poses: NDArray[np.int64]) -> Part:
     """Links as lines from point to point, closed where a link has more than two."""
     points: list[Array] = []
     cells: list[tuple[int, int]] = []

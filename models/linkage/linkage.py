@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from ...framework.errors import FrameError
-from .description.joining import Joining
-
-if TYPE_CHECKING:
-    from .kinematics.mechanism import Mechanism
-    from .motion import Motion
-    from .poses.dead_points import DeadPoint, DriveRange
-    from .poses.mobility import Mobility
-    from .statics.inertia import Inertia
+from .description.linkage_description import LinkageDescription
+from .motion import Motion
+from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
+from .poses.mobility import Mobility, mobility
+from .way.drives import by_joint
 
 
-class Linkage(Joining):
+class Linkage(LinkageDescription):
     """Links joined by joints, drawn in one position in which it is assembled.
 
     Every number may carry a batch; all broadcast.
@@ -68,26 +64,6 @@ class Linkage(Joining):
     >>> motion.position("P").shape
     (3, 3)
     """
-
-    def __init__(self, points: Mapping[str, ArrayLike] | None = None, /, **named: ArrayLike) -> None:
-        super().__init__(points, **named)
-        self.kept: tuple[tuple[object, ...], Mechanism] | None = None
-        self.inertias: dict[str, tuple[tuple[object, ...], Inertia]] = {}
-
-    def __repr__(self) -> str:
-        driven = ", ".join(self.drives) or "none"
-        parts = ((len(self.points), "points"), (len(self.links), "links"), (len(self.joints), "joints"))
-        return f"<Linkage: {', '.join(f'{count} {noun}' for count, noun in parts)}; driven: {driven}>"
-
-    def __getstate__(self) -> dict[str, object]:
-        """What another process needs; what is kept is known by where it lies in this one, and is made again."""
-        return vars(self) | {"kept": None, "inertias": {}}
-
-    @property
-    def version(self) -> tuple[object, ...]:
-        """What the compiled mechanism depends on; equal as long as points, links, joints and drives are the same."""
-        parts = (self.points, self.links, self.joints)
-        return *(tuple(map(id, part.values())) for part in parts), tuple(self.drives.items())
 
     def move(
         self,
@@ -148,14 +124,11 @@ class Linkage(Joining):
             If a drive is unknown or given twice, shapes do not broadcast, the linkage hangs in the air, its drawing
             cannot be assembled, its drives leave points free to move, or a stiffness is inf where a joint is free.
         """
-        from .motion import move
-        from .way.drives import by_joint
-
         given = by_joint("drives", drives)
         for name in named.keys() & given.keys():
             raise FrameError(f"joint {name!r} is given twice, by keyword and in the mapping: give it once")
         numbers = {**given, **named}, by_joint("rates", rates), by_joint("accelerations", accelerations)
-        return move(self, *numbers, branch, tolerance, other_modes)
+        return Motion.of(self, *numbers, branch, tolerance, other_modes)
 
     def mobility(self, tolerance: float = 0.0, entry: int | tuple[int, ...] | None = None) -> Mobility:
         """How many freedoms the linkage has, by counting and in truth; see `mobility.mobility`.
@@ -193,8 +166,6 @@ class Linkage(Joining):
         as drawn it is singular: velocities have 2 freedoms
         3 constraints too many: C (uz rx ry)
         """
-        from .poses.mobility import mobility
-
         return mobility(self, tolerance, entry)
 
     def dead_points(
@@ -239,8 +210,6 @@ class Linkage(Joining):
         >>> [(round(point.value, 12), point.joint) for point in linkage.dead_points("slide")]
         [(2.0, 'B'), (4.0, 'B')]
         """
-        from .poses.dead_points import dead_points
-
         return dead_points(self, joint, coordinate, tolerance, entry)
 
     def drive_range(
@@ -274,6 +243,4 @@ class Linkage(Joining):
         >>> linkage.drive_range("A").upper
         inf
         """
-        from .poses.dead_points import drive_range
-
         return drive_range(self, joint, coordinate, tolerance, entry)

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from linkframe.models import FourBar
-from linkframe.models.four_bar import large, reactions
+from linkframe.models.four_bar import large_table, reactions
 from linkframe.models.four_bar.against_paper import points
 from linkframe.models.four_bar.clearance import clearance_map
 from linkframe.models.four_bar.inputs import Inputs
@@ -371,7 +371,7 @@ def test_samples_that_end_on_the_other_side_are_named() -> None:
     assert not passed[~result.singular][:, :].all(axis=1).any()
     assert not passed[result.singular].any()
     assert not passed[3:16].any()
-    told = [sentence for sentence in large.passages(result) if sentence.startswith("At 350°")]
+    told = [sentence for sentence in large_table.passages(result) if sentence.startswith("At 350°")]
     assert len(told) == 1
     assert "number 31 of samples.npz" in told[0]
     rest = np.delete(moved[:, :2], 31, axis=0).std(axis=0, ddof=1)

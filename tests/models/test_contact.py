@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.framework import FrameError, MechanismWarning
-from linkframe.models import FourBar, Link, accuracy
+from linkframe.models import FourBar, FourBarMotion, Link, accuracy
 from linkframe.models.four_bar.clearance import clearance_displacement
-from linkframe.models.four_bar.motion import FourBarMotion
 from numpy.testing import assert_allclose, assert_array_equal
 
 ROCKING = {"crank": 0.3, "coupler": 0.9, "rocker": 0.8, "ground": 0.7, "point": (0.5, 0.2), "branch": "open"}

@@ -9,7 +9,7 @@ import pytest
 from linkframe.models import FourBar
 from linkframe.models.four_bar.accuracy import accuracy
 from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.large import as_markdown, as_text
+from linkframe.models.four_bar.large_table import as_markdown, as_text
 from linkframe.models.four_bar.result import Result, compute
 from linkframe.models.four_bar.table import as_csv
 from linkframe.models.four_bar.table import as_text as table_text

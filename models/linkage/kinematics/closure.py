@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from ..description.parts import Pair
+from .bodies import Column
+from .rates import Rates
 from .tape import Scalar, Vector, cross, dot, minus, plus, times
-
-if TYPE_CHECKING:
-    from .mechanism import Column
-    from .rates import Rates
 
 Joined = tuple[list[Vector], Vector, list[Vector], Vector]
 GLOBAL: list[Vector] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,6 @@ from .equations import Equations
 from .linear import Linear
 from .mechanism import Mechanism
 from .tape import Value
-
-if TYPE_CHECKING:
-    from ..way.follow import Guide
-    from ..way.lanes import Derivatives
-    from ..way.march import Track
 
 # A step below this ends the iteration: the next would be below rounding.
 LAST_STEP = 1e-9
@@ -92,16 +87,17 @@ class Loops:
     guide
         The last paths of which a guide was made, and that.
     derivatives
-        Those at the reference configuration, once they are known.
+        Those at the reference configuration, once they are known. The continuation finds all three and puts them here,
+        so that they live as long as the loops.
     """
 
     def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
         self.mechanism, self.tolerance = mechanism, tolerance
         self.linear = Linear(mechanism.pattern, rank)
         self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
-        self.kept: dict[bool, tuple[object, Track]] = {}
-        self.guide: tuple[object, Guide] | None = None
-        self.derivatives: tuple[Pose, Derivatives] | None = None
+        self.kept: dict[bool, tuple[object, Any]] = {}
+        self.guide: tuple[object, Any] | None = None
+        self.derivatives: tuple[Pose, Any] | None = None
         self.singles: list[tuple[int, int]] = []
         self.balls: list[tuple[int, int]] = []
         self.driven_states: list[int] = []

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from ....framework.batch import Array
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..linkage import Linkage
-from ..statics.inertia import place as place_of
+from ..description.places import place as place_of
+from .bodies import Body, Column
 from .closure import closing_bias, closing_rows
 from .linear import Pattern
 from .rates import Rates, rates_of
@@ -20,41 +20,7 @@ from .tape import Program, Scalar, Tape, Term, Value, Vector, combine, minus, pl
 from .tree import Branch, Tree, spanning_tree
 from .turning import moved
 
-if TYPE_CHECKING:
-    from ..way.members import Starts
-    from .loops import Loops, Pose
-
 EPS = float(np.finfo(np.float64).eps)
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """A link while the tape is written: its reference point and the axes that were `drawn_axes` in the drawing.
-
-    `place` is the reference point as drawn. Vectors are in the axes of the ground.
-    """
-
-    origin: Vector
-    axes: list[Vector]
-    place: Array
-    drawn_axes: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Column:
-    """Motion of a link relative to the one before it on the tree, per unit of one velocity.
-
-    It turns with `angular` and moves with `linear` at `point`; `sign` is -1 where the tree runs from the joint's
-    second link to its first. `carrier`, 0 or 1, is the link of the joint on which the axis is fixed.
-    """
-
-    joint: str
-    component: str
-    sign: float
-    angular: Vector
-    linear: Vector
-    point: Vector
-    carrier: int
 
 
 class Mechanism:
@@ -87,20 +53,21 @@ class Mechanism:
     parameters
         Dimensions that the programs take, in units of `size`.
     begun
-        Nominal dimensions, loops and closed drawing, once they have been found.
+        Nominal dimensions, loops and closed drawing, once they have been found. The assembly finds them and puts them
+        here, so that they live as long as the mechanism.
     starts
-        Closed drawings of all members of the batch, once they have been found.
+        Closed drawings of all members of the batch, likewise.
     """
 
-    def __init__(self, linkage: Linkage) -> None:
+    def __init__(self, linkage: LinkageDescription) -> None:
         self.linkage = linkage
         self.tree: Tree = spanning_tree(linkage)
         self.size = _size(linkage)
         self.tape = Tape()
         self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
         self.parameters: list[Value] = []
-        self.begun: tuple[list[float], Loops, Pose] | None = None
-        self.starts: Starts | None = None
+        self.begun: tuple[list[float], Any, Any] | None = None
+        self.starts: Any = None
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
@@ -392,9 +359,17 @@ def _acts(entry: Scalar) -> bool:
     return isinstance(entry, Term) or entry != 0.0
 
 
-def _size(linkage: Linkage) -> float:
+def _size(linkage: LinkageDescription) -> float:
     """Power of two just above the extent of the drawing; 1 where it has none."""
     corners = [point.reshape(-1, 3) for point in linkage.points.values()]
     places = np.concatenate(corners) if corners else np.zeros((1, 3))
     extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
     return float(2.0 ** np.ceil(np.log2(extent))) if extent > 0.0 else 1.0
+
+
+def compiled(linkage: LinkageDescription) -> Mechanism:
+    """The linkage's mechanism, compiled once for as long as its description stays the same."""
+    if linkage.kept is None or linkage.kept[0] != linkage.version:
+        linkage.kept = linkage.version, Mechanism(linkage)
+    mechanism: Mechanism = linkage.kept[1]
+    return mechanism

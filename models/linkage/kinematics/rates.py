@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from ..description.parts import GROUND
+from .bodies import Body, Column
 from .tape import Scalar, Vector, cross, minus, plus, times
 from .tree import Tree
-
-if TYPE_CHECKING:
-    from .mechanism import Body, Column
 
 NOTHING: Vector = [0.0, 0.0, 0.0]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from ....framework.errors import FrameError
 from ..description.joints import KINDS
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..linkage import Linkage
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Tree:
     twins: dict[str, str]
 
 
-def spanning_tree(linkage: Linkage) -> Tree:
+def spanning_tree(linkage: LinkageDescription) -> Tree:
     """The tree with driven joints and screws first, and then with the least freedom.
 
     What it leaves over has the most freedom, so that the loops have the fewest equations (Prim's algorithm; the
@@ -78,12 +78,12 @@ def spanning_tree(linkage: Linkage) -> Tree:
     return _with_twins(linkage, branches)
 
 
-def carried(linkage: Linkage, pair: Pair) -> bool:
+def carried(linkage: LinkageDescription, pair: Pair) -> bool:
     """True where the joint's coordinates must be known as such: it is driven, or a screw."""
     return pair.name in linkage.drives or pair.kind.name == "screw"
 
 
-def _with_twins(linkage: Linkage, branches: list[Branch]) -> Tree:
+def _with_twins(linkage: LinkageDescription, branches: list[Branch]) -> Tree:
     in_tree = {branch.pair.name for branch in branches}
     cuts, twins = [], {}
     for name in sorted(linkage.joints):

@@ -1,1 +1,1 @@
-"""What is special about poses: mobility, dead points, singularity, transmission."""
+"""Where everything is at each pose, and what is special about it: mobility, dead points, singularity."""

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, one_entry
+from ..description.linkage_description import LinkageDescription
 from ..kinematics.loops import Loops, ball_rate
+from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.tape import Value
-from ..linkage import Linkage
-from ..motion import compiled
 from ..way.start import not_assembled
 
 # Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a
@@ -48,7 +48,7 @@ class Configurations:
         Singular values below this share of the largest count as zero.
     """
 
-    def __init__(self, linkage: Linkage, tolerance: float = 0.0, entry: Entry = None) -> None:
+    def __init__(self, linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> None:
         self.mechanism = compiled(linkage)
         first = (0,) * len(linkage.shape)
         self.entry = one_entry(linkage.shape, first if entry is None else entry, "the linkage")
@@ -213,7 +213,7 @@ def null_space(matrix: Array, size: float | None = None, share: float = DEPENDEN
     return np.asarray(right[rank:].T)
 
 
-def extent(linkage: Linkage) -> float:
+def extent(linkage: LinkageDescription) -> float:
     """Diagonal of the box that holds the drawing; 1 where it has no size."""
     corners = np.concatenate([np.zeros((0, 3)), *(point.reshape(-1, 3) for point in linkage.points.values())])
     if not corners.size:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ..linkage import Linkage
+from ..description.linkage_description import LinkageDescription
 from ..way.march import at_zero
 from .configuration import Configurations, Entry
 from .curve import STEP, Curve, Place, Way
@@ -68,7 +68,7 @@ class DriveRange:
 
 
 def dead_points(
-    linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
+    linkage: LinkageDescription, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
 ) -> tuple[DeadPoint, ...]:
     """All dead points that the linkage passes as it moves from the drawing, with one coordinate as its drive.
 
@@ -111,7 +111,7 @@ def dead_points(
 
 
 def drive_range(
-    linkage: Linkage, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
+    linkage: LinkageDescription, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
 ) -> DriveRange:
     """How far a drive can go from the drawing in both directions.
 
@@ -140,7 +140,7 @@ def drive_range(
     )
 
 
-def _curve(linkage: Linkage, joint: str, coordinate: str | None, tolerance: float, entry: Entry) -> Curve:
+def _curve(linkage: LinkageDescription, joint: str, coordinate: str | None, tolerance: float, entry: Entry) -> Curve:
     """The curve of a linkage with a joint's coordinate as its drive, and the other drives locked."""
     pair = linkage.joint(joint)
     free = linkage.drives.get(joint, pair.kind.coordinates)
@@ -161,7 +161,7 @@ def _curve(linkage: Linkage, joint: str, coordinate: str | None, tolerance: floa
     return Curve(Configurations(linkage, tolerance, entry), chosen, [name for name in driven if name != chosen])
 
 
-def _driven_by(linkage: Linkage, joint: str, coordinate: str) -> Linkage:
+def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> LinkageDescription:
     """The same linkage with another drive: only what drives is sure to be a coordinate of the mechanism."""
     other = copy(linkage)
     other.drives, other.kept = {joint: (coordinate,)}, None

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....framework.batch import Array
-from ..linkage import Linkage
+from ..description.linkage_description import LinkageDescription
 from .configuration import ALIKE, FEW_DIGITS, Configurations, Entry, null_space
 
 # How far motions are followed, in radians and extents of the linkage, and how many: away from a drawing that may be
@@ -71,7 +71,7 @@ class Mobility:
         return "\n".join(lines)
 
 
-def mobility(linkage: Linkage, tolerance: float = 0.0, entry: Entry = None) -> Mobility:
+def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> Mobility:
     """Count the freedoms of a linkage, and find them.
 
     The velocities at the drawing that the joints let pass are the null space of the Jacobian of the closed loops, by
@@ -154,13 +154,13 @@ def neighbours(space: Configurations, state: Array, step: float, trials: int) ->
     return found
 
 
-def count(linkage: Linkage, freedoms: int) -> int:
+def count(linkage: LinkageDescription, freedoms: int) -> int:
     """Mobility by count, with 3 freedoms a link in the plane or 6 in space."""
     joints = linkage.joints.values()
     return freedoms * (len(linkage.links) - len(joints)) + sum(joint.kind.freedom for joint in joints)
 
 
-def is_planar(linkage: Linkage) -> bool:
+def is_planar(linkage: LinkageDescription) -> bool:
     """Whether every joint moves parallel to one plane.
 
     Turning axes stand square to it, sliding axes lie in it, and there is nothing else but planar and fixed joints.

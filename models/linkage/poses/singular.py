@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +15,8 @@ from ..description.parts import GROUND
 from ..kinematics.linear import matrices
 from .configuration import extent
 from .held import MOVES, moving_joints
+from .kinematics import Kinematics
 from .states import PoseState, closure_states, singular_states
-
-if TYPE_CHECKING:
-    from ..motion import Motion
 
 Bools = NDArray[np.bool_]
 # A pose is singular below this conditioning: a pose next to a dead point is good to half the digits at best.
@@ -32,7 +29,7 @@ PROBES, BESIDE = 5, 0.1
 STILL = 1e-9
 
 
-def conditioning(motion: Motion) -> tuple[Array, Array]:
+def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     """How firmly the drives hold each pose, (...), and the motion (..., n) of the unknowns that they hold least.
 
     The least singular value of the closing equations by the unknown coordinates over the greatest, lengths in units of
@@ -60,7 +57,7 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
     return np.broadcast_to(margin, shape), least / np.array(columns)
 
 
-def _firmness(motion: Motion, matrix: Array) -> Array:
+def _firmness(motion: Kinematics, matrix: Array) -> Array:
     """Least over greatest singular value of the closing equations (..., m, n), the least of those of sets of loops that
     close one after the other, (...)."""
     mechanism, linear = motion.mechanism, motion.assembly.loops.linear
@@ -82,16 +79,19 @@ def _firmness(motion: Motion, matrix: Array) -> Array:
     return np.asarray(np.min(found, axis=0))
 
 
-def _span(motion: Motion, joints: Iterable[str]) -> float:
+def _span(motion: Kinematics, joints: Iterable[str]) -> float:
     """Extent of the places of some joints as drawn."""
     linkage = motion.linkage
     places = np.concatenate([linkage.points[linkage.joints[name].point].reshape(-1, 3) for name in joints])
     return float(np.ptp(places, axis=0).max())
 
 
-def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
-    """State of each pose and its words, (...) of the assembly; see `PoseState` and `Motion.status`."""
-    margin, least = motion.held
+def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, NDArray[np.str_]]:
+    """State of each pose and its words, (...) of the assembly; see `PoseState` and `Motion.status`.
+
+    `held` is what `conditioning` tells of the motion.
+    """
+    margin, least = held
     still = standing_still(motion)
     none = np.zeros(motion.assembly.shape, dtype=bool)
     state = singular_states(margin, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
@@ -110,7 +110,7 @@ def pose_states(motion: Motion) -> tuple[States, NDArray[np.str_]]:
     return np.where(told, state, closure), np.where(told, status, motion.closure_status)
 
 
-def loose_joints(motion: Motion, chosen: Bools, least: Array) -> NDArray[np.str_]:
+def loose_joints(motion: Kinematics, chosen: Bools, least: Array) -> NDArray[np.str_]:
     """The joint that moves with the drives held at each of the chosen poses, (k,)."""
     mechanism, shape = motion.mechanism, motion.assembly.shape
     state, parameters = (
@@ -122,7 +122,7 @@ def loose_joints(motion: Motion, chosen: Bools, least: Array) -> NDArray[np.str_
     return moving_joints(mechanism, state, parameters, list(velocities.T))
 
 
-def standing_still(motion: Motion) -> dict[str, Bools]:
+def standing_still(motion: Kinematics) -> dict[str, Bools]:
     """By joint: where drives can move so that its point stands still, though at other poses it moves with them, (...).
 
     Where the drives are too many for a point, so that it always can, the link that has it is looked at as a whole. What
@@ -156,12 +156,12 @@ class Speeds:
         The motion.
     """
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Kinematics) -> None:
         self.motion, self.size, self.count = motion, extent(motion.linkage), len(motion.drives.rates)
         self.motions = list(unit_motions(motion))
 
     @cached_property
-    def around(self) -> list[Motion]:
+    def around(self) -> list[Kinematics]:
         """The poses around the reference configuration, by drive."""
         return list(unit_motions(_around(self.motion)))
 
@@ -174,11 +174,11 @@ class Speeds:
         lost = (here < STILL * usual) & (usual > MOVES)
         return bool(np.all(usual > MOVES)), lost if lost.any() else None
 
-    def _least(self, motions: Sequence[Motion], point: str | None, link: str) -> Array:
+    def _least(self, motions: Sequence[Kinematics], point: str | None, link: str) -> Array:
         return singular_speeds(motions, point, link, self.size)[..., self.count - 1]
 
 
-def _around(motion: Motion) -> Motion:
+def _around(motion: Kinematics) -> Kinematics:
     """Some poses around the reference configuration, along a first axis."""
     linkage = motion.linkage
     values: dict[str, Array] = {}
@@ -191,10 +191,10 @@ def _around(motion: Motion) -> Motion:
         at = pair.at[..., chosen]
         given = at + (steps * units).reshape(PROBES, *(1,) * len(linkage.shape), len(chosen))
         values[name] = given if len(chosen) > 1 else given[..., 0]
-    return linkage.move(values, tolerance=motion.tolerance)
+    return Kinematics.of(linkage, values, {}, {}, tolerance=motion.tolerance)
 
 
-def unit_motions(motion: Motion) -> Iterator[Motion]:
+def unit_motions(motion: Kinematics) -> Iterator[Kinematics]:
     """The motion with each drive at a rate of one, the others standing still."""
     count = len(motion.drives.rates)
     for drive in range(count):
@@ -204,7 +204,7 @@ def unit_motions(motion: Motion) -> Iterator[Motion]:
         yield replace(motion, drives=drives)
 
 
-def singular_speeds(motions: Sequence[Motion], point: str | None, link: str, size: float) -> Array:
+def singular_speeds(motions: Sequence[Kinematics], point: str | None, link: str, size: float) -> Array:
     """Singular values (..., k) of the velocity, in units of `size`, of a point by the rates of the drives.
 
     Without a point, those of the velocity and angular velocity of the link: a slider has no point that tells of it.
@@ -215,7 +215,7 @@ def singular_speeds(motions: Sequence[Motion], point: str | None, link: str, siz
     return np.where(there[..., 0], values, np.nan)
 
 
-def _speed(motion: Motion, point: str | None, link: str, size: float) -> Array:
+def _speed(motion: Kinematics, point: str | None, link: str, size: float) -> Array:
     if point is not None:
         return motion.velocity(point, link) / size
     first = motion.velocity(motion.linkage.links[link].points[0], link) / size

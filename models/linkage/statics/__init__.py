@@ -1,1 +1,1 @@
-"""Forces and compliance of a moving linkage."""
+"""Forces and compliance of a moving linkage: reactions, transmission, frame, stiffness, accuracy."""

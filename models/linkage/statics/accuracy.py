@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,15 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array, aligned
 from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
+from ....framework.frame import Frame
+from ....framework.solution import Solution
 from ....framework.states import States
 from .contact import has_contacts
-from .frame import frame
+from .frame import FramedPoses, frame
 from .tangent import Tangent, is_loaded
-
-if TYPE_CHECKING:
-    from ....framework.frame import Frame
-    from ....framework.solution import Solution
-    from ..motion import Motion
 
 # Stations along a member at which its stress is taken.
 STATIONS = 13
@@ -45,7 +41,7 @@ class PointAccuracy:
         Whether the inertia forces of the rigid motion act as well.
     """
 
-    motion: Motion
+    motion: FramedPoses
     point: str
     load: Mapping[str, ArrayLike]
     inertia: bool = False
@@ -109,7 +105,7 @@ class PointAccuracy:
 
 
 def accuracy(
-    motion: Motion, point: str, link: str | None, load: Mapping[str, ArrayLike], *, inertia: bool
+    motion: FramedPoses, point: str, link: str | None, load: Mapping[str, ArrayLike], *, inertia: bool
 ) -> PointAccuracy:
     """See `Motion.accuracy`."""
     if load:
@@ -117,12 +113,12 @@ def accuracy(
     return PointAccuracy(motion, node_of(motion, point, link), load, inertia)
 
 
-def node_of(motion: Motion, point: str, link: str | None) -> str:
+def node_of(motion: FramedPoses, point: str, link: str | None) -> str:
     """Node of a point on a link; on the first that has it where None."""
     return motion.bare.nodes.of(*motion.linkage.end(point if link is None else (link, point), "the frame"))
 
 
-def flexibility(motion: Motion, point: str, link: str | None) -> Array:
+def flexibility(motion: FramedPoses, point: str, link: str | None) -> Array:
     """Displacement of a point by unit loads on it, (..., 6, 6); see `Motion.flexibility`."""
     node = node_of(motion, point, link)
     if is_loaded(motion):
@@ -133,7 +129,7 @@ def flexibility(motion: Motion, point: str, link: str | None) -> Array:
     return np.moveaxis(motion.bare.solve(cases, clearance=False).displacement(node), 0, -1)
 
 
-def stiffness(motion: Motion, point: str, link: str | None) -> Array:
+def stiffness(motion: FramedPoses, point: str, link: str | None) -> Array:
     """Inverse of the flexibility, (..., 6, 6); see `Motion.stiffness`."""
     compliance = flexibility(motion, point, link)
     compliance = 0.5 * (compliance + np.swapaxes(compliance, -1, -2))
@@ -152,7 +148,7 @@ def stiffness(motion: Motion, point: str, link: str | None) -> Array:
     return np.where(known[..., None, None], inverse, np.nan)
 
 
-def frequencies(motion: Motion, count: int) -> Array:
+def frequencies(motion: FramedPoses, count: int) -> Array:
     """The lowest natural frequencies, Hz, (..., count); see `Motion.frequencies`."""
     if is_loaded(motion):
         return Tangent(motion, cut=True).frequencies(count)
@@ -202,7 +198,7 @@ class Stress:
         return np.concatenate([there[..., :1].min(axis=0), there[..., 1:].max(axis=0)], axis=-1)
 
 
-def stress(motion: Motion, link: str) -> Stress:
+def stress(motion: FramedPoses, link: str) -> Stress:
     """Stress in a link under the linkage's loads and inertia; see `Motion.stress`."""
     built = frame(motion, inertia=True)
     if link not in motion.linkage.links:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....framework.batch import Array, Shape, joined, turned
 from ..description.parts import GROUND, Spring
+from ..poses.kinematics import Kinematics
 from .inertia import inertia
-
-if TYPE_CHECKING:
-    from ..motion import Motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +44,7 @@ def moved(wrench: Array, arm: Array) -> Array:
     return np.concatenate([force, moment], axis=-1)
 
 
-def applied(motion: Motion) -> Iterator[Action]:
+def applied(motion: Kinematics) -> Iterator[Action]:
     """Loads, torques and springs, on the links that are not the ground."""
     for load in motion.linkage.loads:
         if load.link != GROUND:
@@ -63,7 +60,7 @@ def applied(motion: Motion) -> Iterator[Action]:
                 yield Action(link, point, motion.position(point, link), wrench)
 
 
-def whole_shape(motion: Motion) -> Shape:
+def whole_shape(motion: Kinematics) -> Shape:
     """Broadcast of the motion with masses, beams, loads, springs and gravity.
 
     Raises
@@ -90,7 +87,7 @@ def whole_shape(motion: Motion) -> Shape:
     return np.broadcast_shapes(*known.values())
 
 
-def tension(motion: Motion, spring: Spring) -> tuple[Array, Array]:
+def tension(motion: Kinematics, spring: Spring) -> tuple[Array, Array]:
     """Unit vector from the first to the second end of a spring (..., 3), and its pull, with the damper's (...)."""
     ends = [(point, link) for link, point in (spring.first, spring.second)]
     chord = motion.position(*ends[1]) - motion.position(*ends[0])
@@ -103,19 +100,19 @@ def tension(motion: Motion, spring: Spring) -> tuple[Array, Array]:
     return line, force
 
 
-def centre_of(motion: Motion, link: str) -> Array:
+def centre_of(motion: Kinematics, link: str) -> Array:
     """Centre of mass of a link, global, (..., 3)."""
     return motion.position_on(link, inertia(motion.linkage, link).centre)
 
 
-def weight(motion: Motion, link: str) -> Action:
+def weight(motion: Kinematics, link: str) -> Action:
     """Weight of a link, at its centre of mass."""
     own = inertia(motion.linkage, link)
     force = own.mass[..., None] * motion.linkage.weight
     return Action(link, None, centre_of(motion, link), np.concatenate([force, np.zeros_like(force)], axis=-1))
 
 
-def inertia_force(motion: Motion, link: str) -> Action:
+def inertia_force(motion: Kinematics, link: str) -> Action:
     """Inertia force and torque of a link about its centre of mass, Eq. (1) and (2) of the accuracy paper in space.
 
     ``F = -m a``, ``T = -(I alpha + omega x I omega)``.
@@ -129,7 +126,7 @@ def inertia_force(motion: Motion, link: str) -> Action:
     return Action(link, None, centre_of(motion, link), -np.concatenate([force, torque], axis=-1))
 
 
-def kinetic_energy(motion: Motion) -> Array:
+def kinetic_energy(motion: Kinematics) -> Array:
     """Kinetic energy of all links, (...)."""
     whole_shape(motion)
     total: Array = np.zeros(motion.shape)
@@ -141,7 +138,7 @@ def kinetic_energy(motion: Motion) -> Array:
     return total
 
 
-def power(motion: Motion, action: Action) -> Array:
+def power(motion: Kinematics, action: Action) -> Array:
     """Power of a force on the link that it acts on, (...)."""
     axes, arm = motion.axes(action.link), action.place - motion.origin(action.link)
     speed = motion.velocity_on(action.link, turned(np.swapaxes(axes, -1, -2), arm))

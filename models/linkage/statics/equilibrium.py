@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +11,10 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, Shape
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
+from ..poses.kinematics import Kinematics
 from ..way.driven import free_motions
 from .actions import applied, centre_of, inertia_force, moved, turned_tensor, weight, whole_shape
 from .inertia import inertia
-
-if TYPE_CHECKING:
-    from ..motion import Motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +39,7 @@ class Transmitted:
     wrenches: Array
 
     @classmethod
-    def of(cls, motion: Motion, joint: Pair) -> Transmitted:
+    def of(cls, motion: Kinematics, joint: Pair) -> Transmitted:
         """What does no work on the motion that the joint lets go, and, if it is driven, what works on that motion.
 
         Forces and moments along the joint's axes; a screw pushes and turns at once, ``m_z = -f_z pitch / 2 pi``.
@@ -77,7 +74,7 @@ class Equilibrium:
         If masses, beams, loads, springs or gravity do not broadcast with the motion.
     """
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Kinematics) -> None:
         whole_shape(motion)
         self.motion = motion
         self.links = list(motion.linkage.links)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,19 +14,18 @@ from ....elements.spring import Spring as Line
 from ....framework.batch import Array, turned
 from ....framework.errors import FrameError
 from ....framework.frame import Frame
+from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Link, Pair, joint_axes
+from ..description.places import place
+from ..poses.classified import ClassifiedPoses
 from .actions import tension, turned_tensor, whole_shape
 from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, bond
-from .inertia import inertia, is_given, place, with_density
+from .inertia import inertia, is_given, with_density
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
-
-if TYPE_CHECKING:
-    from ....framework.solution import Solution
-    from ..linkage import Linkage
-    from ..motion import Motion
 
 # Components in which a joint's clearance leaves play, in its own axes.
 PLAY = {
@@ -39,7 +38,7 @@ ABOUT = 5
 
 
 def frame(
-    motion: Motion, *, clearance: bool = True, loads: bool = True, inertia: bool = False, clamped: bool = False
+    motion: FramedPoses, *, clearance: bool = True, loads: bool = True, inertia: bool = False, clamped: bool = False
 ) -> Frame:
     """The linkage at every pose as a frame, held at its drives; see `Motion.frame`.
 
@@ -72,7 +71,7 @@ class Builder:
         Hold all drives, also those that have a stiffness of their own.
     """
 
-    def __init__(self, motion: Motion, *, clearance: bool, clamped: bool = False) -> None:
+    def __init__(self, motion: ClassifiedPoses, *, clearance: bool, clamped: bool = False) -> None:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
         whole_shape(motion)
@@ -240,7 +239,17 @@ class Builder:
         self.frame.add(f"{name}.mass", mass, self.nodes.of(name, point))
 
 
-def _spins(linkage: Linkage) -> dict[str, tuple[str, str, str]]:
+@dataclass(frozen=True, eq=False, repr=False)
+class FramedPoses(ClassifiedPoses):
+    """Poses with the frame that stands for the linkage at them; see `Motion`."""
+
+    @cached_property
+    def bare(self) -> Builder:
+        """The frame of the motion without loads, whose plan serves all load cases."""
+        return Builder(self, clearance=True)
+
+
+def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str]]:
     """By joint: links that two balls alone hold, which can spin about the line between them, and both points.
 
     The first of both balls is named, where neither has a stiffness against turning.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,13 +11,11 @@ from numpy.typing import ArrayLike
 from ....framework.batch import Array, finite, joined
 from ....framework.errors import FrameError
 from .actions import whole_shape
+from .frame import FramedPoses
 from .reactions import reactions
 
-if TYPE_CHECKING:
-    from ..motion import Motion
 
-
-def free_accelerations(motion: Motion, forces: Mapping[str, ArrayLike]) -> dict[str, Array]:
+def free_accelerations(motion: FramedPoses, forces: Mapping[str, ArrayLike]) -> dict[str, Array]:
     """See `Motion.free_accelerations`."""
     driven = motion.linkage.drives
     for joint in forces:
@@ -52,7 +49,7 @@ def free_accelerations(motion: Motion, forces: Mapping[str, ArrayLike]) -> dict[
     return dict(zip(driven, np.split(found, cuts, axis=-1), strict=True))
 
 
-def _forces(motion: Motion, accelerations: Array) -> Array:
+def _forces(motion: FramedPoses, accelerations: Array) -> Array:
     """Drive forces at other accelerations of the drives (k, drives), (k, ..., drives)."""
     # The leading axis stands before all axes of masses and loads, too.
     count, axes = len(accelerations), (1,) * len(whole_shape(motion))

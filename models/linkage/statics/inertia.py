@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....elements import Beam, Material
 from ....framework.batch import Array, block_diagonal
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import Link
-
-if TYPE_CHECKING:
-    from ..linkage import Linkage
+from ..description.places import place
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,19 +32,6 @@ class Inertia:
     tensor: Array
 
 
-def place(linkage: Linkage, link: str, point: str) -> Array:
-    """Where a point of a link is in the link's own axes, which are the global ones as drawn, (..., 3).
-
-    It is the drawing, but for the second point of a link that was given its true length.
-    """
-    drawn, given = linkage.points[point], linkage.links.get(link)
-    if given is None or given.length is None or point == given.points[0]:
-        return drawn
-    start = linkage.points[given.points[0]]
-    chord = drawn - start
-    return np.asarray(start + chord * (given.length / np.linalg.norm(chord, axis=-1))[..., None])
-
-
 def is_given(link: Link) -> bool:
     """Whether the link was given its inertia, so that its beams have none of their own."""
     return any(value is not None for value in (link.mass, link.centre, link.inertia))
@@ -58,7 +43,7 @@ def with_density(beam: Beam, density: float) -> Beam:
     return replace(beam, material=Material(E=stuff.E, G=stuff.G, density=density))
 
 
-def inertia(linkage: Linkage, name: str) -> Inertia:
+def inertia(linkage: LinkageDescription, name: str) -> Inertia:
     """Inertia of a link: what was given, and for the rest that of its beams.
 
     Where a mass was given alone, the beams tell where it is and how it is spread; where there are no beams it is a
@@ -69,10 +54,11 @@ def inertia(linkage: Linkage, name: str) -> Inertia:
     kept = linkage.inertias.get(name)
     if kept is None or any(old is not new for old, new in zip(kept[0], made_of, strict=False)):
         kept = linkage.inertias[name] = made_of, _inertia(linkage, link)
-    return kept[1]
+    found: Inertia = kept[1]
+    return found
 
 
-def _inertia(linkage: Linkage, link: Link) -> Inertia:
+def _inertia(linkage: LinkageDescription, link: Link) -> Inertia:
     own = _of_beams(linkage, link)
     mass = link.mass if link.mass is not None else own.mass if _massive(link) else np.zeros(())
     centre = own.centre if link.centre is None else link.centre
@@ -90,7 +76,7 @@ def cross_matrix(vector: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def _of_beams(linkage: Linkage, link: Link) -> Inertia:
+def _of_beams(linkage: LinkageDescription, link: Link) -> Inertia:
     """Inertia of the beams moving as one body: their consistent mass on rigid motions, ``R^T M R``.
 
     Where they have no mass they are taken with a density of one, to tell where it would be.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,18 +10,16 @@ from ....elements import Beam
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ....framework.frame import Frame
+from ..poses.kinematics import Kinematics
 from .actions import applied, inertia_force, moved
 from .inertia import inertia
-
-if TYPE_CHECKING:
-    from ..motion import Motion
-    from .nodes import Nodes
+from .nodes import Nodes
 
 # By link: member, beam, start and end in the link's axes.
 Pieces = dict[str, list[tuple[str, Beam, Array, Array]]]
 
 
-def add_loads(frame: Frame, motion: Motion, nodes: Nodes) -> None:
+def add_loads(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
     """Loads, torques, forces of springs and dampers, and gravity."""
     for action in applied(motion):
         assert action.point is not None
@@ -30,7 +28,7 @@ def add_loads(frame: Frame, motion: Motion, nodes: Nodes) -> None:
         frame.gravity(motion.linkage.weight)
 
 
-def add_inertia_loads(frame: Frame, motion: Motion, nodes: Nodes, pieces: Pieces) -> None:
+def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pieces) -> None:
     """Inertia forces of the rigid motion (d'Alembert).
 
     Beams with a mass of their own carry ``-rho A a`` along their length, taken to vary linearly. What this leaves of
@@ -61,12 +59,12 @@ def _put(frame: Frame, node: str, wrench: Array) -> None:
         frame.load(node, **given)
 
 
-def _force(motion: Motion, link: str, beam: Beam, place: Array, fraction: float) -> Array:
+def _force(motion: Kinematics, link: str, beam: Beam, place: Array, fraction: float) -> Array:
     """Inertia force per length at one end of a beam, (..., 3)."""
     return _there(motion, -beam.mass_per_length(fraction)[..., None] * motion.acceleration_on(link, place))
 
 
-def _there(motion: Motion, vectors: Array) -> Array:
+def _there(motion: Kinematics, vectors: Array) -> Array:
     """Vectors (..., n), zero where the pose is not assembled and has no results."""
     return vectors if motion.is_assembled.all() else np.where(motion.is_assembled[..., None], vectors, 0.0)
 

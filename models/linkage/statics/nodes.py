@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ....framework.batch import Array
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from .inertia import place
-
-if TYPE_CHECKING:
-    from ..linkage import Linkage
+from ..description.places import place
 
 # Joints whose two links do not meet at the joint's point of the first.
 SLIDING = ("prismatic", "cylindrical", "planar", "screw")
@@ -26,7 +22,7 @@ class Nodes:
         The linkage.
     """
 
-    def __init__(self, linkage: Linkage) -> None:
+    def __init__(self, linkage: LinkageDescription) -> None:
         self.on_ground = list(dict.fromkeys(_ground_points(linkage)))
         self._carriers: dict[str, list[str]] = {point: [] for point in linkage.points}
         for link in linkage.links.values():
@@ -53,7 +49,7 @@ class Nodes:
             return f"{pair.name}.slider" if f"{pair.name}.{pair.first}" in self._names else f"{pair.name}.{pair.first}"
         return self.of(pair.first, pair.point)
 
-    def heart(self, linkage: Linkage, link: str, centre: Array) -> str:
+    def heart(self, linkage: LinkageDescription, link: str, centre: Array) -> str:
         """The point of a link nearest to its centre of mass."""
         points = linkage.links[link].points
         away = [float(np.max(np.linalg.norm(centre - place(linkage, link, p), axis=-1))) for p in points]
@@ -64,7 +60,7 @@ class Nodes:
         return {self.of(link, point) for point, links in self._carriers.items() for link in links}
 
 
-def _ground_points(linkage: Linkage) -> list[str]:
+def _ground_points(linkage: LinkageDescription) -> list[str]:
     """Points at which the ground takes part."""
     found = []
     for pair in linkage.joints.values():

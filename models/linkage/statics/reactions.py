@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +15,7 @@ from ..poses.states import PoseState
 from .actions import inertia_force
 from .determinacy import Idle, solved
 from .equilibrium import Equilibrium
-
-if TYPE_CHECKING:
-    from ..motion import Motion
+from .frame import FramedPoses, frame
 
 DETERMINATE, COMPLIANCE, LEAST, NONE = "determinate", "compliance", "minimum norm", "none"
 # Forces so many times the loads are not believed where the motion calls the pose singular.
@@ -44,7 +41,7 @@ class Reactions:
         linkage, or it is not assembled, (...).
     """
 
-    motion: Motion
+    motion: FramedPoses
     wrenches: Mapping[str, Array]
     drives: Mapping[str, Array]
     method: NDArray[np.str_]
@@ -141,7 +138,7 @@ class Reactions:
         return inertia_force(self.motion, link).wrench
 
 
-def reactions(motion: Motion) -> Reactions:
+def reactions(motion: FramedPoses) -> Reactions:
     """Solve the Newton-Euler equations of all links for joint reactions and drive forces.
 
     Parameters
@@ -186,7 +183,7 @@ def reactions(motion: Motion) -> Reactions:
     return Reactions(motion, wrenches, drives, method)
 
 
-def _boundless(motion: Motion, values: Array, side: Array) -> NDArray[np.bool_]:
+def _boundless(motion: FramedPoses, values: Array, side: Array) -> NDArray[np.bool_]:
     """Singular poses whose forces are large only because the closure holds to rounding and no better, (...)."""
     loads = np.max(np.abs(side), axis=-1, initial=0.0)
     huge = np.asarray(np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * loads)
@@ -200,17 +197,15 @@ def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:
     return np.broadcast_to(matrix, (*shape, *matrix.shape[-2:])).reshape(-1, *matrix.shape[-2:])
 
 
-def _compliant(motion: Motion) -> bool:
+def _compliant(motion: FramedPoses) -> bool:
     """Whether links or joints everywhere have a stiffness by which they may share a load."""
     linkage = motion.linkage
     links = all(link.beams or len(link.points) == 1 for link in linkage.links.values())
     return links or all(np.isfinite(pair.full_stiffness).all() for pair in linkage.joints.values())
 
 
-def _by_compliance(motion: Motion) -> tuple[dict[str, Array], dict[str, Array]]:
+def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Array]]:
     """Wrenches and drive forces by joint, from the frame under all loads, its drives held."""
-    from .frame import frame
-
     linkage = motion.linkage
     solution = frame(motion, clearance=False, inertia=True, clamped=True).solve()
     wrenches, drives = {}, {}

@@ -9,8 +9,6 @@ their direction; of those that turn with a link the turning is left out.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,11 +22,9 @@ from ....framework.results.under_load import geometric_stiffness
 from ....framework.solution import Solution
 from ....framework.solvers.rounding import zero_eigenvalue
 from ....framework.states import SolutionState, among
+from ..poses.classified import ClassifiedPoses
 from .frame import Builder
 from .loading import add_loads
-
-if TYPE_CHECKING:
-    from ..motion import Motion
 
 # Share of a point's motion by unit forces that is none.
 _STILL = 1e-10
@@ -37,7 +33,7 @@ _STILL = 1e-10
 _RAISES, _NARROWINGS, _NOISE = 12, 3, 1e-6
 
 
-def is_loaded(motion: Motion) -> bool:
+def is_loaded(motion: ClassifiedPoses) -> bool:
     """Whether anything acts on the linkage at rest."""
     linkage = motion.linkage
     return bool(linkage.loads or linkage.springs or np.any(linkage.weight))
@@ -63,7 +59,7 @@ class Tangent:
         Poses that are assembled, and at which finite forces hold the linkage, (...).
     """
 
-    def __init__(self, motion: Motion, *, cut: bool) -> None:
+    def __init__(self, motion: ClassifiedPoses, *, cut: bool) -> None:
         self.plan = Plan(Builder(motion, clearance=False).frame, cut=cut)
         clamped = Builder(motion, clearance=False, clamped=True)
         add_loads(clamped.frame, motion, clamped.nodes)

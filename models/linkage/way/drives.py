@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, Shape, finite, joined
 from ....framework.errors import FrameError
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.rotation import quaternion, quaternion_product
-from ..linkage import Linkage
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Drives:
 
 
 def given_drives(
-    linkage: Linkage,
+    linkage: LinkageDescription,
     mechanism: Mechanism,
     values: Mapping[str, ArrayLike],
     rates: Mapping[str, ArrayLike],

@@ -71,7 +71,8 @@ def _trials(loops: Loops, begin: Array) -> list[Array]:
 
 def _signs(loops: Loops) -> Array:
     assert loops.mechanism.begun is not None
-    return np.sign(loops.mechanism.begun[2].determinants)
+    signs: Array = np.sign(loops.mechanism.begun[2].determinants)
+    return signs
 
 
 def _other_side(loops: Loops, states: Array, parameters: Sequence[Value], signs: Array) -> Array:

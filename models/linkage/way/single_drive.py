@@ -108,7 +108,8 @@ class SingleDrive:
         kept, key = self.loops.guide, (ahead, back, len(ahead.nodes), len(back.nodes))
         if kept is None or kept[0] != key:
             kept = self.loops.guide = key, Guide.of(ahead, back)
-        return kept[1]
+        guide: Guide = kept[1]
+        return guide
 
     def _march(self, sign: float) -> March:
         origin = [self.start.state[place] for place in self.loops.driven_states]

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ....framework.batch import Array
 from ..description.parts import Pair
-from .rotation import quaternion, rotation_matrix, rotation_vector
-
-if TYPE_CHECKING:
-    from ..motion import Motion
+from ..kinematics.rotation import quaternion, rotation_matrix, rotation_vector
+from .kinematics import Kinematics
 
 
-def coordinate_of(motion: Motion, pair: Pair) -> Array:
+def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
     """Coordinates (..., f) of a joint."""
     shape, kind = motion.shape, pair.kind
     if pair.name in motion.mechanism.states and kind.name != "spherical":
@@ -42,7 +38,7 @@ def coordinate_of(motion: Motion, pair: Pair) -> Array:
     return np.stack(out, axis=-1) + pair.at if out else np.zeros((*shape, 0))
 
 
-def _continued(motion: Motion, angle: Array) -> Array:
+def _continued(motion: Kinematics, angle: Array) -> Array:
     """Angles without jumps of a turn along the sweep: the first axis along which the drives vary."""
     axis = next((k - len(motion.shape) for k, n in enumerate(motion.shape) if n > 1), None)
     if axis is None:
@@ -53,7 +49,7 @@ def _continued(motion: Motion, angle: Array) -> Array:
     return np.asarray(angle + 2.0 * np.pi * np.concatenate([start, np.cumsum(turns, axis=axis)], axis=axis))
 
 
-def rates_of_coordinate(motion: Motion, pair: Pair, order: int) -> Array:
+def rates_of_coordinate(motion: Kinematics, pair: Pair, order: int) -> Array:
     """First (order 0) or second (order 1) time derivative of a joint's coordinates, (..., f)."""
     kind, mechanism = pair.kind, motion.mechanism
     scales = [mechanism.size if name[0] == "u" else 1.0 for name in kind.coordinates]
@@ -64,7 +60,7 @@ def rates_of_coordinate(motion: Motion, pair: Pair, order: int) -> Array:
     return np.stack(_relative(motion, pair, order), axis=-1) if kind.coordinates else np.zeros((*motion.shape, 0))
 
 
-def _relative(motion: Motion, pair: Pair, order: int) -> list[Array]:
+def _relative(motion: Kinematics, pair: Pair, order: int) -> list[Array]:
     """Rates of a joint that closes a loop, from the relative motion of its links."""
     first = motion.axes(pair.first) @ pair.axes
     carrier, spin = motion.angular_velocity(pair.first), motion.angular_velocity(pair.second)
@@ -92,6 +88,6 @@ def _relative(motion: Motion, pair: Pair, order: int) -> list[Array]:
     return out
 
 
-def _inverse(motion: Motion, link: str, place: Array) -> Array:
+def _inverse(motion: Kinematics, link: str, place: Array) -> Array:
     """Where a global place that moves with a link was in the drawing."""
     return np.asarray(np.einsum("...ji,...j->...i", motion.axes(link), place - motion.origin(link)))

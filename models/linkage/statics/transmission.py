@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
-from ..statics.equilibrium import Equilibrium
-
-if TYPE_CHECKING:
-    from ..motion import Motion
+from ..poses.kinematics import Kinematics
+from .equilibrium import Equilibrium
 
 # Share of the greatest singular value below which one counts as zero.
 ZERO = 1e-9
 
 
-def transmission_angle(motion: Motion, joint: str) -> Array:
+def transmission_angle(motion: Kinematics, joint: str) -> Array:
     """Angle of transmission at a joint, (...); see `Motion.transmission_angle`.
 
     With the drives held and the joint taken apart, its second link can move by itself, which shifts the joint's half

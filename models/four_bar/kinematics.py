@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,27 +12,16 @@ from ...framework.batch import finite
 from ...framework.errors import FrameError
 from ..planar import Complex, vector
 from .closure import Closure
-
-if TYPE_CHECKING:
-    from ...framework.frame import Frame
-    from .four_bar import FourBar
-    from .kinetostatics import Kinetostatics, Link
+from .description import LINKS, FourBarDescription
 
 Array = NDArray[np.float64]
 
-LINKS = ("crank", "coupler", "rocker")
 SINGULAR = "singular: coupler and rocker in line"
 
 
 @dataclass(frozen=True, eq=False)
-class FourBarMotion:
-    """Motion of a four-bar; made by `FourBar.move`.
-
-    Points are A, B (crank pin), D (rocker pin), E (rocker's pivot) and P (on the coupler). Each link has axes of its
-    own: the crank from A towards B, the coupler from B towards D, the rocker from E towards D; z is global z.
-
-    Where coupler and rocker lie in line (`status`), positions are exact; velocities and accelerations are those of
-    the smooth motion if the branch has one (a parallelogram on the branch ``"parallel"`` passes through), NaN if not.
+class FourBarKinematics:
+    """Positions, velocities and accelerations of a four-bar; see `FourBarMotion`.
 
     Attributes
     ----------
@@ -46,7 +33,7 @@ class FourBarMotion:
         First and second time derivative of the drive angle, (...).
     """
 
-    four_bar: FourBar
+    four_bar: FourBarDescription
     closure: Closure
     drive_rate: Array
     drive_acceleration: Array
@@ -260,45 +247,6 @@ class FourBarMotion:
             x + i y, (...).
         """
         return self._origin(_known(link), 0)
-
-    # -- what is made of it -----------------------------------------------------------------------------------------
-
-    def frame(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
-        """The linkage, clamped at A, as a frame of beams and joints at every pose; see `four_bar.frame.frame`.
-
-        Parameters
-        ----------
-        clearance
-            Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
-        """
-        from .frame import frame
-
-        return frame(self, clearance)
-
-    def reactions(
-        self,
-        crank: Link | None = None,
-        coupler: Link | None = None,
-        rocker: Link | None = None,
-        gravity: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
-    ) -> Kinetostatics:
-        """Joint reactions and drive torque of the rigid linkage; see `four_bar.kinetostatics.kinetostatics`.
-
-        Parameters
-        ----------
-        crank, coupler, rocker
-            Mass, centre, inertia and external load of each link; nothing where None.
-        gravity
-            Acceleration of gravity (gx, gy).
-
-        Returns
-        -------
-        Kinetostatics
-            Eight reaction components and the drive torque, (...).
-        """
-        from .kinetostatics import Link, kinetostatics
-
-        return kinetostatics(self, crank or Link(), coupler or Link(), rocker or Link(), gravity)
 
     # -- derivatives of order 0, 1, 2 by the drive angle ------------------------------------------------------------
 

@@ -1,0 +1,167 @@
+"""The four-bar linkage: lengths, coupler point, branch, and what its links and joints are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...elements import Beam, Material, Rectangle
+from ...elements.parameters import as_real
+from ...framework.batch import finite, joined, numbers
+from ...framework.errors import FrameError
+from .closure import BRANCHES, Closure
+
+Array = NDArray[np.float64]
+
+LINKS = ("crank", "coupler", "rocker")
+JOINTS = ("B", "D", "E")
+
+
+def _bar() -> Beam:
+    return Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=2e11, nu=0.3, density=7850.0))
+
+
+@dataclass(frozen=True, eq=False)
+class FourBarDescription:
+    """Lengths, coupler point, branch, beams and joints of a four-bar; see `FourBar`."""
+
+    crank: ArrayLike = 0.1
+    coupler: ArrayLike = 0.2
+    rocker: ArrayLike = 0.1
+    ground: ArrayLike = 0.2
+    point: tuple[ArrayLike, ArrayLike] = (0.1, 0.0)
+    branch: str | None = None
+    beam: Beam | Mapping[str, Beam] = field(default_factory=_bar)
+    stiffness: ArrayLike | Mapping[str, ArrayLike] = (2e11, 2e11, 2e11, 2e11, 2e11, 0.0)
+
+    def __post_init__(self) -> None:
+        for name in (*LINKS, "ground"):
+            value = finite(getattr(self, name), f"{name} of the four-bar")
+            if np.any(value <= 0.0):
+                raise FrameError(f"{name} of the four-bar is {value[value <= 0.0].flat[0]}: give a positive length")
+            object.__setattr__(self, name, as_real(value))
+        if not isinstance(self.point, tuple | list) or len(self.point) != 2:
+            raise FrameError(f"point of the four-bar is {self.point!r}: give a pair (x, y) in the coupler's axes")
+        point = (as_real(finite(v, f"point {axis}")) for axis, v in zip("xy", self.point, strict=True))
+        object.__setattr__(self, "point", tuple(point))
+        shapes: dict[str, tuple[int, ...]] = {}
+        for name, shape in self._shapes().items():
+            joined(name, shape, shapes)
+            shapes[name] = shape
+        a, b, c, d = self.lengths
+        if self.branch is None:
+            object.__setattr__(self, "branch", "parallel" if np.all(a == c) and np.all(b == d) else "open")
+        if self.branch not in BRANCHES:
+            raise FrameError(f"branch of the four-bar is {self.branch!r}: choose one of {', '.join(BRANCHES)}")
+        for what, given, known in (("beam", self.beam, LINKS), ("stiffness", self.stiffness, JOINTS)):
+            if isinstance(given, Mapping) and set(given) != set(known):
+                raise FrameError(f"{what} of the four-bar is given for {sorted(given)}: give one for each of {known}")
+        for link in LINKS:
+            if not isinstance(beam := self.link_beam(link), Beam):
+                raise FrameError(f"beam of the {link} is {beam!r}: give a Beam")
+        if isinstance(self.stiffness, Mapping):
+            each = {joint: _springs(self.stiffness[joint], f"stiffness of joint {joint!r}") for joint in JOINTS}
+            object.__setattr__(self, "stiffness", each)
+        else:
+            object.__setattr__(self, "stiffness", _springs(self.stiffness, "stiffness of the joints"))
+
+    def _shapes(self) -> dict[str, tuple[int, ...]]:
+        shapes = {name: np.shape(getattr(self, name)) for name in (*LINKS, "ground")}
+        return shapes | {f"point {axis}": np.shape(value) for axis, value in zip("xy", self.point, strict=True)}
+
+    @property
+    def lengths(self) -> tuple[Array, Array, Array, Array]:
+        """Lengths of crank, coupler, rocker and ground, each (...)."""
+        a, b, c, d = (np.asarray(getattr(self, name), dtype=np.float64) for name in (*LINKS, "ground"))
+        return a, b, c, d
+
+    def link_beam(self, link: str) -> Beam:
+        """Beam of a link.
+
+        Parameters
+        ----------
+        link
+            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+
+        Returns
+        -------
+        Beam
+            The link's beam.
+        """
+        return self.beam[link] if isinstance(self.beam, Mapping) else self.beam
+
+    def joint_stiffness(self, joint: str) -> Array:
+        """Stiffness of a passive joint.
+
+        Parameters
+        ----------
+        joint
+            ``"B"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            ``ktx kty ktz krx kry krz``, (..., 6).
+        """
+        return np.asarray(self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness)
+
+    def _closure(self, theta: ArrayLike) -> Closure:
+        angle = finite(theta, "drive angle theta")
+        joined("drive angle theta", angle.shape, self._shapes())
+        return Closure(*self.lengths, angle, str(self.branch))
+
+    def gap(self, theta: ArrayLike) -> Array:
+        """Distance that coupler and rocker lack to close the loop at drive angles `theta`, (...); 0 where it closes.
+
+        Parameters
+        ----------
+        theta
+            Drive angles, radians, (...).
+
+        Returns
+        -------
+        ndarray
+            Gap, (...), in units of length.
+        """
+        return self._closure(theta).gap
+
+    def assembles(self, theta: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the four-bar can be assembled at drive angles `theta`, (...).
+
+        Parameters
+        ----------
+        theta
+            Drive angles, radians, (...).
+
+        Returns
+        -------
+        ndarray
+            True where it can, (...).
+        """
+        return np.asarray(self.gap(theta) == 0.0)
+
+    def singular(self, theta: ArrayLike) -> NDArray[np.bool_]:
+        """Whether coupler and rocker lie in line at drive angles `theta`, (...): the drive then no longer rules them.
+
+        Parameters
+        ----------
+        theta
+            Drive angles, radians, (...).
+
+        Returns
+        -------
+        ndarray
+            True where they do, (...).
+        """
+        return self._closure(theta).singular
+
+
+def _springs(given: ArrayLike, what: str) -> Array:
+    """Stiffness of a joint, checked, (..., 6)."""
+    value = numbers(given, what)
+    if value.ndim == 0 or value.shape[-1] != 6 or np.isnan(value).any() or np.any(value < 0.0):
+        raise FrameError(f"{what} is {given!r}: give six values between 0 and inf, (..., 6)")
+    return value

@@ -1,0 +1,21 @@
+"""Where the points of a link lie on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....framework.batch import Array
+from .sketch import Sketch
+
+
+def place(linkage: Sketch, link: str, point: str) -> Array:
+    """Where a point of a link is in the link's own axes, which are the global ones as drawn, (..., 3).
+
+    It is the drawing, but for the second point of a link that was given its true length.
+    """
+    drawn, given = linkage.points[point], linkage.links.get(link)
+    if given is None or given.length is None or point == given.points[0]:
+        return drawn
+    start = linkage.points[given.points[0]]
+    chord = drawn - start
+    return np.asarray(start + chord * (given.length / np.linalg.norm(chord, axis=-1))[..., None])

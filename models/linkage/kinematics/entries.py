@@ -1,0 +1,37 @@
+"""Vectors by their entries, which are arrays or numbers; what is always zero costs nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .tape import Value
+
+
+def combined(axes: Sequence[Sequence[Value]], components: Sequence[Value]) -> list[Value]:
+    """Sum of components times axes."""
+    return [_sum((axis[k], x) for axis, x in zip(axes, components, strict=True)) for k in range(3)]
+
+
+def _sum(pairs: object) -> Value:
+    total: Value = 0.0
+    for a, b in pairs:  # type: ignore[attr-defined]
+        if not (_is_zero(a) or _is_zero(b)):
+            total = total + a * b
+    return total
+
+
+def _is_zero(x: Value) -> bool:
+    return isinstance(x, float) and x == 0.0
+
+
+def cross(a: Sequence[Value], b: Sequence[Value]) -> list[Value]:
+    """Cross product of two vectors."""
+    return [
+        _sum([(a[1], b[2]), (_minus(a[2]), b[1])]),
+        _sum([(a[2], b[0]), (_minus(a[0]), b[2])]),
+        _sum([(a[0], b[1]), (_minus(a[1]), b[0])]),
+    ]
+
+
+def _minus(x: Value) -> Value:
+    return x if _is_zero(x) else -x

@@ -1,0 +1,71 @@
+"""Poses by what is special about them: regular, singular, in another assembly mode, or not assembled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ....framework.states import States, among
+from .kinematics import Kinematics
+from .singular import conditioning, pose_states
+from .states import PoseState
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClassifiedPoses(Kinematics):
+    """Kinematics of a linkage with the state of each pose, and how firmly the drives hold it; see `Motion`."""
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """What is special about each pose, (...).
+
+        * ``"regular"``
+        * ``"near dead point"``: see `conditioning`
+        * ``"singular: output, joint ... moves with the drives held"``: in a dead point or a change point. Of the joints
+          that move, one is named that has no hold on either side.
+        * ``"singular: input, joint ... stands still"``, with several drives ``"... has lost a direction"``: in which
+          they move its point, or the link that slides in it, at other poses, as the pin of a rocker at the end of its
+          swing. Positions and velocities are good as ever.
+        * ``"other assembly mode; not reachable from the reference configuration"``: the linkage can be assembled, but
+          not on the straight path of the drives from the reference configuration; results are NaN, but with
+          ``other_modes=True`` those of the position that was found.
+        * ``"not assembled: gap ... at joint ..."``: results are NaN.
+        """
+        return np.broadcast_to(self._told[1], self.shape)
+
+    @cached_property
+    def state(self) -> States:
+        """The same as numbers, (...): see `linkframe.models.PoseState`."""
+        return np.broadcast_to(self._told[0], self.shape)
+
+    @property
+    def is_regular(self) -> NDArray[np.bool_]:
+        """Where nothing is special about the pose, (...)."""
+        return np.asarray(self.state == PoseState.REGULAR)
+
+    @property
+    def is_singular(self) -> NDArray[np.bool_]:
+        """Where the pose is singular, of either type, (...)."""
+        return among(self.state, PoseState.SINGULAR_DIRECT, PoseState.SINGULAR_INVERSE)
+
+    @cached_property
+    def _told(self) -> tuple[States, NDArray[np.str_]]:
+        return pose_states(self, self.held)
+
+    @property
+    def conditioning(self) -> Array:
+        """How firmly the drives hold each pose, (...): from 0, where something moves with the drives held, towards 1.
+
+        Least over greatest singular value of the loop closure by the coordinates that are not driven, with lengths in
+        units of the linkage's extent; what moves by itself at every pose does not count.
+        """
+        return np.broadcast_to(self.held[0], self.shape)
+
+    @cached_property
+    def held(self) -> tuple[Array, Array]:
+        """The conditioning, and at singular poses the motion of the unknown velocity coordinates that is not held."""
+        return conditioning(self)

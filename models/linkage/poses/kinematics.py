@@ -1,0 +1,414 @@
+"""Where everything of a linkage is, how fast it moves and how it accelerates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ....framework.batch import Array, Shape, vector
+from ....framework.errors import FrameError
+from ..description.linkage_description import LinkageDescription
+from ..description.parts import GROUND
+from ..kinematics.blocks import blocks, cut_all
+from ..kinematics.entries import combined, cross
+from ..kinematics.mechanism import Mechanism, compiled
+from ..kinematics.tape import Program, Value
+from ..way.assemble import Assembly, assembled
+from ..way.driven import remedy
+from ..way.drives import Drives, given_drives
+
+BRANCHES = ("keep", "switch")
+OTHER_MODE = "other assembly mode; not reachable from the reference configuration"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Kinematics:
+    """Positions, velocities and accelerations of a linkage over a batch of poses; see `Motion`.
+
+    Attributes
+    ----------
+    linkage
+        The description.
+    mechanism
+        Its compiled form.
+    drives
+        Values, rates and accelerations of the drives.
+    assembly
+        The closed states.
+    """
+
+    linkage: LinkageDescription
+    mechanism: Mechanism
+    drives: Drives
+    assembly: Assembly
+
+    @classmethod
+    def of(
+        cls,
+        linkage: LinkageDescription,
+        values: Mapping[str, ArrayLike],
+        rates: Mapping[str, ArrayLike],
+        accelerations: Mapping[str, ArrayLike],
+        branch: str = "keep",
+        tolerance: float = 0.0,
+        other_modes: bool = False,
+    ) -> Self:
+        """Those of a linkage whose drives are given; see `Linkage.move`."""
+        if branch not in BRANCHES:
+            raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
+        if not 0.0 <= tolerance < np.inf:
+            raise FrameError(f"tolerance is {tolerance:g}: give a length, 0 or above")
+        linkage.check_free()
+        mechanism = compiled(linkage)
+        drives = given_drives(linkage, mechanism, values, rates, accelerations)
+        found = assembled(mechanism, drives, branch == "switch", tolerance / mechanism.size, other_modes)
+        return cls(linkage, mechanism, drives, found)
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape: the broadcast of drives, rates, accelerations and drawing."""
+        return np.broadcast_shapes(self.drives.full_shape, self.assembly.shape)
+
+    @property
+    def tolerance(self) -> float:
+        """Greatest gap, a length, with which poses count as assembled; 0 for rounding."""
+        return self.assembly.loops.tolerance * self.mechanism.size
+
+    # -- closure ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def is_assembled(self) -> NDArray[np.bool_]:
+        """Whether each pose can be assembled, (...)."""
+        return np.broadcast_to(self.assembly.closed, self.shape)
+
+    @cached_property
+    def gap(self) -> Array:
+        """Closure error of each pose, (...), a length; angles count times the linkage's size."""
+        return np.broadcast_to(self.assembly.gap, self.shape)
+
+    @cached_property
+    def closure_status(self) -> NDArray[np.str_]:
+        """``"regular"``, ``"other assembly mode..."`` or ``"not assembled: gap ... at joint ..."``, (...)."""
+        found = self.assembly
+        status = np.full(found.shape, "regular", dtype="<U200")
+        if not found.reached.all():
+            status[found.other] = OTHER_MODE
+            for index in map(tuple, np.argwhere(~found.reached & ~found.other)):
+                joint = self.mechanism.rows[int(found.open_row[index])][0]
+                gap = float(found.gap[index])
+                status[index] = f"not assembled: gap {gap:.3g} at joint {joint}{remedy(found.loops, gap)}"
+        return np.broadcast_to(status, self.shape)
+
+    # -- points -----------------------------------------------------------------------------------------------------
+
+    def position(self, point: str, link: str | None = None) -> Array:
+        """Position of a point, (..., 3).
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+
+        Returns
+        -------
+        ndarray
+            Global coordinates, (..., 3).
+        """
+        return self._position(*self._on(point, link))
+
+    def velocity(self, point: str, link: str | None = None) -> Array:
+        """Velocity of a point, (..., 3).
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self._velocity_at(*self._on(point, link))
+
+    def acceleration(self, point: str, link: str | None = None) -> Array:
+        """Acceleration of a point, (..., 3).
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self._acceleration_at(*self._on(point, link))
+
+    def position_on(self, link: str, place: ArrayLike) -> Array:
+        """Position of a place of a link, (..., 3).
+
+        Parameters
+        ----------
+        link
+            The link.
+        place
+            The place in the drawing, (..., 2 or 3).
+
+        Returns
+        -------
+        ndarray
+            Global coordinates, (..., 3).
+        """
+        return self._position(link, _drawn(place))
+
+    def velocity_on(self, link: str, place: ArrayLike) -> Array:
+        """Velocity of a place of a link, (..., 3).
+
+        Parameters
+        ----------
+        link
+            The link.
+        place
+            The place in the drawing, (..., 2 or 3).
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self._velocity_at(link, _drawn(place))
+
+    def acceleration_on(self, link: str, place: ArrayLike) -> Array:
+        """Acceleration of a place of a link, (..., 3).
+
+        Parameters
+        ----------
+        link
+            The link.
+        place
+            The place in the drawing, (..., 2 or 3).
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self._acceleration_at(link, _drawn(place))
+
+    # -- links ------------------------------------------------------------------------------------------------------
+
+    def origin(self, link: str) -> Array:
+        """Where the drawing's origin, fixed on the link, is: position = origin + axes @ drawn place, (..., 3).
+
+        Parameters
+        ----------
+        link
+            The link.
+
+        Returns
+        -------
+        ndarray
+            Global coordinates, (..., 3).
+        """
+        return self._position(link, np.zeros(3))
+
+    def axes(self, link: str) -> Array:
+        """Axes of a link as columns, (..., 3, 3): the identity as drawn.
+
+        Parameters
+        ----------
+        link
+            The link.
+
+        Returns
+        -------
+        ndarray
+            Rotation from the drawing, (..., 3, 3).
+        """
+        if link == GROUND:
+            return np.broadcast_to(np.eye(3), (*self.shape, 3, 3))
+        body = self.mechanism.bodies[self._known(link)]
+        now = np.stack([self._global(v) for v in self._pose(link)[1]], axis=-1)
+        return np.asarray(np.einsum("...ij,...kj->...ik", now, body.drawn_axes))
+
+    def angular_velocity(self, link: str) -> Array:
+        """Angular velocity of a link, (..., 3).
+
+        Parameters
+        ----------
+        link
+            The link.
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self._global(self._rates(link)[0])
+
+    def angular_acceleration(self, link: str) -> Array:
+        """Angular acceleration of a link, (..., 3).
+
+        Parameters
+        ----------
+        link
+            The link.
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3).
+        """
+        return self._global(self._rates(link)[2])
+
+    def joint_axes(self, joint: str) -> Array:
+        """Axes of a joint as columns x y z, (..., 3, 3).
+
+        They move with the joint's first link; those of a universal joint have z on the first and x on the second.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        ndarray
+            Global components, (..., 3, 3).
+        """
+        pair = self.linkage.joint(joint)
+        first = self.axes(pair.first) @ pair.axes
+        if pair.kind.name != "universal":
+            return np.asarray(first)
+        z, x = first[..., 2], (self.axes(pair.second) @ pair.axes)[..., 0]
+        return np.stack([x, np.cross(z, x), z], axis=-1)
+
+    # -- states and rates -------------------------------------------------------------------------------------------
+
+    @cached_property
+    def velocities(self) -> tuple[list[Value], list[Value]]:
+        """Velocity coordinates and their time derivatives, entries (...) of the batch shape."""
+        return _rates(self)
+
+    def _pose(self, link: str) -> tuple[list[Value], list[list[Value]]]:
+        if link not in self._poses:
+            twelve = self._run(self.mechanism.pose_of(self._known(link)), self.assembly.state)
+            self._poses[link] = twelve[:3], [twelve[3:6], twelve[6:9], twelve[9:12]]
+        return self._poses[link]
+
+    @cached_property
+    def _poses(self) -> dict[str, tuple[list[Value], list[list[Value]]]]:
+        return {}
+
+    def _rates(self, link: str) -> list[list[Value]]:
+        """Angular velocity, velocity of the reference point, and both accelerations, in the ground's axes."""
+        if link == GROUND:
+            return [[0.0, 0.0, 0.0]] * 4
+        if link not in self._moves:
+            twelve = self._run(self.mechanism.rates_of(self._known(link)), self.assembly.state, *self.velocities)
+            self._moves[link] = [twelve[k : k + 3] for k in range(0, 12, 3)]
+        return self._moves[link]
+
+    @cached_property
+    def _moves(self) -> dict[str, list[list[Value]]]:
+        return {}
+
+    def _run(self, program: tuple[Program, Program], *inputs: Sequence[Value]) -> list[Value]:
+        """Results of a program, entry by entry, NaN where the pose is not assembled."""
+        state, *others = inputs
+        found: Sequence[Value] = program[1](state, self.mechanism.parameters, *others)
+        if self.assembly.all_closed:
+            return list(found)
+        return [np.where(self.assembly.closed, x, np.nan) for x in found]
+
+    # -- in global axes ---------------------------------------------------------------------------------------------
+
+    def _position(self, link: str, place: Array) -> Array:
+        ground = self.mechanism.bodies[GROUND]
+        if link == GROUND:
+            return np.broadcast_to(place, (*np.broadcast_shapes(self.shape, place.shape[:-1]), 3))
+        origin, axes = self._pose(link)
+        there = [x + y for x, y in zip(origin, self._arm(link, axes, place), strict=True)]
+        return np.asarray(self._global(there, self.mechanism.size) + ground.place)
+
+    def _arm(self, link: str, axes: list[list[Value]], place: Array) -> list[Value]:
+        """Vector from the link's reference point to a place, in the ground's axes."""
+        return combined(axes, self.mechanism.arm(link, place))
+
+    def _velocity_at(self, link: str, place: Array) -> Array:
+        omega, v, _, _ = self._rates(link)
+        if link == GROUND:
+            return np.zeros((*self.shape, 3))
+        arm = self._arm(link, self._pose(link)[1], place)
+        return self._global([x + y for x, y in zip(v, cross(omega, arm), strict=True)], self.mechanism.size)
+
+    def _acceleration_at(self, link: str, place: Array) -> Array:
+        omega, _, alpha, a = self._rates(link)
+        if link == GROUND:
+            return np.zeros((*self.shape, 3))
+        arm = self._arm(link, self._pose(link)[1], place)
+        turning, inward = cross(alpha, arm), cross(omega, cross(omega, arm))
+        return self._global([x + y + z for x, y, z in zip(a, turning, inward, strict=True)], self.mechanism.size)
+
+    def _global(self, components: Sequence[Value], scale: float = 1.0) -> Array:
+        """Vector (..., 3) in global axes from entries in the ground's axes."""
+        shape = np.broadcast_shapes(self.shape, *(np.shape(x) for x in components))
+        out = np.empty((*shape, 3))
+        for k, x in enumerate(components):
+            out[..., k] = x * scale
+        if self.mechanism.upright:
+            return out
+        return np.asarray(np.einsum("...ij,...j->...i", self.mechanism.bodies[GROUND].drawn_axes, out))
+
+    # -- look-up ----------------------------------------------------------------------------------------------------
+
+    def _known(self, link: str) -> str:
+        if link not in self.linkage.links:
+            raise FrameError(f"the linkage has no link {link!r}: choose one of {', '.join(self.linkage.links)}")
+        return link
+
+    def _on(self, point: str, link: str | None) -> tuple[str, Array]:
+        name, _ = self.linkage.end(point if link is None else (link, point), "the motion")
+        return name, self.mechanism.place(name, point)
+
+
+def _drawn(place: ArrayLike) -> Array:
+    given = np.asarray(place, dtype=np.float64)
+    if given.shape[-1:] == (2,):
+        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
+    return vector(given, "place on a link")
+
+
+def _rates(motion: Kinematics) -> tuple[list[Value], list[Value]]:
+    found, drives, mechanism = motion.assembly, motion.drives, motion.mechanism
+    loops, shape = found.loops, motion.shape
+    count = len(mechanism.columns)
+    first, second = ([np.empty(shape) for _ in range(count)] for _ in range(2))
+    for block in blocks(shape):
+        state, parameters = cut_all(found.state, block), cut_all(mechanism.parameters, block)
+        v = loops.velocities(state, parameters, cut_all(drives.rates, block))
+        w = loops.accelerations(state, parameters, v, cut_all(drives.accelerations, block))
+        for k in range(count):
+            first[k][block], second[k][block] = v[k], w[k]
+    for patch in found.patches:
+        members = np.broadcast_to(patch.members, shape)
+        spread = np.broadcast_to(np.cumsum(patch.members).reshape(patch.members.shape) - 1, shape)[members]
+        for k, follow, bend in zip(mechanism.unknown, patch.follow, patch.bend, strict=True):
+            rate = np.broadcast_to(drives.rates[patch.drive], shape)[members]
+            speeds_up = np.broadcast_to(drives.accelerations[patch.drive], shape)[members]
+            first[k][members] = follow[spread] * rate
+            second[k][members] = follow[spread] * speeds_up + bend[spread] * rate**2
+    return list(first), list(second)
