@@ -84,7 +84,7 @@ def test_tangent_is_the_derivative_of_the_forces(bent: tuple[Model, Equations, S
 
 def test_tangent_is_symmetric_in_equilibrium() -> None:
     solution = frame(0.3).solve(large=True, steps=2)
-    model, at = solution.model, solution.equations.linearised(solution.state)
+    model, at = solution.model, solution.linear
     _, rows, columns = model.pattern
     tangent = np.zeros((model.size, model.size, 2))
     tangent[rows, columns] = at.values
