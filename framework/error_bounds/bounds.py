@@ -139,6 +139,10 @@ class Bounds:
         """The solution of the whole batch in its equations of equilibrium."""
         return Equilibrium(self.statics, Cut(self.axis, ()), *self._values)
 
+    def states(self) -> Iterator[tuple[tuple[slice, ...], Equilibrium]]:
+        """Part by part of the batch: where it is, and the solution in it."""
+        yield from map(self._state, range(self._count))
+
     # -- parts of the batch -----------------------------------------------------------------------------------------
 
     def parts(self) -> Iterator[Part]:

@@ -9,6 +9,9 @@ that turns by psi draws its end back by half of psi times what it moves (Crisfie
 of Solids and Structures* 1, 1991, ch. 7, for the forces that go with the chord). The displaced shape includes what
 journals move within their clearances, which turns links however small the load is. Where all displacements are rounding
 beside the size of the frame, as in a rigid link pushed along its axis, none of it is an error of linear mechanics.
+
+Beyond a buckling load the equilibrium is unstable, whatever is displaced: the estimate is inf, see
+`linkframe.framework.results.stability`.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ from ..states import SolutionState
 from ..structure.tree import GROUND
 from .geometric import of_link
 from .link_forces import link_forces
+from .stability import Stability
 
 if TYPE_CHECKING:
     from ..error_bounds.bounds import Part
@@ -38,12 +42,17 @@ _STILL = 1e-13
 
 
 def nonlinearity(solution: Solution) -> Array:
-    """Estimated relative error of a linear solution by its being linear, (...); inf where it is a mechanism."""
+    """Estimated relative error of a linear solution by its being linear, (...).
+
+    inf where it is a mechanism, and beyond a buckling load.
+    """
     out = np.zeros(solution.shape)
+    stability = Stability(solution)
     with np.errstate(all="ignore"):  # of mechanisms
         for part in solution.bounds.parts():
             out[part.where] = _of(part)
-    out[solution.own_state == SolutionState.MECHANISM] = np.inf
+            stability.see(part)
+    out[(solution.own_state == SolutionState.MECHANISM) | stability.unstable()] = np.inf
     return out
 
 
