@@ -452,7 +452,7 @@ class Solution(Results):
         return self._read("distance", lambda: self.bounds.distance())
 
     def nonlinearity(self) -> Array:
-        """Estimated relative error of the displacements by their being linear, (...); inf for mechanisms and beyond buckling.
+        """Estimated relative error of the displacements by their being linear, (...); inf for the unstable.
 
         From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
         `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.

@@ -127,7 +127,7 @@ def _greatest(doubt: Array) -> Array:
 def _members(topology: Topology, group: Group, ends: Array) -> Array:
     """Geometric stiffness of a group in local axes, (n, ..., 12, 12), for the forces on the ends (n, ..., 12)."""
     length = np.broadcast_to(group.length, np.broadcast_shapes(group.length.shape, ends.shape[:-1]))
-    axial = 0.5 * (ends[..., 6] - ends[..., 0])
+    axial = group.element.tension + 0.5 * (ends[..., 6] - ends[..., 0])
     loads = list(_between(topology, group))
     applied = None
     if any(np.any(force[..., 3:]) for _, _, force in loads):

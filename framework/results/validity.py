@@ -62,9 +62,14 @@ def _of(part: Part) -> Real:
     unbalanced: Any = np.zeros((count, 6))
     largest: Any = 0.0
     energy: Any = 0.0
-    for springs, pull, found in zip(state.springs, state.member_pulls, state.deformations, strict=True):
+    ndim, groups = len(state.plan.frame.shape), state.plan.topology.groups
+    stacks = zip(groups, state.springs, state.member_pulls, state.deformations, strict=True)
+    for group, springs, pull, found in stacks:
         turn = _rotation(springs, state.displacements)
         forces = np.einsum("...nij,...ni->...nj", springs.rows, pull)
+        tension = state.change(aligned(group.element.tension, ndim), 0)[..., None, None]
+        along = tension * springs.level[..., 0, :]
+        forces[..., :3], forces[..., 6:9] = forces[..., :3] - along, forces[..., 6:9] + along
         split = forces.reshape(*forces.shape[:-1], 4, 3)
         swung = np.cross(turn[..., None, :], split).reshape(forces.shape)
         unbalanced = unbalanced - springs.gathered(swung, count)
