@@ -452,7 +452,9 @@ class Solution(Results):
         return self._read("distance", lambda: self.bounds.distance())
 
     def nonlinearity(self) -> Array:
-        """Estimated relative error of the displacements by their being linear, (...); inf for the unstable.
+        """Estimated relative error of the displacements by their being linear, (...).
+
+        inf where the frame is a mechanism, and where its load exceeds a buckling load.
 
         From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
         `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.

@@ -51,8 +51,8 @@ class Stack:
         """The numbers of some entries, with the loads multiplied by `factor`."""
         work = None if self.work is None else factor * self.work.at(where)
         tension = None if self.tension is None else factor * self.tension.at(where)
-        numbers = (each.at(where) for each in (self.level, self.length, self.stiffness, self.bow))
-        return Pieces(*numbers, work, tension)
+        level, length = self.level.at(where), self.length.at(where)
+        return Pieces(level, length, self.stiffness.at(where), self.bow.at(where), work, tension)
 
 
 @dataclass(frozen=True)
