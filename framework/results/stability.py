@@ -67,7 +67,8 @@ class Stability:
         return self._found
 
     def _judge(self, where: tuple[slice, ...], state: Equilibrium) -> None:
-        self._found[where] = _dense(self._solution.plan, where, state, self._asked[where])
+        if self._asked[where].any():
+            self._found[where] = _dense(self._solution.plan, where, state, self._asked[where])
 
 
 def _cut(solution: Solution) -> Solution:
@@ -81,8 +82,9 @@ def _cut(solution: Solution) -> Solution:
 
 def _dense(plan: Plan, where: tuple[slice, ...], state: Equilibrium, asked: Mask) -> Mask:
     """Those of the `asked` entries of a part of the batch."""
-    found = [(nodes, matrices) for nodes, matrices in geometric_stacks(state) if matrices.any()]
-    if not found or not asked.any():
+    stacks = [(nodes, matrices) for nodes, matrices in geometric_stacks(state) if matrices.any()]
+    found = [(nodes, _whole(matrices, asked.ndim)) for nodes, matrices in stacks]
+    if not found:
         return np.zeros(asked.shape, dtype=bool)
     if not where:
         return _of(plan, found, asked, WHOLE)
@@ -97,6 +99,12 @@ def _dense(plan: Plan, where: tuple[slice, ...], state: Equilibrium, asked: Mask
         at = (slice(None),) * axis + (some,)
         out[at] = _of(plan, own, asked[at], there)
     return out
+
+
+def _whole(matrices: Array, ndim: int) -> Array:
+    """Matrices (n, ..., m, m) with all batch axes."""
+    missing = (1,) * (ndim + 3 - matrices.ndim)
+    return matrices.reshape(len(matrices), *missing, *matrices.shape[1:])
 
 
 def _of(plan: Plan, stacks: list[Stack], asked: Mask, entries: Entries) -> Mask:

@@ -114,6 +114,11 @@ def test_stability_is_a_function_of_the_entry_alone() -> None:
     assert_array_equal(frame.solve().linear, frame.buckling(1).factors[..., 0] > 1.0)
 
 
+def test_an_empty_batch_and_a_frame_at_rest() -> None:
+    assert bar(np.zeros((0, 3)), beam=True).solve().linear.shape == (0, 3)
+    assert bool(bar(0.0, beam=True).solve().linear)
+
+
 def test_what_is_read_of_an_unstable_equilibrium() -> None:
     assert beyond_linear(INF) == "beyond linear: unstable under its load"
     assert beyond_linear(0.123) == "beyond linear: off by 12 %"
