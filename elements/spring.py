@@ -29,12 +29,18 @@ class Spring(LineElement):
     The part across is the geometric stiffness of a string (Przemieniecki, *Theory of Matrix Structural Analysis*,
     1968, ch. 15). S itself is in equilibrium with the loads at rest: it is not applied to the nodes.
 
+    A force that is `applied` is one of the loads instead: the frame is loaded with it at both nodes, and is linear
+    about its shape without loads, ``across`` being zero. That the force turns with the line counts where forces on
+    the displaced shape do: in buckling, in how far linear results hold, and in large displacement.
+
     Parameters
     ----------
     stiffness : array_like
         Force per length, (...), zero or above.
     force : array_like
         Force at rest, (...), tension positive.
+    applied : bool
+        Whether the frame is loaded with the force.
 
     Raises
     ------
@@ -50,12 +56,14 @@ class Spring(LineElement):
 
     stiffness: Real
     force: Real
+    applied: bool
     segments = 1
     releases = ()
 
-    def __init__(self, stiffness: ArrayLike, force: ArrayLike = 0.0) -> None:
+    def __init__(self, stiffness: ArrayLike, force: ArrayLike = 0.0, *, applied: bool = False) -> None:
         object.__setattr__(self, "stiffness", not_negative("Spring", "stiffness", stiffness))
         object.__setattr__(self, "force", number("Spring", "force", force))
+        object.__setattr__(self, "applied", bool(applied))
         common_shape("Spring", {"stiffness": np.shape(self.stiffness), "force": np.shape(self.force)})
 
     @property
@@ -75,8 +83,13 @@ class Spring(LineElement):
 
     @property
     def balanced(self) -> bool:
-        """A force at rest resists that its line turns."""
-        return not np.any(self.force)
+        """A force at rest resists that its line turns, where no loads stand for it."""
+        return self.applied or not np.any(self.force)
+
+    @property
+    def tension(self) -> Array:
+        """Force at rest with which the frame is loaded, (...)."""
+        return np.asarray(self.force if self.applied else 0.0)
 
     @property
     def quadrature(self) -> int:
@@ -93,7 +106,7 @@ class Spring(LineElement):
         count
             Number of parts.
         """
-        return self if count == 1 else Spring(count * np.asarray(self.stiffness), self.force)
+        return self if count == 1 else Spring(count * np.asarray(self.stiffness), self.force, applied=self.applied)
 
     def check(self, chord: Array) -> None:
         """Any direction will do.
@@ -122,7 +135,7 @@ class Spring(LineElement):
         length
             Length, (...).
         """
-        return self._stamped(self.stiffness, self.force / as_real(length))
+        return self._stamped(self.stiffness, self._across(length))
 
     def springs(self, length: Array | float) -> tuple[Array, Array]:
         """The stiffness as springs on differences of displacements, (..., 6) and (..., 6, 12).
@@ -132,7 +145,7 @@ class Spring(LineElement):
         length
             Length, (...).
         """
-        across = self.force / as_real(length)
+        across = self._across(length)
         shape = np.broadcast_shapes(np.shape(across), np.shape(self.stiffness))
         stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12))
         for i, k in zip((ALONG, *ACROSS), (self.stiffness, across, across), strict=True):
@@ -228,6 +241,9 @@ class Spring(LineElement):
             Always.
         """
         raise FrameError("Spring: stress needs a section; ask for its forces")
+
+    def _across(self, length: Array | float) -> Real:
+        return (self.force - self.tension) / as_real(length)
 
     def _stamped(self, along: Real, across: Real) -> Array:
         shape = np.broadcast_shapes(np.shape(along), np.shape(across), self.shape)

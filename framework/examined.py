@@ -14,7 +14,7 @@ from typing import Any, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from .batch import Array, Shape
+from .batch import Array, Shape, finite
 from .errors import FrameError
 from .protocol import Change, LineElement, is_proven
 
@@ -76,6 +76,14 @@ class Examined(LineElement):
     def roundings(self) -> float:
         """Roundings that the stiffnesses of `springs` may be off."""
         return self.own.roundings
+
+    @property
+    def tension(self) -> Array:
+        """Axial force at rest with which the frame is loaded, (...)."""
+        found = finite(self.own.tension, f"{self.what}: tension")
+        if np.broadcast_shapes(found.shape, self.own.shape) != self.own.shape:
+            raise FrameError(f"{self.what}: tension has shape {found.shape}, and the element {self.own.shape}")
+        return found
 
     @property
     def quadrature(self) -> int:

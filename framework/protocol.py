@@ -83,6 +83,14 @@ class LineElement(ABC):
         return None
 
     @property
+    def tension(self) -> Array:
+        """Axial force at rest, (...), which turns with the member, and with which the frame is loaded at its nodes.
+
+        Linear statics has it from the loads alone.
+        """
+        return np.zeros(())
+
+    @property
     @abstractmethod
     def quadrature(self) -> int:
         """Gauss points that integrate a linear load times the shape functions to rounding."""

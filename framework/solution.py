@@ -427,7 +427,9 @@ class Solution(SavedResults):
         return self._read("distance", lambda: self.bounds.distance())
 
     def nonlinearity(self) -> Array:
-        """Estimated relative error of the displacements by their being linear, (...); inf where a mechanism.
+        """Estimated relative error of the displacements by their being linear, (...).
+
+        inf where the frame is a mechanism, and where its load exceeds a buckling load.
 
         From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
         `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.
@@ -499,6 +501,14 @@ class Solution(SavedResults):
         twin = type(self)(self.frame, plan, self.clearances)
         twin.solver = solver
         return twin
+
+    def cut(self) -> Solution:
+        """The solution of the frame with its members cut into their segments; this one where they are."""
+        plan = self.plan
+        counts = [member.element.segments for member in plan.frame.members.values()]
+        if np.array_equal(plan.topology.counts, counts):
+            return self
+        return type(self)(self.frame, Plan(plan.frame, cut=True, method=plan.asked), self.clearances)
 
     def stacked(self, rows: Sequence[Row]) -> Array:
         """Values of combinations of unknowns and known numbers as one array of the batch shape.

@@ -136,6 +136,10 @@ class Bounds:
         """The solution of the whole batch in its equations of equilibrium."""
         return Equilibrium(self.statics, Cut(self.axis, ()), *self._values)
 
+    def states(self) -> Iterator[tuple[tuple[slice, ...], Equilibrium]]:
+        """Part by part of the batch: where it is, and the solution in it."""
+        yield from map(self._state, range(self._count))
+
     # -- parts of the batch -----------------------------------------------------------------------------------------
 
     def parts(self) -> Iterator[Part]:
@@ -233,6 +237,10 @@ class BoundedResults(LinearResults, Protocol):
 
     def reaching(self, unknowns: Iterable[int]) -> BoundedResults:
         """The same with what is coupled with these unknowns solved for too."""
+        ...
+
+    def cut(self) -> BoundedResults:
+        """The same with the members cut into their segments; itself where they are."""
         ...
 
 

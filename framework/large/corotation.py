@@ -46,6 +46,8 @@ class Pieces:
     work
         Work of the dead loads between the ends on a unit of each deformation, by component of load in the axes at the
         start and of displacement in the moving frame (3, 3, 7, n, m); None without such loads.
+    tension
+        Force along the chord that does not depend on its elongation (n, m); None without one.
     """
 
     level: Array
@@ -53,6 +55,7 @@ class Pieces:
     stiffness: Array
     bow: Array
     work: Array | None
+    tension: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -139,11 +142,11 @@ def _strain(pieces: Pieces, deformation: Array) -> tuple[Array, Array]:
 
 
 def work(pieces: Pieces, at: Motion) -> Array:
-    """Work of the loads between the ends, beyond that of their shares at the ends (n, m)."""
-    if pieces.work is None:
-        return np.zeros_like(at.chord)
-    out: Array = np.einsum("ab...,abj...,j...->...", at.turn, pieces.work, at.deformation)
-    return out
+    """Work of tensions, and of the loads between the ends beyond that of their shares at the ends (n, m)."""
+    out: Array = np.zeros_like(at.chord)
+    if pieces.work is not None:
+        out = np.einsum("ab...,abj...,j...->...", at.turn, pieces.work, at.deformation)
+    return out if pieces.tension is None else out - pieces.tension * at.deformation[0]
 
 
 class Response:
@@ -222,8 +225,11 @@ class Response:
         return _both(self.at.axes, out)
 
     def _loaded(self, stress: Array) -> tuple[Array, Array | None, tuple[Array, Array]]:
-        """Forces on the deformations less those of the loads between; moment of these loads; its derivatives."""
+        """Forces on the deformations, tension included, less those of the loads between; moment of these loads; its
+        derivatives."""
         work, at = self.pieces.work, self.at
+        if self.pieces.tension is not None:
+            stress = stress + self.pieces.tension * (np.arange(len(stress)) == 0)[:, None, None]
         if work is None:
             return stress, None, (stress, stress)
         seen = np.einsum("ab...,acj...->bcj...", at.turn, work)

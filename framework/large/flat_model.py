@@ -54,7 +54,11 @@ class FlatModel:
     def suits(model: Model) -> bool:
         """Whether a model can be taken: in a plane, without loads between nodes, special laws, or bent tension."""
         apart = all(not np.any(stack.stiffness.array[0, 1:]) for stack in model.stacks)
-        plain = all(stack.work is None for stack in model.stacks) and not model.loads.hung and not model.loops
+        plain = (
+            all(stack.work is None and stack.tension is None for stack in model.stacks)
+            and not model.loads.hung
+            and not model.loops
+        )
         return len(model.components) == 3 and apart and plain and all(joint.law is None for joint in model.joints)
 
     @cached_property

@@ -26,6 +26,7 @@ class Stack:
     stiffness: Numbers
     bow: Numbers
     work: Numbers | None
+    tension: Numbers | None
 
     @classmethod
     def of(cls, topology: Topology, group: Group) -> Stack:
@@ -35,7 +36,7 @@ class Stack:
         stiffness = group.element.stiffness_matrix(group.length)[..., rows, columns]
         turns = np.ix_(DEFORMATIONS[1:], DEFORMATIONS[1:])
         bow = group.element.geometric_matrix(group.length, np.ones(()))[..., turns[0], turns[1]]
-        work = _work(topology, group)
+        work, tension = _work(topology, group), _tension(group)
         return cls(
             topology.ends[group.pieces],
             Numbers.of(group.level, ndim, 2, leading=1),
@@ -43,12 +44,15 @@ class Stack:
             Numbers.of(stiffness, ndim, 2, leading=1),
             Numbers.of(bow, ndim, 2, leading=1),
             None if work is None else Numbers.of(work, ndim, 3, leading=1),
+            None if tension is None else Numbers.of(tension, ndim, 0, leading=1),
         )
 
     def at(self, where: Where, factor: float) -> Pieces:
         """The numbers of some entries, with the loads multiplied by `factor`."""
         work = None if self.work is None else factor * self.work.at(where)
-        return Pieces(self.level.at(where), self.length.at(where), self.stiffness.at(where), self.bow.at(where), work)
+        tension = None if self.tension is None else factor * self.tension.at(where)
+        level, length = self.level.at(where), self.length.at(where)
+        return Pieces(level, length, self.stiffness.at(where), self.bow.at(where), work, tension)
 
 
 @dataclass(frozen=True)
@@ -102,11 +106,25 @@ class Loads:
                 ):
                     put(ends[0], near)
                     put(ends[1], far)
+            tension = _tension(group)
+            if tension is not None:  # exerted by the member, wherever it turns: not by the loads
+                along = tension[..., None] * group.level[..., 0, :]
+                for ends, pull in zip(topology.ends[group.pieces].tolist(), along, strict=True):
+                    for node, force in zip(ends, (-pull, pull), strict=True):
+                        put(node, np.concatenate([force, np.zeros_like(force)], axis=-1))
         shape = np.broadcast_shapes(*(force.shape[:-1] for force in at.values())) if at else ()
         out = np.zeros((len(topology.number), *shape, 6))
         for node, force in at.items():
             out[node] += force
         return cls(Numbers.of(out, len(topology.frame.shape), 1, leading=1), reach, [w for w in hung if w.arm.any()])
+
+
+def _tension(group: Group) -> Array | None:
+    """Forces at rest of pieces, with which the frame is loaded, (n, ...); None without one."""
+    tension = np.asarray(group.element.tension)
+    if not tension.any():
+        return None
+    return np.broadcast_to(tension, (len(group.pieces), *np.broadcast_shapes(group.length.shape[1:], tension.shape)))
 
 
 def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:

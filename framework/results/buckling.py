@@ -8,7 +8,6 @@ sideways (see `linkframe.framework.results.geometric`).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from ..states import SolutionState, among
 from .shapes import Shapes, check_count
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE, inverse_pencil, stiffness_halves
-from .under_load import geometric_stacks, geometric_stiffness
+from .under_load import at_entry, geometric_stacks, geometric_stiffness
 
 # Roundings that make an axial force where there is none, and an eigenvalue for each unknown.
 _ROUNDINGS = 16.0
@@ -113,13 +112,6 @@ def _sparse(solution: Solution, count: int) -> tuple[Array, Array]:
     found = geometric_stacks(solution.bounds.whole())
     values, vectors = np.zeros((*shape, count)), np.zeros((*shape, len(solution.plan.unknowns), count))
     for entry in np.ndindex(*shape):
-        stacks = [(nodes, _at(entry, matrices).__getitem__) for nodes, matrices in found]
+        stacks = [(nodes, at_entry(entry, matrices).__getitem__) for nodes, matrices in found]
         values[entry], vectors[entry] = pencil.greatest(-solver.matrices.reduced(stacks), count)
     return values, vectors
-
-
-def _at(entry: tuple[int, ...], matrices: Array) -> Array:
-    """Those of a batch entry (n, m, m) of matrices (n, ..., m, m), which need not vary along every axis."""
-    where: Any = tuple(k if n > 1 else 0 for k, n in zip(entry, matrices.shape[1:-2], strict=True))
-    out: Array = matrices[(slice(None), *where)]
-    return out

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, cutting
 from ..batched.plan import Plan
 from ..structure.assembly import point_masses
 from ..structure.parts import Row, Value
@@ -38,6 +38,27 @@ class Entries:
         return out
 
 
+@dataclass(frozen=True, kw_only=True)
+class Stretch(Entries):
+    """Batch entries in a row along one of `ndim` axes, which keep the shape of the batch.
+
+    Attributes
+    ----------
+    ndim, axis
+        Number of batch axes, and along which of them.
+    indices
+        Which.
+    """
+
+    ndim: int
+    axis: int
+    indices: slice
+
+    def of(self, stack: Array, trailing: int, leading: int = 0) -> Array:
+        """`stack` (leading..., batch..., trailing...) at the entries, their axes as they are."""
+        return cutting(self.ndim, self.axis, self.indices)(stack, trailing)
+
+
 WHOLE = Entries()
 # Element matrices held at a time where only some of their batch are wanted.
 _MATRICES = 16384
@@ -60,6 +81,8 @@ def nodal(plan: Plan, stacks: list[tuple[Group, Array]]) -> Array:
 
 def members(group: Group, entries: Entries = WHOLE) -> Array:
     """Stiffness of pieces in the nodes' axes, (n, ..., 12, 12), computed at the entries alone."""
+    if isinstance(entries, Stretch):
+        return group.cut(entries.axis, entries.indices).stiffness()
     if entries.index is None:
         return group.stiffness()
     start, end = (entries.of(turn, 2, leading=1) for turn in group.turns)

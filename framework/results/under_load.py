@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
+from ..error_bounds.bounds import Cut
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import Equilibrium
 from ..error_bounds.hanging import MEMBER
@@ -33,9 +35,9 @@ def geometric_stacks(state: Equilibrium) -> list[Stack]:
     Parameters
     ----------
     state
-        The solution of the whole batch in its equations of equilibrium.
+        The solution of the whole batch, or a part of it, in its equations of equilibrium.
     """
-    topology = state.plan.topology
+    topology = _part(state)
     out, roundings = [], []
     for group, springs, number in zip(topology.groups, state.double_springs, range(len(state.springs)), strict=True):
         ends, doubt = _ends(state, springs, number)
@@ -43,7 +45,28 @@ def geometric_stacks(state: Equilibrium) -> list[Stack]:
         ends = np.where(np.abs(ends) < doubt, 0.0, ends)
         matrices = _members(topology, group, np.moveaxis(ends, -2, 0))
         out.append((group.nodes, group.turned(matrices)))
-    return [*out, *_links(state, roundings), *_weights(topology)]
+    return [*out, *_links(state, roundings), *_weights(state)]
+
+
+def at_entry(entry: tuple[int, ...], matrices: Array) -> Array:
+    """Those of a batch entry (n, m, m) of matrices (n, ..., m, m), which need not vary along every axis.
+
+    Parameters
+    ----------
+    entry
+        Its indices.
+    matrices
+        The matrices.
+    """
+    where: Any = tuple(k if n > 1 else 0 for k, n in zip(entry, matrices.shape[1:-2], strict=True))
+    out: Array = matrices[(slice(None), *where)]
+    return out
+
+
+def _part(state: Equilibrium) -> Topology:
+    """Members and what acts on them in the part of the batch that the state is of."""
+    cut, topology = state.change, state.plan.topology
+    return topology.cut(cut.axis, cut.where[cut.axis]) if isinstance(cut, Cut) and cut.where else topology
 
 
 def geometric_stiffness(plan: Plan, state: Equilibrium) -> Array:
@@ -56,11 +79,23 @@ def geometric_stiffness(plan: Plan, state: Equilibrium) -> Array:
     state
         The solution of the whole batch in its equations of equilibrium.
     """
-    stacks = [
-        ((6 * nodes[:, :, None] + np.arange(6)).reshape(len(nodes), -1), matrices)
-        for nodes, matrices in geometric_stacks(state)
-    ]
-    return dense.reduced(plan, dense.summed(stacks, 6 * len(plan.topology.number)))
+    return summed_stacks(plan, geometric_stacks(state))
+
+
+def summed_stacks(plan: Plan, stacks: list[Stack], entries: dense.Entries = dense.WHOLE) -> Array:
+    """Sum of matrices between nodes over the unknowns, (..., n, n).
+
+    Parameters
+    ----------
+    plan
+        The frame.
+    stacks
+        Node numbers (n, k) and matrices (n, ..., 6 k, 6 k).
+    entries
+        Those of the batch that the matrices are for.
+    """
+    by_dof = [((6 * nodes[:, :, None] + np.arange(6)).reshape(len(nodes), -1), each) for nodes, each in stacks]
+    return dense.reduced(plan, dense.summed(by_dof, 6 * len(plan.topology.number)), entries)
 
 
 def _ends(state: Equilibrium, springs: Springs, number: int) -> tuple[Array, Array]:
@@ -92,7 +127,7 @@ def _greatest(doubt: Array) -> Array:
 def _members(topology: Topology, group: Group, ends: Array) -> Array:
     """Geometric stiffness of a group in local axes, (n, ..., 12, 12), for the forces on the ends (n, ..., 12)."""
     length = np.broadcast_to(group.length, np.broadcast_shapes(group.length.shape, ends.shape[:-1]))
-    axial = 0.5 * (ends[..., 6] - ends[..., 0])
+    axial = group.element.tension + 0.5 * (ends[..., 6] - ends[..., 0])
     loads = list(_between(topology, group))
     applied = None
     if any(np.any(force[..., 3:]) for _, _, force in loads):
@@ -123,7 +158,6 @@ def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, A
 def _links(state: Equilibrium, roundings: list[Array]) -> list[Stack]:
     """Joints, rigid links and ties that pass on forces."""
     nodes, matrices = [], []
-    topology = state.plan.topology
     forces, doubts = link_forces(state), link_roundings(state, roundings)
     for link, force, doubt in zip(state.kinematics.links, forces, doubts, strict=True):
         if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
@@ -132,27 +166,29 @@ def _links(state: Equilibrium, roundings: list[Array]) -> list[Stack]:
         matrix = of_link(link, force)
         if np.any(matrix):
             nodes.append((link.first, link.second))
-            matrices.append(_in_axes(topology, (link.first, link.second), matrix))
+            matrices.append(_in_axes(state, (link.first, link.second), matrix))
     if not nodes:
         return []
     shape = np.broadcast_shapes(*(matrix.shape for matrix in matrices))
     return [(np.array(nodes), np.stack([np.broadcast_to(matrix, shape) for matrix in matrices]))]
 
 
-def _weights(topology: Topology) -> Iterator[Stack]:
+def _weights(state: Equilibrium) -> Iterator[Stack]:
     """Weights at the end of arms that turn with a node."""
+    topology = state.plan.topology
     ndim = len(topology.frame.shape)
     for node, force, arm in hung_weights(topology):
         if np.any(arm):
-            swing = of_arm(aligned(arm, ndim, 1), aligned(force, ndim, 1))
+            swing = of_arm(*(state.change(aligned(part, ndim, 1), 1) for part in (arm, force)))
             matrix = np.zeros((*swing.shape[:-2], 6, 6))
             matrix[..., 3:, 3:] = -swing
-            yield np.array([[node]]), _in_axes(topology, (node,), matrix)[None]
+            yield np.array([[node]]), _in_axes(state, (node,), matrix)[None]
 
 
-def _in_axes(topology: Topology, nodes: tuple[int, ...], matrix: Array) -> Array:
+def _in_axes(state: Equilibrium, nodes: tuple[int, ...], matrix: Array) -> Array:
     """A matrix (..., 6 k, 6 k) in global axes as one in those of its nodes."""
-    axes = [topology.axes(node) for node in nodes]
+    each = (state.plan.topology.axes(node) for node in nodes)
+    axes = [None if own is None else state.change(own, 2) for own in each]
     if all(own is None for own in axes):
         return matrix
     plain = np.eye(3)

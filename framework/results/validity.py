@@ -9,6 +9,9 @@ that turns by psi draws its end back by half of psi times what it moves (Crisfie
 of Solids and Structures* 1, 1991, ch. 7, for the forces that go with the chord). The displaced shape includes what
 journals move within their clearances, which turns links however small the load is. Where all displacements are rounding
 beside the size of the frame, as in a rigid link pushed along its axis, none of it is an error of linear mechanics.
+
+Beyond a buckling load the equilibrium is unstable, whatever is displaced: the estimate is inf, see
+`linkframe.framework.results.stability`.
 """
 
 from __future__ import annotations
@@ -27,6 +30,7 @@ from ..states import SolutionState
 from ..structure.edge import GROUND
 from .geometric import of_link
 from .link_forces import link_forces
+from .stability import Stability
 
 # Relative error above which a linear result is not one to be printed.
 LINEAR = 0.05
@@ -35,12 +39,17 @@ _STILL = 1e-13
 
 
 def nonlinearity(solution: BoundedResults) -> Array:
-    """Estimated relative error of a linear solution by its being linear, (...); inf where it is a mechanism."""
+    """Estimated relative error of a linear solution by its being linear, (...).
+
+    inf where it is a mechanism, and beyond a buckling load.
+    """
     out = np.zeros(solution.shape)
+    stability = Stability(solution)
     with np.errstate(all="ignore"):  # of mechanisms
         for part in solution.bounds.parts():
             out[part.where] = _of(part)
-    out[solution.own_state == SolutionState.MECHANISM] = np.inf
+            stability.see(part)
+    out[(solution.own_state == SolutionState.MECHANISM) | stability.unstable()] = np.inf
     return out
 
 
@@ -50,9 +59,14 @@ def _of(part: Part) -> Real:
     unbalanced: Any = np.zeros((count, 6))
     largest: Any = 0.0
     energy: Any = 0.0
-    for springs, pull, found in zip(state.springs, state.member_pulls, state.deformations, strict=True):
+    ndim, groups = len(state.plan.frame.shape), state.plan.topology.groups
+    stacks = zip(groups, state.springs, state.member_pulls, state.deformations, strict=True)
+    for group, springs, pull, found in stacks:
         turn = _rotation(springs, state.displacements)
         forces = np.einsum("...nij,...ni->...nj", springs.rows, pull)
+        tension = state.change(aligned(group.element.tension, ndim), 0)[..., None, None]
+        along = tension * springs.level[..., 0, :]
+        forces[..., :3], forces[..., 6:9] = forces[..., :3] - along, forces[..., 6:9] + along
         split = forces.reshape(*forces.shape[:-1], 4, 3)
         swung = np.cross(turn[..., None, :], split).reshape(forces.shape)
         unbalanced = unbalanced - springs.gathered(swung, count)

@@ -40,6 +40,11 @@ class BandedFactor(Factor):
         except LinAlgError:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
             self.instead = LUFactor(matrix)
 
+    @property
+    def definite(self) -> bool:
+        """Whether all pivots are positive."""
+        return self.instead is None
+
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
         if self.instead is not None:

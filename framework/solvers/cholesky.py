@@ -45,6 +45,11 @@ class CholeskyFactor(Factor):
             cholmod.options.clear()
             cholmod.options.update(before)
 
+    @property
+    def definite(self) -> bool:
+        """Whether all pivots are positive."""
+        return self.factor is not None
+
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
         from cvxopt import cholmod

@@ -44,6 +44,11 @@ class Factor(ABC):
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
 
+    @property
+    @abstractmethod
+    def definite(self) -> bool:
+        """Whether all pivots are positive."""
+
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, k), NaN where a pivot is zero."""
         found = self.unscaled(self.root[:, None] * load)
@@ -92,6 +97,11 @@ class NoFactor(Factor):
     def unscaled(self, load: Array) -> Array | None:
         """The load (0, k) itself."""
         return load
+
+    @property
+    def definite(self) -> bool:
+        """Always."""
+        return True
 
     @property
     def singular(self) -> bool:

@@ -73,6 +73,11 @@ class Iterative(Factor):
         except np.linalg.LinAlgError:
             self._give_up()
 
+    @property
+    def definite(self) -> bool:
+        """Whether all pivots are positive: a factor has the word."""
+        return self._direct(self.matrix).definite
+
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
         if self.instead is None:

@@ -16,6 +16,7 @@ from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
 from ...framework.results.validity import LINEAR
 from ..job.memory import check
+from ..job.remarks import beyond_linear
 from .description import JOINTS, LINKS
 from .four_bar import FourBar, FourBarMotion
 from .inputs import LENGTHS, Inputs
@@ -121,7 +122,7 @@ class Result:
         """
         by_load = self.regular & ~(self.nonlinearity < LINEAR)
         by_spread = self.regular & (self.apart > APART)
-        loads = [f"beyond linear: off by {100 * each:.2g} %" for each in self.nonlinearity]
+        loads = [beyond_linear(each) for each in self.nonlinearity]
         spreads = [f"beyond linear: off by {100 * each:.2g} % of the spread" for each in self.apart]
         return np.where(by_load, loads, np.where(by_spread, spreads, self.status))
 

@@ -210,8 +210,11 @@ class Motion(FramedPoses):
         between the link and the slider's node, rigid at the poses at which the slider stands there and free else.
 
         A mass that was given sits, rigid, on the link's point nearest to its centre, and its beams weigh nothing.
-        Springs carry their force at rest and turn with it; that the forces in links turn, too, is left to
-        `flexibility`, `stiffness` and `frequencies`, and to ``frame.buckling``.
+
+        The frame is linear about the linkage without loads: its links, joints and springs resist with their stiffness
+        alone, and what springs exert at rest is one of the loads. That forces turn with the links, joints and springs
+        that carry them (geometric stiffness) is in `flexibility`, `stiffness` and `frequencies` of the motion, and of
+        the frame in ``buckling`` and ``solve(large=True)``, where springs pull along their line wherever they are.
 
         Parameters
         ----------

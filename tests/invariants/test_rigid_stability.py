@@ -183,6 +183,20 @@ def test_rigid_links_are_the_limit_of_stiff_beams(seed: int) -> None:
     assert estimate > 0.0
 
 
+@settings(max_examples=6, deadline=None, derandomize=True)
+@given(st.integers(0, 10_000))
+def test_linear_results_end_at_the_first_buckling_load(seed: int) -> None:
+    """Of any model, whatever is displaced on the way: by its factor, and alike for rigid links and for stiff beams."""
+    for modulus in (None, 1e13):
+        frame = random_model(seed, modulus, np.eye(3))
+        shares = frame.buckling(1).factors[0] * np.array([0.1, 0.98, 1.02, 3.0])
+        (node, given), *_ = frame.copy().loads.items()
+        frame.loads.clear()
+        for k, value in given:
+            frame.load(node, **{(FORCES + MOMENTS)[k]: shares * value})
+        assert np.isinf(frame.solve().nonlinearity()).tolist() == [False, False, True, True]
+
+
 @pytest.mark.parametrize("axes", [np.eye(3), turn(3)], ids=["level", "turned"])
 def test_strips_buckle_sideways(axes: Array) -> None:
     """A force or a semitangential moment at the end, a load along it: 4.0126, pi, 12.85 (of length and stiffness 1)."""
@@ -278,8 +292,11 @@ def test_linear_results_of_rigid_links_say_where_they_end() -> None:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_displacements_that_are_rounding_are_not_beyond_linear(seed: int) -> None:
-    """A bar pushed exactly along its axis, which lies askew: what moves is rounding, however near it is to buckling."""
-    axes, share = turn(seed), np.array([0.5, 0.9, 7.5])
+    """A bar pushed exactly along its axis, which lies askew: what moves is rounding, however near it is to buckling.
+
+    Beyond that load it is unstable, which its displacement does not tell.
+    """
+    axes, share = turn(seed), np.array([0.5, 0.9, 0.99, 1.01, 7.5])
     frame = Frame()
     for name, place in {"G": np.zeros(3), "A": np.zeros(3), "B": axes[:, 0]}.items():
         frame.node(name, place)
@@ -289,7 +306,7 @@ def test_displacements_that_are_rounding_are_not_beyond_linear(seed: int) -> Non
     load(frame, "B", -100.0 * np.multiply.outer(axes[:, 0], share))
     solution = frame.solve()
     assert np.abs(solution.displacement("B")).max() < 1e-13
-    assert solution.linear.all()
+    assert_allclose(solution.nonlinearity(), np.where(share < 1.0, 0.0, INF), atol=1e-13)
     assert_allclose(frame.buckling(1).factors[:, 0] * share, 1.0, rtol=1e-9)
 
 

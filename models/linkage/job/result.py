@@ -15,6 +15,7 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError, MechanismWarning, SampleWarning
 from ....framework.results.validity import LINEAR
 from ....framework.solution import Solution
+from ...job.remarks import beyond_linear
 from ...propagation import Propagation, propagate
 from ...sampling import sample_blocks
 from ...spread import Spread
@@ -106,7 +107,7 @@ class Result:
         frame = np.broadcast_to(self.main.status, self.motion.shape)
         moved = np.where(self.motion.is_regular, frame, self.motion.status)
         off = np.broadcast_to(self.solution.nonlinearity(), self.motion.shape)
-        told = np.array([f"beyond linear: off by {100.0 * each:.2g} %" for each in off.flat]).reshape(off.shape)
+        told = np.array([beyond_linear(each) for each in off.flat]).reshape(off.shape)
         marked = np.where(moved == "regular", told, np.char.add(np.char.add(moved, "; "), told))
         solved = (frame == "regular") | (frame == self.motion.status)
         return np.where(solved & ~(off < LINEAR), marked, moved)

@@ -49,11 +49,21 @@ def frame(
     built = bare.frame.copy()
     if loads:
         add_loads(built, motion, bare.nodes)
+    else:
+        slacken(built, bare.springs)
     if inertia:
         add_inertia_loads(built, motion, bare.nodes, bare.pieces)
     if clearance:
         impose_contacts(built, motion.linkage.joints)
     return built
+
+
+def slacken(built: Frame, springs: list[str]) -> None:
+    """Take the force at rest from springs, without which the frame is to be loaded."""
+    for name in springs:
+        member = built.members[name]
+        assert isinstance(member.element, Line)
+        built.members[name] = replace(member, element=Line(member.element.stiffness))
 
 
 class Builder:
@@ -91,7 +101,7 @@ class Builder:
         for pair in self.linkage.joints.values():
             self.joint(pair, clearance=clearance)
         self.name_points()
-        self.springs()
+        self.springs = list(self._add_springs())
 
     def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
         """Solve a copy of the frame under its loads; the plan is made once for all of them."""
@@ -158,14 +168,15 @@ class Builder:
             if node != point:
                 self.frame.alias(point, node)
 
-    def springs(self) -> None:
-        """Springs as members that carry the force they have at rest."""
+    def _add_springs(self) -> Iterator[str]:
+        """Springs as members that turn the force they have at rest, which is among the loads; yields their names."""
         for index, spring in enumerate(self.linkage.springs, start=1):
             if np.any(spring.stiffness):
                 _, force = tension(self.motion, replace(spring, damping=np.zeros(())))
                 force = self._there(force, np.zeros(()), 0)
                 ends = [self.nodes.of(*end) for end in (spring.first, spring.second)]
-                self.frame.add(f"spring.{index}", Line(spring.stiffness, force), *ends)
+                self.frame.add(f"spring.{index}", Line(spring.stiffness, force, applied=True), *ends)
+                yield f"spring.{index}"
 
     def _there(self, values: Array, drawn: Array, trailing: int = 1) -> Array:
         """Values, with as many `trailing` axes as they have components; as drawn where the pose is not assembled."""

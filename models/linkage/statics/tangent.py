@@ -3,8 +3,8 @@
 At rest a pose is held by its drives, under the forces of springs, loads and weights. The second derivative of the
 potential along any small motion is then that of the strain energy plus, for each member, joint and rigid link, the
 force in it times the second derivative of what it works on, kinematics of second order included (see
-`linkframe.framework.results.geometric`). Springs, which carry their force in the frame already, count once. Loads keep
-their direction; of those that turn with a link the turning is left out.
+`linkframe.framework.results.geometric`): springs pull along their line. Loads keep their direction; of those
+that turn with a link the turning is left out.
 """
 
 from __future__ import annotations

@@ -1,0 +1,125 @@
+"""Whether the equilibrium of a linear solution is stable: beyond a buckling load it is not, whatever is displaced.
+
+It is unstable where the stiffness together with what the forces of the solution add to it as the frame turns is not
+positive definite, which one attempt at a Cholesky factor tells. Members are cut into their segments, as for buckling.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..batched.plan import Plan
+from ..error_bounds.bounds import BoundedResults, Cut, Part
+from ..error_bounds.equilibrium import Equilibrium
+from ..solvers.sparse import SparseSolver
+from ..states import SolutionState
+from . import dense
+from .dense import WHOLE, Entries, Stretch
+from .sparse_spectrum import SparsePencil
+from .spectrum import DENSE, zero_eigenvalue
+from .under_load import Stack, at_entry, geometric_stacks, summed_stacks
+
+Mask = NDArray[np.bool_]
+# Numbers of the matrices over all DOFs that are held at a time.
+_NUMBERS = 2**21
+
+
+class Stability:
+    """Which batch entries of a linear solution are stable.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    """
+
+    def __init__(self, solution: BoundedResults) -> None:
+        self._asked = np.asarray(solution.own_state == SolutionState.REGULAR)
+        self._found = np.zeros(solution.shape, dtype=bool)
+        self._solution = solution.cut()
+        plan = self._solution.plan
+        self._sparse = plan.large and len(plan.unknowns) > DENSE
+        self._shared, self._done = self._solution is solution and not self._sparse, not plan.unknowns
+
+    def see(self, part: Part) -> None:
+        """Judge a part of the batch, with what is known of it, where the solution is cut into segments as it is."""
+        if self._shared and isinstance(part.state.change, Cut):
+            self._judge(part.where, part.state)
+            self._done = True
+
+    def unstable(self) -> Mask:
+        """Entries whose load exceeds a buckling load, (...); what is not regular is not among them."""
+        if not self._done and self._asked.any():
+            with np.errstate(all="ignore"):  # of mechanisms
+                if self._sparse:
+                    self._found = self._asked & _sparse(self._solution)
+                else:
+                    for where, state in self._solution.bounds.states():
+                        self._judge(where, state)
+        return self._found
+
+    def _judge(self, where: tuple[slice, ...], state: Equilibrium) -> None:
+        if self._asked[where].any():
+            self._found[where] = _dense(self._solution.plan, where, state, self._asked[where])
+
+
+def _dense(plan: Plan, where: tuple[slice, ...], state: Equilibrium, asked: Mask) -> Mask:
+    """Those of the `asked` entries of a part of the batch."""
+    stacks = [(nodes, matrices) for nodes, matrices in geometric_stacks(state) if matrices.any()]
+    found = [(nodes, _whole(matrices, asked.ndim)) for nodes, matrices in stacks]
+    if not found:
+        return np.zeros(asked.shape, dtype=bool)
+    if not where:
+        return _of(plan, found, asked, WHOLE)
+    assert isinstance(state.change, Cut)
+    axis, ndim = state.change.axis, asked.ndim
+    out, first, count = np.zeros(asked.shape, dtype=bool), where[axis].start, asked.shape[axis]
+    step = max(1, count * _NUMBERS // (asked.size * (6 * len(plan.topology.number)) ** 2))
+    for some in (slice(k, min(k + step, count)) for k in range(0, count, step)):
+        here = Stretch(ndim=ndim, axis=axis, indices=some)
+        there = Stretch(ndim=ndim, axis=axis, indices=slice(first + some.start, first + some.stop))
+        own = [(nodes, here.of(matrices, 2, leading=1)) for nodes, matrices in found]
+        at = (slice(None),) * axis + (some,)
+        out[at] = _of(plan, own, asked[at], there)
+    return out
+
+
+def _whole(matrices: Array, ndim: int) -> Array:
+    """Matrices (n, ..., m, m) with all batch axes."""
+    missing = (1,) * (ndim + 3 - matrices.ndim)
+    return matrices.reshape(len(matrices), *missing, *matrices.shape[1:])
+
+
+def _of(plan: Plan, stacks: list[Stack], asked: Mask, entries: Entries) -> Mask:
+    """Those of the `asked` entries, from the matrices there."""
+    added = summed_stacks(plan, stacks, entries)
+    stiffness = dense.stiffness(plan, entries)
+    root = dense.scaled(stiffness)[1]
+    whole = (stiffness + added) * root[..., :, None] * root[..., None, :]
+    whole[~np.broadcast_to(asked, whole.shape[:-2])] = np.eye(whole.shape[-1])
+    return np.asarray(asked & _indefinite(whole))
+
+
+def _indefinite(whole: Array) -> Mask:
+    """Which of scaled matrices (..., n, n) are not positive definite, (...)."""
+    try:
+        np.linalg.cholesky(whole)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.eigvalsh(whole)[..., 0] < -zero_eigenvalue(whole.shape[-1]))
+    return np.zeros(whole.shape[:-2], dtype=bool)
+
+
+def _sparse(solution: BoundedResults) -> Mask:
+    """Load cases of one large frame."""
+    assert isinstance(solution.solver, SparseSolver)
+    solver, shape = solution.solver, solution.shape
+    found: list[Stack] = geometric_stacks(solution.bounds.whole())
+    out = np.zeros(shape, dtype=bool)
+    for entry in np.ndindex(*shape):
+        added = solver.matrices.reduced([(nodes, at_entry(entry, matrices).__getitem__) for nodes, matrices in found])
+        # where a pivot is not positive, rounding may be the cause
+        if not solver.direct(solver.stiffness + added).definite:
+            out[entry] = SparsePencil(solver).greatest(-added, 1)[0][0] > 1.0
+    return out
