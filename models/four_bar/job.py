@@ -55,7 +55,7 @@ def run(inputs: Inputs, out: Path) -> None:
     with results(out, EARLIER) as stage, warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        with stages("solution"), stages.progress("samples at a pose", work(inputs)) as advance:
+        with stages("solution", work(inputs)) as advance:
             result = compute(inputs, advance)
         with stages("table and samples"):
             (stage / "table1.csv").write_text(as_csv(result), encoding="utf-8")
