@@ -28,7 +28,7 @@ class Parts:
     shape
         Number of poses, and of samples.
     soon
-        Whether parts begin small even if all would fit into one, as each takes long.
+        Whether the first part is a small one even if all would fit into one, as each takes long.
     greatest
         Results of which only the greatest over the samples is held, (poses, 1, ...).
     """
@@ -59,15 +59,11 @@ class Parts:
         if not wanted:
             return
         out: dict[str, Array] = {}
-        for cut in self.cuts:
+        for cut in one_by_one(self.cuts):
             part = self.make(cut)
             for name in wanted:
                 found = getattr(part, name)
                 self._put(out, name, cut, found() if callable(found) else found)
-            del part, found
-            if len(self.cuts) > 1:
-                # A frame and its solution hold each other, with arrays whose size Python does not see.
-                gc.collect()
             yield self.shape[0] * (cut.stop - cut.start)
         for name, found in out.items():
             self._known[name] = np.broadcast_to(found, (len(found), self._width(name), *found.shape[2:]))
@@ -89,14 +85,27 @@ class Parts:
             out[name][:, cut] = found
 
 
+def one_by_one(parts: Sequence[slice]) -> Iterator[slice]:
+    """The parts, and after each of several memory is rid of what it left.
+
+    A frame and its solution hold each other, with arrays whose size Python does not see.
+    """
+    for part in parts:
+        yield part
+        if len(parts) > 1:
+            gc.collect()
+
+
 def cuts(poses: int, samples: int, *, soon: bool = False) -> list[slice]:
     """The samples in parts, none of a single one, whose results would not be held as a batch."""
     most = max(2, ENTRIES // max(poses, 1))
     if samples <= most and not soon:
         return [slice(0, samples)]
-    size, start, out = 2 if soon else max(2, most // FIRST), 0, []
+    # Where each takes long, so does a part of few: it takes as many iterations as its slowest sample.
+    size, growth = (2, most) if soon else (max(2, most // FIRST), GROWTH)
+    start, out = 0, []
     while start < samples:
         stop = start + size if samples - start - size >= 2 else samples
         out.append(slice(start, stop))
-        start, size = stop, min(most, GROWTH * size)
+        start, size = stop, min(most, growth * size)
     return out
