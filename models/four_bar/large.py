@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..job.parts import Parts
+from ..job.remarks import without_equilibrium
 from ..job.tables import aligned, markdown, readable, with_error
 from ..spread import Spread
 from .accuracy import Accuracy, accuracy
@@ -81,11 +82,23 @@ def large_samples(study: Study, parts: Parts, closes: NDArray[np.bool_]) -> Larg
     samples[closes] = parts.taken("large") + parts.taken("rigid") - study.rigid[closes, None]
     passed = np.zeros(samples.shape[:2], dtype=bool)
     passed[closes] = parts.taken("large_passes")
-    return LargeSpread(samples, passed=passed)
+    return LargeSpread(samples, "omit" if study.nan_policy == "omit" else "propagate", passed=passed)
 
 
-def told(inputs: Inputs) -> list[str]:
-    """A sentence where large displacement is not that of all samples."""
+def told(result: Result) -> list[str]:
+    """Sentences where large displacement is not that of all samples."""
+    return [*_first(result.inputs), *_lost(result)]
+
+
+def _lost(result: Result) -> list[str]:
+    """How many samples came to no equilibrium, and at which poses."""
+    large = result.large
+    lost = np.isnan(large.samples[..., 0]) & result.closes[:, None]
+    at = [f"θ = {result.degrees[pose]:g}°" for pose in np.flatnonzero(lost.any(axis=1))]
+    return without_equilibrium(int(lost.sum()), (len(lost), large.n), at, result.inputs.nan_policy)
+
+
+def _first(inputs: Inputs) -> list[str]:
     if inputs.samples <= MOST:
         return []
     return [

@@ -28,7 +28,7 @@ def remarks(result: Result) -> list[str]:
         f"--{name.replace('_', '-')} {getattr(inputs, name)} has no effect: {why}."
         for name, why in inputs.without_effect.items()
     ]
-    found += told(inputs)
+    found += told(result)
     found += beyond_size("P", study.nominal.compliance, _size(inputs), where)
     return found + without_result(lost(study), len(where), study.n, study.nan_policy)
 

@@ -40,7 +40,7 @@ DRAWN_SPREAD = 0.12
 # Samples whose condition numbers are told.
 SPECTRA = 200
 # Memory that a sample takes for its inputs, and at a pose: its results, and what statistics and figures make of them.
-BYTES_ALONE, BYTES = 8 * 70, 8 * 70
+BYTES_ALONE, BYTES = 8 * 40, 8 * 50
 # What is counted.
 LINEAR_WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
@@ -174,7 +174,13 @@ class Result:
         Of the first samples, where there are very many.
         """
         found = large_samples(self.study, *self.large_parts)
-        return LargeSpread(self._everywhere(found.samples), passed=self._everywhere(found.passed, False))
+        samples, passed = self._everywhere(found.samples), self._everywhere(found.passed, False)
+        return LargeSpread(samples, found.nan_policy, passed=passed)
+
+    @property
+    def closes(self) -> NDArray[np.bool_]:
+        """Poses that are taken to large displacement: all samples of them can be assembled, (poses,)."""
+        return np.asarray(self._everywhere(self.large_parts[1], False))
 
     @cached_property
     def large_mean_inputs(self) -> Array:
