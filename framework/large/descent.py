@@ -48,8 +48,9 @@ class Descent:
             step, stable, saddle = self._step(at, balance, state)
             close = self.newton.is_close(at, step) & ~saddle
             found.left[active] |= saddle
-            share = np.where(close, 1.0, self._searched(balance, state, at, step))
-            state = self._farther(balance, state, step, share)
+            here = tuple(k[active] for k in where)
+            share = np.where(close, 1.0, self._searched(here, balance, state, at, step, factor))
+            state = self._farther(here, balance, state, step, share, factor)
             found.iterations[active] += 1
             if close.any():
                 found.state.put(active[close], state.taken(close))
@@ -63,24 +64,25 @@ class Descent:
         found.state.put(active, state)
         return found
 
-    def _farther(self, balance: Balance, state: Place, step: Array, share: Array) -> Place:
+    def _farther(self, where: Where, balance: Balance, state: Place, step: Array, share: Array, factor: float) -> Place:
         """The state after a share of the step, or beyond it on the way that stiff members leave free, if that is lower.
 
         A stiff rod that swings keeps its length on a circle, and would lengthen along a straight step.
         """
         found: Place = balance.advanced(state, share * step)
         far = self.newton.limited(step)
-        waiting = share < _SHORT * far
-        if self.model.free > LARGE or not waiting.any():
+        waiting = np.flatnonzero(share < _SHORT * far)
+        if self.model.free > LARGE or not len(waiting):
             return found
         lowest = balance.energy(found) - balance.moment_work(state, found)
         for _ in range(_TRIALS):
-            tried = self._settled(balance, balance.advanced(state, far * step))
-            energy = balance.energy(tried) - balance.moment_work(state, tried)
-            better = waiting & (energy < lowest)
-            found.put(better, tried.taken(better))
-            waiting &= ~better
-            if not waiting.any():
+            some = self.newton.equations(tuple(k[waiting] for k in where), len(waiting), factor)
+            begin = state.taken(waiting)
+            tried = self._settled(some, some.advanced(begin, far[waiting] * step[:, waiting]))
+            better = some.energy(tried) - some.moment_work(begin, tried) < lowest[waiting]
+            found.put(waiting[better], tried.taken(better))
+            waiting = waiting[~better]
+            if not len(waiting):
                 break
             far = _SHORT * far
         return found
@@ -145,18 +147,21 @@ class Descent:
             shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))
         return self.newton.step(at, np.zeros((0, len(shift))), factors.solve), stable, np.zeros_like(stable)
 
-    def _searched(self, balance: Balance, state: Place, at: Linear, step: Array) -> Array:
+    def _searched(self, where: Where, balance: Balance, state: Place, at: Linear, step: Array, factor: float) -> Array:
         """Share of a step that lowers the energy enough (m,)."""
         share = self.newton.limited(step)
         start = balance.energy(state)
-        slope = np.einsum("im,im->m", at.forces, step)
+        slope = np.minimum(np.einsum("im,im->m", at.forces, step), 0.0)
         noise = 64.0 * np.finfo(float).eps * (at.energy + np.abs(start))
-        waiting = np.ones(len(share), dtype=bool)
+        waiting = np.arange(len(share))
         for _ in range(_HALVINGS):
-            tried = balance.advanced(state, share * step)
-            change = balance.energy(tried) - start - balance.moment_work(state, tried)
-            waiting &= ~(change <= 1e-4 * share * np.minimum(slope, 0.0) + noise)
-            if not waiting.any():
+            tried = balance.advanced(state, share[waiting] * step[:, waiting])
+            change = balance.energy(tried) - start[waiting] - balance.moment_work(state, tried)
+            left = ~(change <= 1e-4 * share[waiting] * slope[waiting] + noise[waiting])
+            if not left.any():
                 break
-            share = np.where(waiting, 0.5 * share, share)
+            if not left.all():
+                waiting, state = waiting[left], state.taken(left)
+                balance = self.newton.equations(tuple(k[waiting] for k in where), len(waiting), factor)
+            share[waiting] *= 0.5
         return share

@@ -14,14 +14,14 @@ from .four_bar import FourBar
 from .inputs import Inputs
 from .paper import equation_6, mean_direction
 from .readings import readings
-from .result import compute
+from .result import SPECTRA, compute
 from .table import ORIGIN, Printed, printed
 
 if TYPE_CHECKING:
     from .result import Result
 
-# Spectra cost far more than solutions.
-SPECTRA = 200
+# Samples that show what a choice changes.
+COMPARED = 2000
 # A printed offset that turns P by more than this many degrees is told of.
 TURNED = 1.0
 
@@ -223,18 +223,19 @@ def _singular(result: Result, table: Printed) -> Iterable[str]:
 
 def _silent(result: Result) -> Iterable[str]:
     inputs, angle = result.inputs, result.degrees[result.pose]
+    first = f", of the first {COMPARED} samples" if inputs.samples > COMPARED else ""
     yield (
-        f"Each line changes one choice and keeps the rest, at θ = {angle:g}° with the same seed; σ with its standard"
-        f" error. κ, of the whole matrix and of its rows and columns in the plane (u_x, u_y and the rotation about z of"
-        f" every node), is given at the mean inputs, and as its range over {min(inputs.samples, SPECTRA)} samples."
+        f"Each line changes one choice and keeps the rest, at θ = {angle:g}° with the same seed{first}; σ with its"
+        f" standard error. κ, of the whole matrix and of its rows and columns in the plane (u_x, u_y and the rotation"
+        f" about z of every node), is given at the mean inputs, and as its range over {min(inputs.samples, SPECTRA)}"
+        " samples."
     )
     lines, ranges = [], []
     for name, change in _choices(inputs).items():
-        other = compute(inputs.but(poses=(angle, angle, 1.0), histogram_pose=None, **change))
+        alone = inputs.but(poses=(angle, angle, 1.0), histogram_pose=None, samples=min(inputs.samples, COMPARED))
+        other = compute(alone.but(**change), large=False)
         flex, std, error = 1e6 * np.linalg.norm(other.compliance[0]), other.std[0], other.std_standard_error[0]
-        if inputs.samples > SPECTRA:
-            other = compute(other.inputs.but(samples=SPECTRA))
-        whole, plane = other.sampled_kappa[0], other.sampled_planar_kappa[0]
+        whole, plane = (each[0] for each in other.sampled_kappa)
         ranges.append((whole.min(), whole.max()))
         lines.append(
             [

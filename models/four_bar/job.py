@@ -49,13 +49,14 @@ def run(inputs: Inputs, out: Path) -> None:
     Raises
     ------
     FrameError
-        If the linkage can be assembled at no pose, no pose is regular, or `out` cannot be written; then nothing is.
+        If the linkage can be assembled at no pose, no pose is regular, or `out` cannot be written or holds
+        the results of another job; then nothing is written.
     """
     stages = Stages(6)
-    with results(out, EARLIER) as stage, warnings.catch_warnings():
+    with results(out, "four-bar", EARLIER) as stage, warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        with stages("solution"), stages.progress("samples at a pose", work(inputs)) as advance:
+        with stages("solution", work(inputs)) as advance:
             result = compute(inputs, advance)
         with stages("table and samples"):
             (stage / "table1.csv").write_text(as_csv(result), encoding="utf-8")

@@ -7,38 +7,47 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..job.parts import Parts
 from ..spread import Spread
 from .accuracy import Accuracy, accuracy
-from .parts import Parts
-from .study import Study
+from .study import Study, part_of
 from .tolerances import LOADS, per_joint, toleranced
 
 Array = NDArray[np.float64]
 
+# Samples that are taken to large displacement, each of which takes as long as hundreds by linear mechanics.
+MOST = 2000
+
 
 @dataclass(frozen=True, eq=False)
 class LargeSpread(Spread):
-    """Displacement of P from its nominal position at large displacement, (poses, n, 3), NaN where it has none.
+    """Displacement of P from its nominal position at large displacement, (poses, m, 3), NaN where it has none.
 
     Attributes
     ----------
     passed
         Samples in which coupler and rocker passed through one line, so that they stand near the other branch,
-        (poses, n).
+        (poses, m).
     """
 
     passed: NDArray[np.bool_] = field(kw_only=True)
 
 
+def taken(samples: int) -> int:
+    """How many of the samples are taken to large displacement, the first ones."""
+    return min(samples, MOST)
+
+
 def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:
-    """The samples at the poses at which all of them can be assembled, and which these are, (poses,)."""
-    nominal, inputs, contacts = study.nominal, study.inputs, study.nominal.contacts
+    """The first samples at the poses at which all of them can be assembled, and which these are, (poses,)."""
+    n = taken(study.n)
+    nominal, inputs, contacts = study.nominal, part_of(study.inputs, slice(n)), study.nominal.contacts
     at = study.theta[:, None] + inputs.get("drive", np.zeros(1))
     varied = toleranced(nominal.motion.four_bar, inputs)
-    closes = np.asarray(np.broadcast_to(varied.assembles(at), (len(at), study.n)).all(axis=-1))
+    closes = np.asarray(np.broadcast_to(varied.assembles(at), (len(at), n)).all(axis=-1))
 
     def sampled(cut: slice) -> Accuracy:
-        drawn = {name: values[cut] for name, values in inputs.items()}
+        drawn = part_of(inputs, cut)
         return accuracy(
             toleranced(nominal.motion.four_bar, drawn),
             study.theta[closes, None] + drawn.get("drive", np.zeros(1)),
@@ -47,13 +56,13 @@ def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:
             contact="equilibrium" if contacts is None else per_joint(contacts, "contact", drawn),
         )
 
-    return Parts(sampled, (int(closes.sum()), study.n), soon=contacts is None), closes
+    return Parts(sampled, (int(closes.sum()), n), soon=contacts is None), closes
 
 
 def large_samples(study: Study, parts: Parts, closes: NDArray[np.bool_]) -> LargeSpread:
     """The samples at large displacement; NaN where the linkage cannot be assembled."""
-    samples = np.full((len(closes), study.n, 3), np.nan)
-    samples[closes] = parts["large"] + parts["rigid"] - study.rigid[closes, None]
+    samples = np.full((len(closes), parts.shape[1], 3), np.nan)
+    samples[closes] = parts.taken("large") + parts.taken("rigid") - study.rigid[closes, None]
     passed = np.zeros(samples.shape[:2], dtype=bool)
-    passed[closes] = parts["large_passes"]
-    return LargeSpread(samples, passed=passed)
+    passed[closes] = parts.taken("large_passes")
+    return LargeSpread(samples, "omit" if study.nan_policy == "omit" else "propagate", passed=passed)

@@ -6,7 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..job.remarks import without_equilibrium
 from ..job.tables import aligned, markdown, readable, with_error
+from .inputs import Inputs
+from .large import MOST
 from .result import Result
 
 HEADING = ("θ", *(f"{name} {way}" for way in ("linear", "large") for name in ("μ_x", "μ_y", "σ_x", "σ_y")), "status")
@@ -17,6 +20,28 @@ Mean and standard deviation of the position of P over the samples, in metres, by
 displacement, at the poses that are singular or at which the two differ by a tenth of the spread; in brackets the
 standard error of the last digits. Large displacement takes each sample's links, joints and clearances to the stable
 equilibrium to which its load leads; `table1.csv` holds it for all poses."""
+
+
+def told(result: Result) -> list[str]:
+    """Sentences where large displacement is not that of all samples."""
+    return [*_first(result.inputs), *_lost(result)]
+
+
+def _lost(result: Result) -> list[str]:
+    """How many samples came to no equilibrium, and at which poses."""
+    large = result.large
+    lost = np.isnan(large.samples[..., 0]) & result.closes[:, None]
+    at = [f"θ = {result.degrees[pose]:g}°" for pose in np.flatnonzero(lost.any(axis=1))]
+    return without_equilibrium(int(lost.sum()), (len(lost), large.n), at, result.inputs.nan_policy)
+
+
+def _first(inputs: Inputs) -> list[str]:
+    if inputs.samples <= MOST:
+        return []
+    return [
+        f"Large displacement is that of the first {MOST} of the {inputs.samples} samples, as each of them takes as "
+        "long as hundreds by linear mechanics; where the two are compared, it is on the same samples."
+    ]
 
 
 def passages(result: Result) -> Iterator[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from ...framework.errors import MechanismWarning
 from ..job.remarks import beyond_size, without_result
 from .accuracy import accuracy
+from .large_table import told
 from .result import four_bar
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def remarks(result: Result) -> list[str]:
         f"--{name.replace('_', '-')} {getattr(inputs, name)} has no effect: {why}."
         for name, why in inputs.without_effect.items()
     ]
+    found += told(result)
     found += beyond_size("P", study.nominal.compliance, _size(inputs), where)
     return found + without_result(lost(study), len(where), study.n, study.nan_policy)
 

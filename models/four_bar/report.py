@@ -113,7 +113,7 @@ def _summary(result: Result) -> Iterable[str]:
     if population is not None:
         rows.insert(2, ["clearance, whole population", "", "", *(f"{1e3 * std:.4f}" for std in population[entry])])
     yield markdown(["part", "mean of u_x", "mean of u_y", "σ of u_x", "σ of u_y"], rows, left=1)
-    off = 1e3 * np.linalg.norm(study.clearance_exact.samples - study.clearance.samples, axis=-1)[entry].max()
+    off = 1e3 * np.linalg.norm(study.clearance_exact.samples[entry] - study.clearance.samples[entry], axis=-1).max()
     yield f"The clearance is taken to first order; the loop closed anew gives P within {off:.4f} mm of it at this pose."
     yield reactions.summary(result)
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,13 +15,15 @@ from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
 from ...framework.results.validity import LINEAR
 from ..job.memory import check
+from ..job.parts import Parts
 from ..job.remarks import beyond_linear
+from ..job.stages import Advance
+from ..spread import Spread
 from .description import JOINTS, LINKS
 from .four_bar import FourBar, FourBarMotion
 from .inputs import LENGTHS, Inputs
 from .kinetostatics import Kinetostatics, Link
-from .large import LargeSpread, large_parts, large_samples
-from .parts import Parts
+from .large import LargeSpread, large_parts, large_samples, taken
 from .study import Study, monte_carlo
 
 if TYPE_CHECKING:
@@ -37,8 +38,12 @@ APART = 0.1
 SHARE = 0.02
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
-# Memory that a sample takes at a pose: its results, and what statistics and figures make of them.
-BYTES = 8 * 70
+# Samples whose condition numbers are told.
+SPECTRA = 200
+# Memory that a sample takes for its inputs, and at a pose: its results, and what statistics and figures make of them.
+BYTES_ALONE, BYTES = 8 * 40, 8 * 50
+# What is counted.
+LINEAR_WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +139,8 @@ class Result:
         share of the whole displacement, as that in x where P moves along y, counts as that share.
         """
         moved, spread = self.large.mean[:, :2], self.large.std[:, :2]
-        off = np.abs(self.mean[:, :2] - self.rigid[:, :2] - moved) + np.abs(self.std[:, :2] - spread)
+        same = Spread(self.samples[:, : self.large.n], self.inputs.nan_policy)
+        off = np.abs(same.mean[:, :2] - moved) + np.abs(same.std[:, :2] - spread)
         whole = np.hypot(np.linalg.norm(moved, axis=1), np.linalg.norm(spread, axis=1))[:, None]
         seen = np.maximum(spread, SHARE * whole)
         apart: Array = np.divide(off, seen, out=np.zeros_like(off), where=seen > 0.0).max(axis=1)
@@ -164,9 +170,18 @@ class Result:
 
     @cached_property
     def large(self) -> LargeSpread:
-        """Displacement of P from its rigid position at large displacement, (poses, samples, 3), also where singular."""
+        """Displacement of P from its rigid position at large displacement, (poses, m, 3), also where singular.
+
+        Of the first samples, where there are very many.
+        """
         found = large_samples(self.study, *self.large_parts)
-        return LargeSpread(self._everywhere(found.samples), passed=self._everywhere(found.passed, False))
+        samples, passed = self._everywhere(found.samples), self._everywhere(found.passed, False)
+        return LargeSpread(samples, found.nan_policy, passed=passed)
+
+    @property
+    def closes(self) -> NDArray[np.bool_]:
+        """Poses that are taken to large displacement: all samples of them can be assembled, (poses,)."""
+        return np.asarray(self._everywhere(self.large_parts[1], False))
 
     @cached_property
     def large_mean_inputs(self) -> Array:
@@ -192,14 +207,21 @@ class Result:
         """The same some at a time, and the poses that they are at."""
         return large_parts(self.study)
 
-    def steps(self) -> Iterator[int]:
-        """Compute all that depends on samples, and tell after each part how many poses times samples it had."""
+    def steps(self, *, large: bool) -> Iterator[tuple[str, int]]:
+        """Compute all that depends on samples, and tell after each part what it was, and how much of `work`."""
         linear = ["rigid", "compliance", "clearance", "clearance_exact", "error_bound"]
-        linear += ["condition_number", "planar_condition_number"] * self.has_kappa
+        ways = {LINEAR_WAY: self.study.parts.steps(linear)}
+        if large:
+            ways[LARGE_WAY] = self.large_parts[0].steps(["rigid", "large", "large_passes"])
         # By turns, so that the first parts tell how long the rest of both will take.
-        both = self.study.parts.steps(linear), self.large_parts[0].steps(["rigid", "large", "large_passes"])
-        for pair in zip_longest(*both, fillvalue=0):
-            yield from pair
+        while ways:
+            for way, parts in list(ways.items()):
+                yield way, 0
+                more = next(parts, None)
+                if more is None:
+                    del ways[way]
+                else:
+                    yield way, more
 
     @property
     def samples(self) -> Array:
@@ -255,14 +277,15 @@ class Result:
         return self._everywhere(self.study.kappa_scaled)
 
     @cached_property
-    def sampled_kappa(self) -> Array:
-        """Condition numbers of the samples at the regular poses, (regular poses, samples)."""
-        return self.study.parts["condition_number"] if self.has_kappa else np.full((1, self.study.n), np.nan)
+    def sampled_kappa(self) -> tuple[Array, Array]:
+        """Condition numbers of the first samples at the regular poses, (regular poses, some).
 
-    @cached_property
-    def sampled_planar_kappa(self) -> Array:
-        """The same of the rows and columns in the plane, (regular poses, samples)."""
-        return self.study.parts["planar_condition_number"] if self.has_kappa else np.full((1, self.study.n), np.nan)
+        Of the whole matrix and of its rows and columns in the plane; spectra cost far more than solutions.
+        """
+        if not self.has_kappa:
+            return np.full((1, 1), np.nan), np.full((1, 1), np.nan)
+        some = self.study.some(slice(SPECTRA))
+        return some.condition_number(), some.planar_condition_number()
 
     @cached_property
     def compliance(self) -> Array:
@@ -305,7 +328,7 @@ class Result:
         return float(max(1.0, decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= factor)))
 
 
-def compute(inputs: Inputs, advance: Callable[[int], None] | None = None) -> Result:
+def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = True) -> Result:
     """Compute the accuracy job.
 
     Parameters
@@ -313,7 +336,9 @@ def compute(inputs: Inputs, advance: Callable[[int], None] | None = None) -> Res
     inputs
         What to compute.
     advance
-        Told how many more poses times samples are done, of `work(inputs)`.
+        Told what is done, of `work(inputs)`, and how many more poses times samples of it.
+    large
+        Whether large displacement is computed now, or when it is read.
 
     Returns
     -------
@@ -326,7 +351,7 @@ def compute(inputs: Inputs, advance: Callable[[int], None] | None = None) -> Res
         If the linkage cannot be assembled at any pose, a sample is out of range, the samples do not fit the memory, or
         the pose of the histograms is not among the regular ones.
     """
-    check(BYTES * inputs.degrees.size, inputs.samples, "--samples")
+    check(BYTES_ALONE + BYTES * inputs.degrees.size, inputs.samples, "--samples")
     scale = inputs.to_radius
     linkage = four_bar(inputs)
     _check_reach(linkage, inputs)
@@ -346,16 +371,21 @@ def compute(inputs: Inputs, advance: Callable[[int], None] | None = None) -> Res
             nan_policy=inputs.nan_policy,
         )
         result = Result(inputs, study)
-        for more in result.steps():
+        for way, more in result.steps(large=large):
             if advance is not None:
-                advance(more)
-        _ = result.pose, result.std, result.large.std, result.kappa, result.kappa_scaled, result.compliance
+                advance(way, more)
+        _ = result.pose, result.std, result.kappa, result.kappa_scaled, result.compliance
+        if large:
+            _ = result.large.std
     return result
 
 
-def work(inputs: Inputs) -> int:
+def work(inputs: Inputs) -> dict[str, int]:
     """Poses times samples to be computed: by linear mechanics, and at large displacement."""
-    return 2 * inputs.degrees.size * inputs.samples
+    linkage = four_bar(inputs)
+    closes = linkage.assembles(inputs.theta)
+    regular = int((closes & ~linkage.singular(inputs.theta)).sum())
+    return {LINEAR_WAY: regular * inputs.samples, LARGE_WAY: int(closes.sum()) * taken(inputs.samples)}
 
 
 def _check_reach(linkage: FourBar, inputs: Inputs) -> None:

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
+from ..job.parts import Parts, cuts
 from ..moments import Moments, Statistics, checked_policy
 from ..sampling import Distribution, Seed, draw
 from ..spread import Spread
 from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
 from .four_bar import FourBar
-from .parts import Parts
 from .tolerances import LOADS, check_names, check_overwritten, per_joint, toleranced
 
 Array = NDArray[np.float64]
@@ -75,29 +75,35 @@ class Study(Statistics):
     @property
     def sampled(self) -> Accuracy:
         """Accuracy of the samples at the poses that `kept` tells, (poses kept, n), all at once."""
-        return self.parts.whole
+        return self.some(slice(None))
+
+    def some(self, cut: slice) -> Accuracy:
+        """Accuracy of some of the samples at the poses that `kept` tells, (poses kept, some)."""
+        found = self.parts.make(cut)
+        assert isinstance(found, Accuracy)
+        return found
 
     # -- the parts --------------------------------------------------------------------------------------------------
 
     @cached_property
     def geometry(self) -> Spread:
         """Displacement by deviations of the lengths and the drive angle."""
-        return self._spread(self.parts["rigid"] - self.rigid[self.kept, None])
+        return self._spread(self.parts.taken("rigid") - self.rigid[self.kept, None])
 
     @cached_property
     def compliance(self) -> Spread:
         """Displacement by the load on links and joints."""
-        return self._spread(self.parts["compliance"])
+        return self._spread(self.parts.taken("compliance"))
 
     @cached_property
     def clearance(self) -> Spread:
         """Displacement by clearance, to first order."""
-        return self._spread(self.parts["clearance"])
+        return self._spread(self.parts.taken("clearance"))
 
     @cached_property
     def clearance_exact(self) -> Spread:
         """Displacement by clearance, the loop closed anew."""
-        return self._spread(self.parts["clearance_exact"])
+        return self._spread(self.parts.taken("clearance_exact"))
 
     @cached_property
     def total(self) -> Spread:
@@ -168,6 +174,8 @@ class Study(Statistics):
         return self.nominal.scaled_condition_number()
 
     def _spread(self, samples: Array) -> Spread:
+        if self.kept.all() and self.valid.all():
+            return Spread(samples, self.nan_policy)
         everywhere = np.full((self.kept.size, self.n, 3), np.nan)
         everywhere[self.kept] = np.where(self.valid[..., None], samples, np.nan)
         return Spread(everywhere, self.nan_policy)
@@ -258,14 +266,13 @@ def monte_carlo(
     if shape := accuracy(four_bar, angles[0], load=load, clearance=clearance, contact=contact).shape:
         raise FrameError(f"the nominal linkage has batch shape {shape}: give numbers, and arrays only as theta")
 
-    varied = toleranced(four_bar, inputs)
     # A drive angle that is certain keeps one sample, so that what depends on the pose alone is computed once a pose.
     at = angles[:, None] + inputs.get("drive", np.zeros(1))
-    kept, good, excluded = _sorted_out(varied, at, nominal, n, nan_policy)
+    kept, good, excluded = _sorted_out(*_assembling(four_bar, at, inputs, n), nominal, n, nan_policy)
     angle = _assembled(at, kept, good)
 
     def sampled(cut: slice) -> Accuracy:
-        drawn = {name: values[cut] for name, values in inputs.items()}
+        drawn = part_of(inputs, cut)
         return accuracy(
             toleranced(four_bar, drawn),
             angle if angle.shape[1] == 1 else angle[:, cut],
@@ -274,16 +281,30 @@ def monte_carlo(
             contact=contact if isinstance(contact, str) else per_joint(contact, "contact", drawn),
         )
 
-    parts = Parts(sampled, (int(kept.sum()), n), soon=contact == "equilibrium")
+    parts = Parts(sampled, (int(kept.sum()), n), soon=contact == "equilibrium", greatest=("error_bound",))
     return Study(nominal, parts, inputs, kept, good[kept], excluded, n, exact, nan_policy)
 
 
+def part_of(inputs: Mapping[str, Array], cut: slice) -> dict[str, Array]:
+    """Some of the samples of the inputs."""
+    return {name: values[cut] for name, values in inputs.items()}
+
+
+def _assembling(
+    four_bar: FourBar, at: Array, inputs: Mapping[str, Array], n: int
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which samples can be assembled, and which are singular, (poses, n) each."""
+    closes, singular = (np.empty((len(at), n), dtype=bool) for _ in range(2))
+    for cut in cuts(len(at), n):
+        varied, angle = toleranced(four_bar, part_of(inputs, cut)), at if at.shape[1] == 1 else at[:, cut]
+        closes[:, cut], singular[:, cut] = varied.assembles(angle), varied.singular(angle)
+    return closes, singular
+
+
 def _sorted_out(
-    varied: FourBar, at: Array, nominal: Accuracy, n: int, nan_policy: str
+    closes: NDArray[np.bool_], singular: NDArray[np.bool_], nominal: Accuracy, n: int, nan_policy: str
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.str_]]:
     """Which poses are sampled, (poses,), which samples are valid, (poses, n), and the poses' status, (poses,)."""
-    closes = np.broadcast_to(varied.assembles(at), (len(at), n))
-    singular = np.broadcast_to(varied.singular(at), (len(at), n))
     good = closes & ~singular
     complete = ~nominal.motion.singular & good.all(axis=-1)
     status = nominal.motion.status.astype(object)

@@ -75,3 +75,27 @@ def without_result(lost: Mapping[str, int], poses: int, samples: int, nan_policy
     omitted = "mean and standard deviation are those of the others"
     end = omitted if nan_policy == "omit" else "their poses have no mean and no standard deviation (nan_policy)"
     return [f"{sum(lost.values())} of {poses} × {samples} samples have no result ({reasons}): {end}."]
+
+
+def without_equilibrium(lost: int, shape: tuple[int, int], where: Sequence[str], nan_policy: str) -> list[str]:
+    """A sentence on samples for which no equilibrium was found at large displacement.
+
+    Parameters
+    ----------
+    lost
+        How many, over all poses.
+    shape
+        Number of poses, and of samples.
+    where
+        The poses in words at which some were lost.
+    nan_policy
+        What was done with them.
+    """
+    if not lost:
+        return []
+    omitted = "mean and standard deviation there are those of the others"
+    end = omitted if nan_policy == "omit" else "these poses have neither mean nor standard deviation (nan_policy)"
+    return [
+        f"At large displacement {lost} of {shape[0]} × {shape[1]} samples came to no equilibrium (at {named(where)}): "
+        f"{end}."
+    ]

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from time import perf_counter
 from typing import Self
 
-# Seconds of work before a job that nobody watches on a terminal says how far it is; and between two such lines a share
-# of what it has taken, up to this.
+# Seconds of work before a job that nobody watches on a terminal says how far it is, and that must be left if it is to
+# be worth saying; and between two such lines a share of what it has taken, up to this.
 FIRST, SHARE, SELDOM = 1.0, 0.5, 30.0
 
-Advance = Callable[[int], None]
+# Told what was done, by its name, and how much more of it.
+Advance = Callable[[str, int], None]
 
 
 class Stages:
@@ -33,33 +34,43 @@ class Stages:
         self.seconds: dict[str, float] = {}
 
     @contextmanager
-    def __call__(self, name: str) -> Iterator[None]:
-        """Time the body as the stage `name`."""
+    def __call__(self, name: str, work: Mapping[str, int] | None = None) -> Iterator[Advance]:
+        """Time the body as the stage `name`, and tell of it where it takes long.
+
+        Parameters
+        ----------
+        name
+            What is told of it.
+        work
+            How much there is of each thing to do. The body says what it has done of it, and before the first of each
+            thing that it begins, by 0.
+        """
         self.bar.set_description_str(name)
-        start = perf_counter()
-        yield
+        start, progress = perf_counter(), Progress(work or {})
+        with self._shown(name, progress) as advance:
+            yield advance
         self.seconds[name] = perf_counter() - start
         self.bar.update()
 
     @contextmanager
-    def progress(self, what: str, total: int) -> Iterator[Advance]:
-        """Lend what is told how much more is done, and tells how far the body is and how long it will take.
-
-        Parameters
-        ----------
-        what
-            What is counted.
-        total
-            How many there are.
-        """
-        from tqdm import tqdm
-
-        if self.watched:
-            with tqdm(total=total, desc=what, leave=False, unit_scale=True) as bar:
-                yield lambda more: void(bar.update(more))
+    def _shown(self, name: str, progress: Progress) -> Iterator[Advance]:
+        if not self.watched:
+            with Lines(name, progress):
+                yield progress.count
+        elif not progress.total:
+            yield progress.count
         else:
-            with Lines(what, total) as lines:
-                yield lines.count
+            from tqdm import tqdm
+
+            form = "{desc:<20}{bar}| {n_fmt}/{total_fmt} {elapsed}{postfix}"
+            with tqdm(total=sum(progress.total.values()), leave=False, unit_scale=True, bar_format=form) as bar:
+
+                def advance(what: str, more: int) -> None:
+                    progress.count(what, more)
+                    bar.set_postfix_str(progress.estimate, refresh=False)
+                    bar.update(more)
+
+                yield advance
 
     def close(self) -> None:
         """Clear the terminal."""
@@ -72,17 +83,63 @@ class Stages:
         return f"{sum(self.seconds.values()):.2f} s: {split}"
 
 
-class Lines:
-    """How far a long loop is, in lines on the standard error; nothing of what is done at once.
+class Progress:
+    """How much has been done of several things that take different times each, and how long the rest will take.
 
     Parameters
     ----------
-    what, total
-        What is counted, and how many there are.
+    total
+        How much there is to do, by what it is.
     """
 
-    def __init__(self, what: str, total: int) -> None:
-        self.what, self.total, self.done = what, total, 0
+    def __init__(self, total: Mapping[str, int]) -> None:
+        self.total = {what: count for what, count in total.items() if count}
+        self.done = dict.fromkeys(self.total, 0)
+        self._parts: dict[str, list[tuple[int, float]]] = {what: [] for what in self.total}
+        self._last = perf_counter()
+
+    def count(self, what: str, more: int) -> None:
+        """Count what has been done since the last call; with 0 it only begins."""
+        now = perf_counter()
+        if more:
+            self.done[what] += more
+            self._parts[what].append((more, now - self._last))
+        self._last = now
+
+    @property
+    def left(self) -> float | None:
+        """Seconds that the rest will take; None as long as something has not begun."""
+        return None if not all(self.done.values()) else sum(self._rest(what) for what in self.total)
+
+    def _rest(self, what: str) -> float:
+        # What is set up once is in the first part, and must not count for the others.
+        parts = self._parts[what][1:] or self._parts[what]
+        seconds = sum(each for _, each in parts) / sum(more for more, _ in parts)
+        return seconds * (self.total[what] - self.done[what])
+
+    @property
+    def estimate(self) -> str:
+        """`left` in words."""
+        left = self.left
+        return "no estimate yet" if left is None else f"about {left:.0f} s to go"
+
+    def __str__(self) -> str:
+        return ", ".join(f"{self.done[what]} of {total} {what}" for what, total in self.total.items())
+
+
+class Lines:
+    """How far a long stage is, in lines on the standard error; nothing of what is done soon.
+
+    Parameters
+    ----------
+    name
+        Name of the stage.
+    progress
+        What there is to do in it; of nothing, only the time that it has taken is told.
+    """
+
+    def __init__(self, name: str, progress: Progress) -> None:
+        self.name, self.progress = name, progress
         self.start, self.ended = perf_counter(), Event()
         # A part may take long, and is told of all the same.
         self.thread = Thread(target=self._tell, daemon=True)
@@ -95,25 +152,18 @@ class Lines:
         self.ended.set()
         self.thread.join()
 
-    def count(self, more: int) -> None:
-        """Count what has been done."""
-        self.done += more
-
     def _tell(self) -> None:
         pause = FIRST
         while not self.ended.wait(pause):
             spent = perf_counter() - self.start
             pause = min(max(FIRST, SHARE * spent), SELDOM)
-            # Who does not listen is not told.
-            with suppress(OSError, ValueError):
-                print(self._line(spent), file=sys.stderr, flush=True)
+            left = self.progress.left if self.progress.total else None
+            if left is None or left > FIRST:
+                # Who does not listen is not told.
+                with suppress(OSError, ValueError):
+                    print(self._line(spent), file=sys.stderr, flush=True)
 
     def _line(self, spent: float) -> str:
-        told = "no estimate yet"
-        if self.done:
-            told = f"about {spent * (self.total - self.done) / self.done:.0f} s to go"
-        return f"{self.done} of {self.total} {self.what} after {spent:.0f} s, {told}"
-
-
-def void(_: object) -> None:
-    """Nothing."""
+        if not self.progress.total:
+            return f"{self.name}: {spent:.0f} s so far"
+        return f"{self.name}: {self.progress} after {spent:.0f} s, {self.progress.estimate}"

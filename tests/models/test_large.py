@@ -7,12 +7,14 @@ import csv
 import numpy as np
 import pytest
 from linkframe.models import FourBar
-from linkframe.models.four_bar.accuracy import accuracy
+from linkframe.models.four_bar.accuracy import Accuracy, accuracy
 from linkframe.models.four_bar.inputs import Inputs
 from linkframe.models.four_bar.large_table import as_markdown, as_text
+from linkframe.models.four_bar.remarks import remarks
 from linkframe.models.four_bar.result import Result, compute
 from linkframe.models.four_bar.table import as_csv
 from linkframe.models.four_bar.table import as_text as table_text
+from numpy.typing import NDArray
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +77,26 @@ def test_csv_holds_both_columns(result: Result) -> None:
         assert float(row["large_sigma_x_m"]) == spread[0]
     assert rows[0]["mu_x_m"] == ""
     assert abs(float(rows[9]["large_mu_y_m"]) - float(rows[9]["mu_y_m"])) < 1e-4
+
+
+@pytest.mark.parametrize("policy", ["omit", "propagate"])
+def test_samples_without_an_equilibrium_are_left_out_and_told(policy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    inputs = Inputs(poses=(30.0, 60.0, 30.0), samples=8, nan_policy=policy)
+    whole = compute(inputs)
+    assert not any("no equilibrium" in note for note in remarks(whole))
+    found = Accuracy.large
+
+    def without_one(self: Accuracy) -> NDArray[np.float64]:
+        out = np.array(found.fget(self))  # type: ignore[attr-defined]
+        out[1, 3] = np.nan
+        return out
+
+    monkeypatch.setattr(Accuracy, "large", property(without_one))
+    result = compute(inputs)
+    notes = [note for note in remarks(result) if "no equilibrium" in note]
+    assert len(notes) == 1
+    assert "1 of 2 × 8 samples came to no equilibrium (at θ = 60°)" in notes[0]
+    others = np.delete(whole.large.samples[1], 3, axis=0)
+    expected = others.std(axis=0, ddof=1) if policy == "omit" else np.full(3, np.nan)
+    np.testing.assert_allclose(result.large.std[1], expected, rtol=1e-9)
+    np.testing.assert_allclose(result.large.std[0], whole.large.std[0], rtol=1e-9)

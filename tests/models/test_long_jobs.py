@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import signal
 import subprocess
 import sys
 import time
+import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models.command_line import main
-from linkframe.models.four_bar import job, parts
+from linkframe.models.four_bar import against_paper, job, large
 from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import compute, work
-from linkframe.models.job import memory
-from linkframe.models.job.stages import Stages
+from linkframe.models.four_bar.remarks import remarks
+from linkframe.models.four_bar.result import BYTES, LARGE_WAY, LINEAR_WAY, Result, compute, work
+from linkframe.models.job import memory, output, parts, stages
+from linkframe.models.job.stages import Progress, Stages
+from linkframe.models.linkage.job import result as linkage
+from linkframe.models.linkage.job.inputs import read_inputs
 
 COMMAND = [sys.executable, "-c", "from linkframe.models.command_line import main; raise SystemExit(main())", "four-bar"]
+FILE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
 FEW = ["--poses", "30", "60", "30", "--samples", "5"]
 
 
@@ -29,15 +36,65 @@ def test_samples_in_parts_are_those_at_once(monkeypatch: pytest.MonkeyPatch) -> 
     inputs = Inputs(poses=(30.0, 60.0, 30.0), samples=23)
     whole = compute(inputs)
     monkeypatch.setattr(parts, "ENTRIES", 14)
-    told: list[int] = []
-    some = compute(inputs, told.append)
-    assert sum(told) == work(inputs)
-    assert len(told) > 4
-    for name in ("mean", "std", "error_bound", "sampled_kappa"):
+    told: list[tuple[str, int]] = []
+    some = compute(inputs, lambda *each: told.append(each))
+    for way, total in work(inputs).items():
+        assert sum(more for name, more in told if name == way) == total
+        assert len([more for name, more in told if name == way and more]) > 2
+    for name in ("mean", "std", "error_bound"):
         np.testing.assert_allclose(
             getattr(some, name), getattr(whole, name), rtol=1e-6 if name != "error_bound" else 0.5
         )
     np.testing.assert_allclose(some.large.samples, whole.large.samples, rtol=1e-9)
+    np.testing.assert_allclose(some.sampled_kappa, whole.sampled_kappa, rtol=1e-6)
+
+
+def test_large_displacement_of_the_first_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where there are very many: they are those of a run of fewer, and linear spreads are set beside them alike."""
+    inputs = Inputs(poses=(30.0, 60.0, 30.0), samples=23)
+    few = compute(inputs.but(samples=7))
+    monkeypatch.setattr(large, "MOST", 7)
+    many = compute(inputs)
+    assert many.samples.shape == (2, 23, 3)
+    np.testing.assert_allclose(many.large.samples, few.large.samples, rtol=1e-9)
+    np.testing.assert_allclose(many.apart, few.apart, rtol=1e-6)
+    assert work(inputs) == {LINEAR_WAY: 2 * 23, LARGE_WAY: 2 * 7}
+    assert "first 7 of the 23 samples" in "".join(remarks(many))
+    assert "Large displacement is that" not in "".join(remarks(few))
+
+
+def test_memory_a_sample_is_bounded() -> None:
+    """What is left of each sample, and what there is at once: neither the matrices that it was solved with."""
+    inputs = Inputs(poses=(30.0, 30.0, 1.0), joints="shared")
+    compute(inputs.but(samples=9000), large=False)  # what is imported and compiled once is not counted
+    tracemalloc.start()
+    try:
+        result = compute(inputs.but(samples=9000), large=False)
+        held, most = tracemalloc.get_traced_memory()
+        gc.collect()
+        held = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    assert result.samples.shape == (1, 9000, 3)
+    assert held < 9000 * BYTES
+    assert most < 160e6
+
+
+def test_the_report_compares_few_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the choices that the paper leaves open; and none of them at large displacement."""
+    inputs = Inputs(poses=(30.0, 30.0, 1.0), samples=40)
+    result = compute(inputs)
+    asked: list[tuple[int, bool]] = []
+
+    def counted(inputs: Inputs, *, large: bool) -> Result:
+        asked.append((inputs.samples, large))
+        return compute(inputs, large=large)
+
+    monkeypatch.setattr(against_paper, "compute", counted)
+    monkeypatch.setattr(against_paper, "COMPARED", 10)
+    text = "".join(against_paper.points(result))
+    assert asked == [(10, False)] * 6
+    assert "with the same seed, of the first 10 samples" in text
 
 
 @pytest.mark.parametrize("soon", [False, True])
@@ -66,18 +123,84 @@ def test_memory_is_told_by_the_system() -> None:
 
 
 def test_lines_where_there_is_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
-    """How much is done, and from the first part on an estimate; nothing of what takes no time."""
-    stages = Stages(1)
-    with stages.progress("samples", 10) as advance:
-        advance(10)
+    """How much is done, and from the first part on an estimate; nothing of what takes no time or is nearly done."""
+    shown = Stages(3)
+    with shown("solution", {"samples": 10}) as advance:
+        advance("samples", 10)
+    with shown("solution", {"samples": 1000}) as advance:
+        advance("samples", 0)
+        advance("samples", 999)
+        time.sleep(1.2)
     assert capsys.readouterr().err == ""
-    with stages.progress("samples", 10) as advance:
+    with shown("solution", {"samples": 10}) as advance:
         time.sleep(1.3)
-        advance(5)
+        advance("samples", 5)
         time.sleep(1.0)
     first, second = capsys.readouterr().err.splitlines()
-    assert first == "0 of 10 samples after 1 s, no estimate yet"
-    assert re.fullmatch("5 of 10 samples after 2 s, about 2 s to go", second)
+    assert first == "solution: 0 of 10 samples after 1 s, no estimate yet"
+    assert re.fullmatch("solution: 5 of 10 samples after 2 s, about 1 s to go", second)
+
+
+def test_a_long_stage_without_parts_tells_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    with Stages(1)("figures"):
+        time.sleep(1.2)
+    assert capsys.readouterr().err == "figures: 1 s so far\n"
+
+
+def test_the_estimate_is_of_each_thing_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By what its parts took but the first, which sets up what the others share."""
+    clock = iter([0.0, 1.0, 4.0, 4.0, 5.0, 5.0, 7.0])
+    monkeypatch.setattr(stages, "perf_counter", lambda: next(clock))
+    progress = Progress({"fast": 100, "slow": 40, "none": 0})
+    progress.count("fast", 0)  # at 1
+    progress.count("fast", 10)  # 3 s for 10
+    assert progress.left is None
+    progress.count("slow", 0)
+    progress.count("slow", 2)  # 1 s for 2
+    assert progress.left == pytest.approx(0.3 * 90 + 0.5 * 38)
+    progress.count("fast", 0)
+    progress.count("fast", 40)  # 2 s for 40
+    assert progress.left == pytest.approx(0.05 * 50 + 0.5 * 38)
+    assert str(progress) == "50 of 100 fast, 2 of 40 slow"
+
+
+def test_the_linkage_in_a_file_has_parts_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many samples at a time as memory should hold, counted; the draws and the results stay the same."""
+    inputs = replace(read_inputs(FILE), samples=9)
+    whole = linkage.compute(inputs).propagation
+    monkeypatch.setattr(parts, "ENTRIES", 3 * 37)
+    told: list[int] = []
+    some = linkage.compute(inputs, lambda _, more: told.append(more)).propagation
+    assert whole is not None
+    assert some is not None
+    np.testing.assert_allclose(some.samples, whole.samples, rtol=1e-9, atol=1e-15)
+    assert {"samples at a pose": sum(told)} == linkage.work(inputs) == {"samples at a pose": 37 * 9}
+    assert len([more for more in told if more]) > 2
+
+
+def test_the_linkage_in_a_file_must_fit_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "available", lambda: 10**8)
+    with pytest.raises(FrameError, match=r"samples 1000000 takes \d{11} bytes of memory, and 100000000 are free"):
+        linkage.compute(replace(read_inputs(FILE), samples=1_000_000))
+
+
+@pytest.mark.parametrize(("job", "other"), [("four-bar", "run"), ("run", "four-bar")])
+def test_results_of_two_jobs_do_not_mix(job: str, other: str, tmp_path: Path) -> None:
+    """A job refuses the folder of another, and changes nothing there; one that holds a part of them is the user's."""
+    mine, theirs = output.SIGNS[job], output.SIGNS[other]
+    with output.results(tmp_path, other, ()) as stage:
+        for name in theirs:
+            (stage / name).write_text("theirs", encoding="utf-8")
+    with (
+        pytest.raises(FrameError, match=f"holds the results of linkframe {other} .*{theirs[0]}.*give another folder"),
+        output.results(tmp_path, job, ("*",)) as stage,
+    ):
+        (stage / mine[0]).write_text("mine", encoding="utf-8")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(theirs)
+    (tmp_path / theirs[0]).unlink()
+    with output.results(tmp_path, job, ()) as stage:
+        (stage / mine[0]).write_text("mine", encoding="utf-8")
+    assert {path.name for path in tmp_path.iterdir()} == {mine[0], theirs[1]}
 
 
 def test_only_what_was_written_is_listed(

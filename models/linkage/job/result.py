@@ -15,7 +15,10 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError, MechanismWarning, SampleWarning
 from ....framework.results.validity import LINEAR
 from ....framework.solution import Solution
+from ...job.memory import check
+from ...job.parts import cuts, one_by_one
 from ...job.remarks import beyond_linear
+from ...job.stages import Advance
 from ...propagation import Propagation, propagate
 from ...sampling import sample_blocks
 from ...spread import Spread
@@ -28,8 +31,12 @@ from .plane import ROUNDING, plane
 
 # How large the drawn displacements are, as a share of the linkage.
 DRAWN = 0.06
-# Samples in one go, so that memory stays bounded.
+# Samples that are held before they are put behind the others.
 CHUNK = 1024
+# Memory that a sample takes for its inputs, and of a point at a pose: its displacements, and what is made of them.
+BYTES_ALONE, BYTES = 8 * 30, 8 * 30
+# What is counted.
+WAY = "samples at a pose"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +47,12 @@ class Result:
     ----------
     inputs
         What was asked for.
+    advance
+        Told how many more poses times samples are done.
     """
 
     inputs: Inputs
+    advance: Advance = lambda *_: None
 
     @cached_property
     def motion(self) -> Motion:
@@ -160,12 +170,17 @@ class Result:
         nominal = self._nominal()
 
         def displaced(**draws: Array) -> Array:
-            places, reasons = self._places(draws)
-            moved: Array = places - nominal
-            missing = (np.isnan(moved) & ~np.isnan(nominal)).any(axis=(0, -1))
-            for reason, times in zip(*np.unique(reasons[missing], return_counts=True), strict=True):
-                # What follows a colon are numbers, which differ from sample to sample.
-                lost[str(reason).partition(":")[0]] += int(times)
+            n = len(next(iter(draws.values())))
+            moved = np.empty((*nominal.shape[:2], n, 3))
+            for cut in one_by_one(cuts(self.poses, n)):
+                self.advance(WAY, 0)
+                places, reasons = self._places({name: values[cut] for name, values in draws.items()})
+                moved[:, :, cut] = places - nominal
+                missing = (np.isnan(moved[:, :, cut]) & ~np.isnan(nominal)).any(axis=(0, -1))
+                for reason, times in zip(*np.unique(reasons[missing], return_counts=True), strict=True):
+                    # What follows a colon are numbers, which differ from sample to sample.
+                    lost[str(reason).partition(":")[0]] += int(times)
+                self.advance(WAY, self.poses * (cut.stop - cut.start))
             return moved
 
         with warnings.catch_warnings(), inputs.source.at("run", "nan_policy"):
@@ -178,6 +193,7 @@ class Result:
                 sampler=inputs.sampler,
                 axis=2,
                 chunk=CHUNK,
+                progress=False,
                 nan_policy=inputs.nan_policy,
             )
         return found, lost
@@ -269,23 +285,46 @@ class Result:
         return any(point in link.points for link in self.inputs.linkage.links.values())
 
 
-def compute(inputs: Inputs) -> Result:
+def compute(inputs: Inputs, advance: Advance | None = None) -> Result:
     """Compute the job, so that nothing is left to fail when it is written.
+
+    Parameters
+    ----------
+    inputs
+        What to compute.
+    advance
+        Told what is done, of `work(inputs)`, and how many more poses times samples of it.
 
     Raises
     ------
     FrameError
-        If no pose can be assembled, or something cannot be solved.
+        If no pose can be assembled, something cannot be solved, or the samples do not fit the memory.
     """
     if inputs.tolerances:
+        _check_memory(inputs)
         for draws in sample_blocks(inputs.laws, inputs.samples, inputs.rng, inputs.sampler):
             # Samples that describe no linkage are told before anything is computed.
             inputs.varied(draws)
-    result = Result(inputs)
+    result = Result(inputs) if advance is None else Result(inputs, advance)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        _ = result.pose, result.status, result.reactions
+        _ = result.pose, result.status, result.reactions, result.propagation
         for found in result.accuracy.values():
             _ = found.compliance, found.total
     return result
+
+
+def work(inputs: Inputs) -> dict[str, int]:
+    """Poses times samples to be computed; nothing without tolerances."""
+    return {WAY: _poses(inputs) * inputs.samples} if inputs.tolerances else {}
+
+
+def _poses(inputs: Inputs) -> int:
+    return max(len(drive.values) for drive in inputs.drives.values())
+
+
+def _check_memory(inputs: Inputs) -> None:
+    each = BYTES_ALONE * len(inputs.tolerances) + BYTES * _poses(inputs) * len(inputs.points)
+    with inputs.source.at("run", "samples"):
+        check(each, inputs.samples, "samples")

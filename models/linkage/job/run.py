@@ -16,7 +16,7 @@ from .figures import captions, draw
 from .inputs import Inputs
 from .remarks import remarks
 from .report import report
-from .result import compute
+from .result import compute, work
 from .table import as_csv, as_text, reactions_csv
 
 if TYPE_CHECKING:
@@ -39,14 +39,15 @@ def run(inputs: Inputs, out: Path) -> None:
     Raises
     ------
     FrameError
-        If no pose can be assembled, something cannot be solved, or `out` cannot be written; then nothing is.
+        If no pose can be assembled, something cannot be solved, the samples do not fit the memory, or `out` cannot be
+        written or holds the results of another job; then nothing is written.
     """
     stages = Stages(7 if inputs.tolerances else 6)
-    with results(out, EARLIER) as stage, warnings.catch_warnings():
+    with results(out, "run", EARLIER) as stage, warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        with stages("solution"):
-            result = compute(inputs)
+        with stages("solution", work(inputs)) as advance:
+            result = compute(inputs, advance)
         if inputs.tolerances:
             with stages("samples"):
                 _save_samples(result, stage / "samples.npz")
