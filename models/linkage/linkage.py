@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
@@ -88,6 +89,14 @@ class Linkage(Joining):
         """What the compiled mechanism depends on; equal as long as points, links, joints and drives are the same."""
         parts = (self.points, self.links, self.joints)
         return *(tuple(map(id, part.values())) for part in parts), tuple(self.drives.items())
+
+    def alike(self) -> Linkage:
+        """The description as it is now: points, links, joints and drives that are added later are not in it."""
+        other = copy(self)
+        other.points, other.links = dict(self.points), dict(self.links)
+        other.joints, other.drives = dict(self.joints), dict(self.drives)
+        other.kept = None
+        return other
 
     def move(
         self,

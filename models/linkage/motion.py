@@ -402,10 +402,22 @@ class Motion:
         Returns
         -------
         ndarray
-            In the order of the kind's coordinates; ``at`` as drawn; angles go on beyond a turn along a sweep. Of a
-            ball: the rotation vector, of length at most π.
+            In the order of the kind's coordinates; ``at`` as drawn. Angles go on beyond a turn: they count the turns
+            that the joint makes while the drives go to the pose from their reference values. Of a ball: the rotation
+            vector, of length at most π.
         """
         return coordinate_of(self, self.linkage.joint(joint))
+
+    def counted(self, joint: str) -> Assembly:
+        """The same poses of a mechanism that has the coordinates of a joint, which here closes a loop, in its state."""
+        if joint not in self._counted:
+            mechanism, found = self.mechanism.counting(joint), self.assembly
+            self._counted[joint] = assembled(mechanism, self.drives, found.switch, found.loops.tolerance)
+        return self._counted[joint]
+
+    @cached_property
+    def _counted(self) -> dict[str, Assembly]:
+        return {}
 
     def coordinate_rate(self, joint: str) -> Array:
         """Rates of a joint's coordinates, (..., f).

@@ -67,6 +67,8 @@ class Mechanism:
     ----------
     linkage
         The description.
+    counted
+        A joint whose coordinates must be among the state, so that their whole turns are known; else None.
 
     Attributes
     ----------
@@ -92,15 +94,17 @@ class Mechanism:
         Closed drawings of all members of the batch, once they have been found.
     """
 
-    def __init__(self, linkage: Linkage) -> None:
+    def __init__(self, linkage: Linkage, counted: str | None = None) -> None:
         self.linkage = linkage
-        self.tree: Tree = spanning_tree(linkage)
+        self.tree: Tree = spanning_tree(linkage, counted)
         self.size = _size(linkage)
         self.tape = Tape()
         self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
         self.parameters: list[Value] = []
         self.begun: tuple[list[float], Loops, Pose] | None = None
         self.starts: Starts | None = None
+        self._counting: dict[str, Mechanism] = {}
+        self._described = linkage.alike()
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
@@ -120,6 +124,12 @@ class Mechanism:
         self.driven = [self.columns.index((name, c)) for name, those in linkage.drives.items() for c in those]
         self.unknown = [k for k in range(len(self.columns)) if k not in self.driven]
         self._close()
+
+    def counting(self, joint: str) -> Mechanism:
+        """The linkage as it was compiled, with the coordinates of a joint among its state."""
+        if joint not in self._counting:
+            self._counting[joint] = Mechanism(self._described, joint)
+        return self._counting[joint]
 
     # -- writing the tape -------------------------------------------------------------------------------------------
 
