@@ -172,7 +172,7 @@ class Motion:
 
     @cached_property
     def held(self) -> tuple[Array, Array]:
-        """The conditioning, and at singular poses the motion of the unknown velocity coordinates that is not held."""
+        """The conditioning, and at singular poses the motions of the unknown velocity coordinates that are not held."""
         from .poses.singular import conditioning
 
         return conditioning(self)
