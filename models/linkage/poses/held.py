@@ -35,7 +35,9 @@ def moving_joints(
         Entries of its velocity coordinates in each possible motion, orthonormal, (k, motions).
     """
     shape = np.broadcast_shapes(*(np.shape(x) for x in velocities))
-    state, parameters = ([x[:, None] if np.ndim(x) else x for x in entries] for entries in (state, parameters))
+    state, parameters = (
+        [np.asarray(x)[:, None] if np.ndim(x) else x for x in entries] for entries in (state, parameters)
+    )
 
     def rows(program: object, *inputs: Sequence[Value]) -> Array:
         found = program(*inputs)  # type: ignore[operator]

@@ -63,7 +63,7 @@ def conditioning(motion: Motion) -> tuple[Array, Array]:
 
 
 def _free(matrix: Array, rank: int) -> Array:
-    """Motions (poses, n, k) that singular equations (poses, m, n) of a rank let pass: the one held least, and others."""
+    """Motions (poses, n, k) that singular equations (poses, m, n) of a rank let pass: that held least, and others."""
     _, values, right = np.linalg.svd(matrix)
     free = values[:, :rank] < SINGULAR * values[:, :1]
     free[:, -1] = True
