@@ -13,12 +13,13 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.bounds import BoundedResults, Cut, Part
 from ..error_bounds.equilibrium import Equilibrium
+from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from ..states import SolutionState
 from . import dense
 from .dense import WHOLE, Entries, Stretch
 from .sparse_spectrum import SparsePencil
-from .spectrum import DENSE, zero_eigenvalue
+from .spectrum import DENSE
 from .under_load import Stack, at_entry, geometric_stacks, summed_stacks
 
 Mask = NDArray[np.bool_]

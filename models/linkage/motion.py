@@ -92,8 +92,9 @@ class Motion(FramedPoses):
         Returns
         -------
         ndarray
-            In the order of the kind's coordinates; ``at`` as drawn; angles go on beyond a turn along a sweep. Of a
-            ball: the rotation vector, of length at most π.
+            In the order of the kind's coordinates; ``at`` as drawn. Angles go on beyond a turn: they count the turns
+            that the joint makes while the drives go to the pose from their reference values. Of a ball: the rotation
+            vector, of length at most π.
         """
         return coordinate_of(self, self.linkage.joint(joint))
 

@@ -10,10 +10,10 @@ from reference.linkages import bennett, four_bar, rssr
 
 LINKAGES = {
     "crank-rocker": (four_bar(2, 7, 9, 6, 0.5), 1, (1, -1, 0, 0)),
-    "parallelogram": (four_bar(0.1, 0.2, 0.1, 0.2, 0.7), 1, (1, -1, 0, 1)),
+    "parallelogram": (four_bar(0.1, 0.2, 0.1, 0.2, 0.7), 1, (1, -1, 1, 1)),
     # Through its change point a linkage whose bars come to lie in line closes after the second turn only.
     "Grashof's equality": (four_bar(1, 3, 2, 4, 0.7), 2, (1, -1, 0, 0)),
-    "Bennett": (bennett(np.pi / 6, np.pi / 3, 1.2), 1, (1, -1, 0, 1)),
+    "Bennett": (bennett(np.pi / 6, np.pi / 3, 1.2), 1, (1, -1, -1, 1)),
     "rod with a universal joint": (rssr(0.1, 0.4, 0.25, (0.15, 0.1, 0.3), 0.3, True), 1, None),
 }
 

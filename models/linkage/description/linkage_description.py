@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from copy import copy
+from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
@@ -46,3 +47,11 @@ class LinkageDescription(Joining):
         """What the compiled mechanism depends on; equal as long as points, links, joints and drives are the same."""
         parts = (self.points, self.links, self.joints)
         return *(tuple(map(id, part.values())) for part in parts), tuple(self.drives.items())
+
+    def alike(self) -> Self:
+        """The description as it is now: points, links, joints and drives that are added later are not in it."""
+        other = copy(self)
+        other.points, other.links = dict(self.points), dict(self.links)
+        other.joints, other.drives = dict(self.joints), dict(self.drives)
+        other.kept = None
+        return other

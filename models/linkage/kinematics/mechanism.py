@@ -33,6 +33,8 @@ class Mechanism:
     ----------
     linkage
         The description.
+    counted
+        A joint whose coordinates must be among the state, so that their whole turns are known; else None.
 
     Attributes
     ----------
@@ -59,15 +61,17 @@ class Mechanism:
         Closed drawings of all members of the batch, likewise.
     """
 
-    def __init__(self, linkage: LinkageDescription) -> None:
+    def __init__(self, linkage: LinkageDescription, counted: str | None = None) -> None:
         self.linkage = linkage
-        self.tree: Tree = spanning_tree(linkage)
+        self.tree: Tree = spanning_tree(linkage, counted)
         self.size = _size(linkage)
         self.tape = Tape()
         self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
         self.parameters: list[Value] = []
         self.begun: tuple[list[float], Any, Any] | None = None
         self.starts: Any = None
+        self._counting: dict[str, Mechanism] = {}
+        self._described = linkage.alike()
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
@@ -87,6 +91,12 @@ class Mechanism:
         self.driven = [self.columns.index((name, c)) for name, those in linkage.drives.items() for c in those]
         self.unknown = [k for k in range(len(self.columns)) if k not in self.driven]
         self._close()
+
+    def counting(self, joint: str) -> Mechanism:
+        """The linkage as it was compiled, with the coordinates of a joint among its state."""
+        if joint not in self._counting:
+            self._counting[joint] = Mechanism(self._described, joint)
+        return self._counting[joint]
 
     # -- writing the tape -------------------------------------------------------------------------------------------
 

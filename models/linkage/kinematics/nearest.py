@@ -38,27 +38,31 @@ def nearest(
 ) -> tuple[list[Value], Array]:
     """States (M,) with the least gap near `state`, and that gap: Levenberg and Marquardt's method.
 
-    With `free`, the drives are free as well; that takes a mechanism without driven balls.
+    With `free`, the drives are free as well; that takes a mechanism without driven balls. Each member stops at its own
+    last step, so that its bits do not depend on its neighbours.
     """
     m, n = loops.rows, loops.columns + (len(loops.mechanism.driven) if free else 0)
     at = _At(loops, [np.array(x, dtype=np.float64) for x in np.broadcast_arrays(*state)], parameters, free)
     damping = np.full(at.norm.shape, 1e-4)
+    moving = np.ones(at.norm.shape, dtype=bool)
     for _ in range(ITERATIONS if m and n else 0):
         turned = np.swapaxes(at.jacobian, -1, -2)
         normal = turned @ at.jacobian + damping[..., None, None] * np.eye(n)
         step = -stacked_solve(normal, turned @ at.residual[..., None])[..., 0]
-        better = at.moved(step)
+        better = at.moved(step, moving)
         damping = np.clip(np.where(better, 0.1 * damping, 4.0 * damping), 1e-15, 1e6)
-        if np.all((at.norm < EXACT) | (damping >= 1e6) | (np.abs(step).max(axis=-1) < 1e-15)):
+        moving = moving & ~((at.norm < EXACT) | (damping >= 1e6) | (np.abs(step).max(axis=-1) < 1e-15))
+        if not moving.any():
             break
     # What is all but closed is at a singular pose. There each step halves the distance at best, opening the loop a
     # little on the way; damping stops it.
     best, least = at.state, at.norm
     for _ in range(UNDAMPED if m and n else 0):
-        if not np.any((least > EXACT) & (least < ALMOST)):
+        moving = (least > EXACT) & (least < ALMOST)
+        if not moving.any():
             break
         step = -(np.linalg.pinv(at.jacobian, rcond=1e-9) @ at.residual[..., None])[..., 0]
-        at.moved(step, at.norm < ALMOST)
+        at.moved(step, moving, at.norm < ALMOST)
         best = [np.where(at.norm < least, x, y) for x, y in zip(at.state, best, strict=True)]
         least = np.minimum(at.norm, least)
     return best, open_by(loops, best, parameters)[0]
@@ -72,8 +76,10 @@ class _At:
         self.residual, self.jacobian = _evaluated(loops, state, parameters, free)
         self.norm: Array = np.sqrt((self.residual**2).sum(axis=-1))
 
-    def moved(self, step: Array, anyway: NDArray[np.bool_] | bool = False) -> NDArray[np.bool_]:
-        """Take the step (M, n) where it makes the gap smaller, or `anyway`, and tell where."""
+    def moved(
+        self, step: Array, chosen: NDArray[np.bool_], anyway: NDArray[np.bool_] | bool = False
+    ) -> NDArray[np.bool_]:
+        """Take the step (M, n) of the chosen members where it makes the gap smaller, or `anyway`, and tell where."""
         columns = self.loops.columns
         trial = self.loops.advance(self.state, [step[..., k] for k in range(columns)])
         if self.free:
@@ -81,7 +87,7 @@ class _At:
                 trial[place] = trial[place] + step[..., columns + k]
         residual, jacobian = _evaluated(self.loops, trial, self.parameters, self.free)
         norm = np.sqrt((residual**2).sum(axis=-1))
-        better = np.asarray((norm < self.norm) | anyway)
+        better = np.asarray(chosen & ((norm < self.norm) | anyway))
         self.state = [np.where(better, x, y) for x, y in zip(trial, self.state, strict=True)]
         self.residual = np.where(better[..., None], residual, self.residual)
         self.jacobian = np.where(better[..., None, None], jacobian, self.jacobian)

@@ -32,8 +32,9 @@ class Tree:
     cuts
         Joints that close loops.
     twins
-        Link by the name of its twin. Where a driven joint or a screw would close a loop, its second link gets a
-        twin without mass that the joint carries, and the loop is closed by fixing the twin to the link.
+        Link by the name of its twin. Where a driven joint, a screw or the joint whose turns are counted would close a
+        loop, its second link gets a twin without mass that the joint carries, and the loop is closed by fixing the twin
+        to the link.
     """
 
     branches: list[Branch]
@@ -41,8 +42,8 @@ class Tree:
     twins: dict[str, str]
 
 
-def spanning_tree(linkage: LinkageDescription) -> Tree:
-    """The tree with driven joints and screws first, and then with the least freedom.
+def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tree:
+    """The tree with driven joints, screws and the joint `counted` first, and then with the least freedom.
 
     What it leaves over has the most freedom, so that the loops have the fewest equations (Prim's algorithm; the
     nearest to the ground first among equals, then by name: not in the order in which they were described).
@@ -57,7 +58,7 @@ def spanning_tree(linkage: LinkageDescription) -> Tree:
             pair = linkage.joints[name]
             if link in (pair.first, pair.second):
                 other = pair.second if link == pair.first else pair.first
-                rank = 0 if carried(linkage, pair) else 1
+                rank = 0 if carried(linkage, pair, counted) else 1
                 heapq.heappush(heap, (rank, pair.kind.freedom, depth[link], order[pair.name], link, other))
 
     reach(GROUND)
@@ -75,22 +76,22 @@ def spanning_tree(linkage: LinkageDescription) -> Tree:
             f"{'hang on nothing: join them' if len(loose) > 1 else 'hangs on nothing: join it'} "
             f"to the ground by a chain of joints, or leave {'them' if len(loose) > 1 else 'it'} out"
         )
-    return _with_twins(linkage, branches)
+    return _with_twins(linkage, branches, counted)
 
 
-def carried(linkage: LinkageDescription, pair: Pair) -> bool:
-    """True where the joint's coordinates must be known as such: it is driven, or a screw."""
-    return pair.name in linkage.drives or pair.kind.name == "screw"
+def carried(linkage: LinkageDescription, pair: Pair, counted: str | None = None) -> bool:
+    """True where the joint's coordinates must be known as such: it is driven, a screw, or the one `counted`."""
+    return pair.name in linkage.drives or pair.kind.name == "screw" or pair.name == counted
 
 
-def _with_twins(linkage: LinkageDescription, branches: list[Branch]) -> Tree:
+def _with_twins(linkage: LinkageDescription, branches: list[Branch], counted: str | None) -> Tree:
     in_tree = {branch.pair.name for branch in branches}
     cuts, twins = [], {}
     for name in sorted(linkage.joints):
         pair = linkage.joints[name]
         if name in in_tree:
             continue
-        if not carried(linkage, pair):
+        if not carried(linkage, pair, counted):
             cuts.append(pair)
             continue
         twin = f"{pair.second} at {pair.name}"

@@ -67,5 +67,5 @@ class ClassifiedPoses(Kinematics):
 
     @cached_property
     def held(self) -> tuple[Array, Array]:
-        """The conditioning, and at singular poses the motion of the unknown velocity coordinates that is not held."""
+        """The conditioning, and at singular poses the motions of the unknown velocity coordinates that are not held."""
         return conditioning(self)

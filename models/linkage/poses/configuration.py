@@ -103,6 +103,13 @@ class Configurations:
             out[start : start + 4] = part / np.linalg.norm(part)
         return out
 
+    def unit(self, state: Array) -> Array:
+        """State with unit Euler parameters of all balls."""
+        out = state.copy()
+        for start, _ in self._balls:
+            out[start : start + 4] /= np.linalg.norm(out[start : start + 4])
+        return out
+
     def closed(self, state: Array, locked: tuple[int, ...] = (), tolerance: float = 0.0) -> Array | None:
         """The closed state nearest to `state`, by Gauss and Newton; None where there is none near.
 

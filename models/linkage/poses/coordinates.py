@@ -27,26 +27,27 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
     apart = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
     shift = np.einsum("...ji,...j->...i", first, apart)
     out = []
-    for name in kind.coordinates:
+    for offset, name in enumerate(kind.coordinates):
         if name[0] == "u":
             out.append(shift[..., "xyz".index(name[1])])
         elif name == "rx":
             # about the second axis of a cross, seen from the second link
-            out.append(_continued(motion, np.arctan2(turned[..., 2, 1], turned[..., 2, 2])))
+            out.append(_continued(motion, pair, offset, np.arctan2(turned[..., 2, 1], turned[..., 2, 2])))
         else:
-            out.append(_continued(motion, np.arctan2(turned[..., 1, 0], turned[..., 0, 0])))
+            out.append(_continued(motion, pair, offset, np.arctan2(turned[..., 1, 0], turned[..., 0, 0])))
     return np.stack(out, axis=-1) + pair.at if out else np.zeros((*shape, 0))
 
 
-def _continued(motion: Kinematics, angle: Array) -> Array:
-    """Angles without jumps of a turn along the sweep: the first axis along which the drives vary."""
-    axis = next((k - len(motion.shape) for k, n in enumerate(motion.shape) if n > 1), None)
-    if axis is None:
-        return angle
-    steps = np.diff(angle, axis=axis)
-    turns = np.where(np.isfinite(steps), -np.round(steps / (2.0 * np.pi)), 0.0)
-    start = np.zeros_like(np.take(angle, [0], axis=axis))
-    return np.asarray(angle + 2.0 * np.pi * np.concatenate([start, np.cumsum(turns, axis=axis)], axis=axis))
+def _continued(motion: Kinematics, pair: Pair, offset: int, angle: Array) -> Array:
+    """Angles (...) of a joint that closes a loop, in [-π, π], with the turns made on the way to each pose.
+
+    They are counted by the same linkage, put together so that the joint's coordinates are among its state: each pose
+    is followed there on the same path. Where none leads, an angle is left as it is.
+    """
+    found = motion.counted(pair.name)
+    counted = np.broadcast_to(found.state[found.loops.mechanism.states[pair.name].start + offset], motion.shape)
+    turns = np.where(np.broadcast_to(found.reached, motion.shape), counted - angle, 0.0) / (2.0 * np.pi)
+    return np.asarray(angle + 2.0 * np.pi * np.round(np.where(np.isfinite(turns), turns, 0.0)))
 
 
 def rates_of_coordinate(motion: Kinematics, pair: Pair, order: int) -> Array:

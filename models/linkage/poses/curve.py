@@ -18,8 +18,17 @@ LONGEST_WAY = 6000
 NEWTON = 30
 # How far apart the states beside a change point are that tell where it is.
 BESIDE = 0.005
+SIDES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+# How many times as far apart where the place is known by one step of Newton's method only, and how far it may be.
+FEW, FAR = 3.0, 3.0 * STEP
+# Step of the differences from which the slope of a singular value is taken.
+DIFFERENCE = 1e-5
+# Singular values below this share of the largest vanish where curves cross, as far as a place there is known.
+CROSSING = 1e-5
 # Where Newton's method has found a singular value's zero.
 ZERO = 1e-11
+# The same of a place that is taken from those on both sides.
+BETWEEN = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,23 +173,70 @@ class Curve:
 
         The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive held, are solved
         along the curve: with singular vectors u and v of J, ``u J v`` has a simple zero there, to which Newton's method
-        goes.
+        goes. Where the curve crosses another one there, the place is taken from those on both sides.
         """
-        gone, difference = 0.0, 1e-5
+        found, first = self._by_newton(place)
+        if found is not None and not self._crosses(found):
+            return found
+        return self._between(place, first) or found
+
+    def _by_newton(self, place: Place) -> tuple[Place | None, float]:
+        """The singular place, None where Newton's method does not lead to one; and the first step towards it."""
+        gone, first = 0.0, np.inf
         for _ in range(NEWTON):
             left, values, right = np.linalg.svd(self.held(place.state))
             u, v = left[:, self.rank - 1], right[self.rank - 1]
             if values[self.rank - 1] < max(ZERO, 10.0 * self.space.tolerance):
-                return place
-            sides = [self.space.moved(place.state, sign * difference * place.tangent) for sign in (1.0, -1.0)]
-            slope = float(u @ (self.held(sides[0]) - self.held(sides[1])) @ v) / (2.0 * difference)
+                return place, first if np.isfinite(first) else 0.0
+            sides = [self.space.moved(place.state, sign * DIFFERENCE * place.tangent) for sign in (1.0, -1.0)]
+            slope = float(u @ (self.held(sides[0]) - self.held(sides[1])) @ v) / (2.0 * DIFFERENCE)
             step = -values[self.rank - 1] / slope if slope else np.inf
+            first = first if np.isfinite(first) else step
             gone += step
-            found = self.onwards(place, step) if abs(gone) < 3.0 * STEP else None
+            found = self.onwards(place, step) if abs(gone) < FAR else None
             if found is None:
-                return None
+                return None, first
             place = found
-        return None
+        return None, first
+
+    def _crosses(self, place: Place) -> bool:
+        """Whether other motions than that along the curve begin at a place, if only to about half the digits."""
+        motions = null_space(self.space.held(place.state, self.locked), share=CROSSING).shape[1]
+        return bool(motions > self.space.free(self.start.state, self.locked).shape[1])
+
+    def _between(self, place: Place, ahead: float) -> Place | None:
+        """The singular place about `ahead` of a place; None where nothing vanishes there.
+
+        Places aside, where one curve alone is near, are smooth in the step that leads to them, as is the singular value
+        once it has a sign: polynomials through them give the root, the state and the tangent. The second time they are
+        taken nearer, so that the polynomials are exact to rounding.
+        """
+        for apart in (FEW * BESIDE, BESIDE):
+            steps = ahead + apart * SIDES
+            near = [self.onwards(place, step) for step in steps] if abs(ahead) < FAR else [None]
+            around = [found for found in near if found is not None]
+            if len(around) < len(near):
+                return None
+            signed = self._signed(around)
+            if not signed[0] * signed[-1] < 0.0:
+                return None
+            middle = _lagrange(signed)
+            state, tangent = middle @ [x.state for x in around], middle @ [x.tangent for x in around]
+            place, ahead = Place(self.space.unit(state), tangent / np.linalg.norm(tangent)), 0.0
+        least = np.linalg.svd(self.held(place.state), compute_uv=False)[self.rank - 1]
+        return place if least < max(BETWEEN, 10.0 * self.space.tolerance) else None
+
+    def _signed(self, places: Sequence[Place]) -> Array:
+        """Least singular value with the drive held at places one behind the other, with a sign that changes at zero."""
+        out, sign, last = [], 1.0, None
+        for place in places:
+            left, values, right = np.linalg.svd(self.held(place.state))
+            u, v = left[:, self.rank - 1], right[self.rank - 1]
+            if last is not None:
+                sign *= float(np.sign((u @ last[0]) * (v @ last[1])))
+            last = u, v
+            out.append(sign * values[self.rank - 1])
+        return np.array(out)
 
     def crossing_value(self, place: Place) -> float:
         """The driving coordinate at a change point near `place`.
@@ -188,14 +244,17 @@ class Curve:
         Where two branches cross, what the closure says of a state vanishes with its distance from the crossing. So the
         coordinate is taken as a polynomial of the singular value, which changes its sign there, through states aside.
         """
-        steps = BESIDE * np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+        steps = BESIDE * SIDES
         near = [(step, found) for step in steps if (found := self.onwards(place, step)) is not None]
         held = [np.linalg.svd(self.held(each.state), compute_uv=False)[self.rank - 1] for _, each in near]
         abscissas = np.array([np.sign(step) * value for (step, _), value in zip(near, held, strict=True)])
-        # Lagrange's weights at zero.
-        others = abscissas[:, None] - abscissas + np.eye(len(near))
-        weights = np.prod(np.where(np.eye(len(near)), 1.0, -abscissas / others), axis=1)
-        return float(weights @ [self.coordinate(each.state) for _, each in near])
+        return float(_lagrange(abscissas) @ [self.coordinate(each.state) for _, each in near])
+
+
+def _lagrange(abscissas: Array) -> Array:
+    """Lagrange's weights at zero."""
+    others = abscissas[:, None] - abscissas + np.eye(len(abscissas))
+    return np.asarray(np.prod(np.where(np.eye(len(abscissas)), 1.0, -abscissas / others), axis=1))
 
 
 def _rank(matrix: Array) -> int:

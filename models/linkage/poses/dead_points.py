@@ -227,7 +227,8 @@ def _moving_joint(curve: Curve, state: Array, motion: Array) -> str:
     """The joint to blame for a motion (n,) with the drive held."""
     motion[[curve.drive, *curve.locked]] = 0.0
     space = curve.space
-    (joint,) = moving_joints(space.mechanism, state.tolist(), space.parameters, (motion / space.units).tolist())
+    velocities = list((motion / space.units)[:, None, None])
+    (joint,) = moving_joints(space.mechanism, state.tolist(), space.parameters, velocities)
     return str(joint)
 
 

@@ -19,38 +19,44 @@ MOVES = 1e-6
 def moving_joints(
     mechanism: Mechanism, state: Sequence[Value], parameters: Sequence[Value], velocities: Sequence[Value]
 ) -> NDArray[np.str_]:
-    """The joint of each motion that has no hold on either side, (k,).
+    """The joint at each pose that has no hold on either side, (k,).
 
     Of the joints that move, those between two links that both move, and of them the fastest; where there is none, the
-    fastest of all. For a four-bar with its crank held, this is the joint between coupler and rocker.
+    fastest of all. For a four-bar with its crank held, this is the joint between coupler and rocker. Where several
+    motions are possible, all of them count.
 
     Parameters
     ----------
     mechanism
         The linkage.
-    state, parameters, velocities
-        Entries of its state, dimensions and velocity coordinates, (k,) or for all the same.
+    state, parameters
+        Entries of its state and dimensions, (k,) or for all the same.
+    velocities
+        Entries of its velocity coordinates in each possible motion, orthonormal, (k, motions).
     """
-    count = np.broadcast_shapes((1,), *(np.shape(x) for x in (*state, *velocities)))[0]
+    shape = np.broadcast_shapes(*(np.shape(x) for x in velocities))
+    state, parameters = (
+        [np.asarray(x)[:, None] if np.ndim(x) else x for x in entries] for entries in (state, parameters)
+    )
 
     def rows(program: object, *inputs: Sequence[Value]) -> Array:
         found = program(*inputs)  # type: ignore[operator]
-        return np.stack([np.broadcast_to(x, (count,)) for x in found], axis=-1)
+        return np.stack([np.broadcast_to(x, shape) for x in found], axis=-1)
 
     still = [0.0] * len(velocities)
-    at = {GROUND: (np.zeros((count, 3)), np.zeros((count, 6)))}
+    at = {GROUND: (np.zeros((*shape, 3)), np.zeros((*shape, 6)))}
     for link in mechanism.linkage.links:
-        place = rows(mechanism.pose_of(link)[1], state, parameters)[:, :3]
-        at[link] = place, rows(mechanism.rates_of(link)[1], state, parameters, velocities, still)[:, :6]
-    least = MOVES * np.max([np.abs(speed).max(axis=-1) for _, speed in at.values()], axis=0)
+        place = rows(mechanism.pose_of(link)[1], state, parameters)[..., :3]
+        at[link] = place, rows(mechanism.rates_of(link)[1], state, parameters, velocities, still)[..., :6]
+    least = MOVES * np.max([_size(speed) for _, speed in at.values()], axis=0)
     rates, holds = [], []
     names = sorted(mechanism.linkage.joints)
     for name in names:
         joint = mechanism.linkage.joints[name]
         point = rows(mechanism.joint_point(name)[1], state, parameters)
         first, second = (_velocity(*at[link], point) for link in (joint.first, joint.second))
-        loose = [np.abs(at[link][1]).max(axis=-1) > least for link in (joint.first, joint.second)]
-        rates.append(np.linalg.norm(second - first, axis=-1))
+        loose = [_size(at[link][1]) > least for link in (joint.first, joint.second)]
+        rates.append(_size(second - first))
         holds.append(~(loose[0] & loose[1] & (rates[-1] > least)))
     rate = np.array(rates) * np.where(holds, MOVES, 1.0)
     # Of those that are equally fast, but for rounding, the first by name.
@@ -58,7 +64,12 @@ def moving_joints(
     return np.asarray(np.array(names)[best])
 
 
+def _size(speed: Array) -> Array:
+    """Size (k,) of speeds (k, motions, 6) in all motions; it does not depend on which of them stand for the others."""
+    return np.asarray(np.sqrt((speed**2).sum(axis=(-2, -1))))
+
+
 def _velocity(origin: Array, speed: Array, point: Array) -> Array:
     """Angular velocity and velocity (..., 6) of a link at a point."""
-    arm = np.cross(speed[:, :3], point - origin)
-    return np.concatenate([speed[:, :3], speed[:, 3:] + arm], axis=-1)
+    arm = np.cross(speed[..., :3], point - origin)
+    return np.concatenate([speed[..., :3], speed[..., 3:] + arm], axis=-1)

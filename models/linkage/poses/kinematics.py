@@ -104,6 +104,17 @@ class Kinematics:
                 status[index] = f"not assembled: gap {gap:.3g} at joint {joint}{remedy(found.loops, gap)}"
         return np.broadcast_to(status, self.shape)
 
+    def counted(self, joint: str) -> Assembly:
+        """The same poses of a mechanism that has the coordinates of a joint, which here closes a loop, in its state."""
+        if joint not in self._counted:
+            mechanism, found = self.mechanism.counting(joint), self.assembly
+            self._counted[joint] = assembled(mechanism, self.drives, found.switch, found.loops.tolerance)
+        return self._counted[joint]
+
+    @cached_property
+    def _counted(self) -> dict[str, Assembly]:
+        return {}
+
     # -- points -----------------------------------------------------------------------------------------------------
 
     def position(self, point: str, link: str | None = None) -> Array:

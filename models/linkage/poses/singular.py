@@ -30,17 +30,19 @@ STILL = 1e-9
 
 
 def conditioning(motion: Kinematics) -> tuple[Array, Array]:
-    """How firmly the drives hold each pose, (...), and the motion (..., n) of the unknowns that they hold least.
+    """How firmly the drives hold each pose, (...), and the motions (..., n, k) of the unknowns that they do not hold.
 
     The least singular value of the closing equations by the unknown coordinates over the greatest, lengths in units of
     the linkage's extent: 0 where something moves with the drives held. Those that always vanish, of a rod that can turn
     about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its own
     extent, and the least of these counts: a chain is not near a dead point for being long.
+
+    Where fewer than k motions are not held, the others are zero; at poses that are not singular all are.
     """
     mechanism, loops = motion.mechanism, motion.assembly.loops
     shape, n, rank = motion.assembly.shape, loops.columns, loops.linear.rank
     if not rank:
-        return np.ones(shape), np.zeros((*shape, n))
+        return np.ones(shape), np.zeros((*shape, n, 1))
     with np.errstate(all="ignore"):
         entries = mechanism.newton[1](motion.assembly.state, mechanism.parameters)[loops.rows :]
     matrix = matrices([list(entries[i * n : i * n + n]) for i in range(loops.rows)])
@@ -50,11 +52,21 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     there = motion.assembly.closed[..., None, None]
     matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / np.array(columns)
     margin = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
-    least = np.zeros((*shape, n))
     bad = np.broadcast_to(margin < SINGULAR, shape)
-    if bad.any():
-        least[bad] = np.linalg.svd(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad])[2][:, rank - 1]
-    return np.broadcast_to(margin, shape), least / np.array(columns)
+    free = _free(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad], rank)
+    least = np.zeros((*shape, n, free.shape[-1]))
+    least[bad] = free
+    return np.broadcast_to(margin, shape), least / np.array(columns)[:, None]
+
+
+def _free(matrix: Array, rank: int) -> Array:
+    """Motions (poses, n, k) that singular equations (poses, m, n) of a rank let pass: that held least, and others."""
+    _, values, right = np.linalg.svd(matrix)
+    free = values[:, :rank] < SINGULAR * values[:, :1]
+    free[:, -1] = True
+    count = int(free.sum(axis=1).max(initial=1))
+    chosen = right[:, rank - count : rank] * free[:, -count:, None]
+    return np.asarray(np.swapaxes(chosen, 1, 2))
 
 
 def _firmness(motion: Kinematics, matrix: Array) -> Array:
@@ -117,9 +129,9 @@ def loose_joints(motion: Kinematics, chosen: Bools, least: Array) -> NDArray[np.
         [np.broadcast_to(x, shape)[chosen] for x in entries]
         for entries in (motion.assembly.state, mechanism.parameters)
     )
-    velocities = np.zeros((int(chosen.sum()), len(mechanism.columns)))
-    velocities[:, mechanism.unknown] = least[chosen]
-    return moving_joints(mechanism, state, parameters, list(velocities.T))
+    velocities = np.zeros((len(mechanism.columns), int(chosen.sum()), least.shape[-1]))
+    velocities[mechanism.unknown] = np.moveaxis(least[chosen], 1, 0)
+    return moving_joints(mechanism, state, parameters, list(velocities))
 
 
 def standing_still(motion: Kinematics) -> dict[str, Bools]:

@@ -56,6 +56,8 @@ class Assembly:
         Poses in change points; their rates are those of the branch on both sides.
     other_modes
         Whether poses that are not reached are put together anew.
+    switch
+        Whether the other branch is taken at change points.
     """
 
     loops: Loops
@@ -67,6 +69,7 @@ class Assembly:
     row: NDArray[np.intp]
     patches: list[Patch]
     other_modes: bool = False
+    switch: bool = False
 
     @cached_property
     def closed(self) -> Mask:
@@ -134,7 +137,9 @@ def assembled(
     if found.nearly is not None:
         closed |= found.nearly & (error < OPEN)
     state = found.state
-    out = Assembly(loops, parameters, shape, state, found.reached & closed, error, row, found.patches, other_modes)
+    out = Assembly(
+        loops, parameters, shape, state, found.reached & closed, error, row, found.patches, other_modes, switch
+    )
     if other_modes:
         _ = out.closed
     return out

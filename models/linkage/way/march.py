@@ -24,6 +24,8 @@ TURN = 0.4
 # Where the way is stuck before a change point, how far to jump over it.
 JUMPS = (6e-2, 2e-2, 5e-3, 2e-3)
 SHARPEST = 1e-4
+# A determinant that falls faster than so, from two knots to one beside a simple zero, has a multiple one.
+STEEP = 3.2
 # How far beyond a change point it must be seen to be interpolated.
 BEYOND = 0.35
 # Distance of the poses from which its closure is judged, in shares of the step over it too, and how far it may be open:
@@ -228,14 +230,11 @@ class March:
         pairs = list(zip(a.pose.determinants, b.pose.determinants, strict=True))
         changes = [i for i, (x, y) in enumerate(pairs) if x * y < 0.0]
         if not changes:
-            return self._double_root(a, b)
+            return self._multiple_root(a, b)
         k = changes[0]
 
         def determinant(s: float) -> float:
-            guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
-            pose = self.loops.close(self.ray.place(guess, s), self.parameters)
-            # the determinants are those of the last step but one
-            pose = pose and self.loops.close(pose.state, self.parameters)
+            pose = self._between(a, b, s)
             return pose.determinants[k] if pose is not None else np.nan
 
         (left, low), (right, high) = (a.s, a.pose.determinants[k]), (b.s, b.pose.determinants[k])
@@ -251,30 +250,44 @@ class March:
                 right, high, low = s, middle, 0.5 * low
         width = min(max(s - a.s, b.s - s), 0.2)
         knots = [s + 0.24 * width * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
-        better = at_zero(knots, [determinant(knot) for knot in knots])
+        values = [determinant(knot) for knot in knots]
+        if min(abs(values[0] / values[2]), abs(values[7] / values[5])) > STEEP:
+            return self._multiple_root(a, b)
+        better = at_zero(knots, values)
         return better if abs(better - s) < width else s
 
-    def _double_root(self, a: Node, b: Node) -> float:
-        """Where a determinant comes down to zero and goes up again, as that of two loops that change at once does."""
-        k = int(np.argmin([min(abs(x), abs(y)) for x, y in zip(a.pose.determinants, b.pose.determinants, strict=True)]))
+    def _multiple_root(self, a: Node, b: Node) -> float:
+        """Where several loops change at once, so that a determinant has a multiple zero.
 
-        def root(s: float) -> float:
-            guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
-            pose = self.loops.close(self.ray.place(guess, s), self.parameters)
-            pose = pose and self.loops.close(pose.state, self.parameters)
-            return float(np.sqrt(abs(pose.determinants[k]))) if pose is not None else np.nan
-
-        left, right = (float(np.sqrt(abs(node.pose.determinants[k]))) for node in (a, b))
+        The least singular value of the equations has a simple one there: it comes down to zero and goes up again.
+        """
+        left, right = (self._least(node.pose) for node in (a, b))
         s, width = a.s + (b.s - a.s) * left / (left + right), 0.25 * (b.s - a.s)
         for _ in range(4):
-            left, right = root(s - width), root(s + width)
+            left, right = (self._least(self._between(a, b, s + sign * width)) for sign in (-1.0, 1.0))
             if not left + right > 0.0:
                 return s
-            s += width * (left - right) / (left + right)
+            s = min(max(s + width * (left - right) / (left + right), a.s), b.s)
             width = max(0.25 * width, 0.02)
         knots = [s + 0.02 * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
-        better = at_zero(knots, [np.sign(knot - s) * root(knot) for knot in knots])
+        better = at_zero(knots, [np.sign(knot - s) * self._least(self._between(a, b, knot)) for knot in knots])
         return better if abs(better - s) < width else s
+
+    def _between(self, a: Node, b: Node, s: float) -> Pose | None:
+        """The pose at s between two nodes, or a little aside, with the determinants that it has there."""
+        guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
+        pose = self.loops.close(self.ray.place(guess, s), self.parameters)
+        # the determinants are those of the last step but one
+        return pose and self.loops.close(pose.state, self.parameters)
+
+    def _least(self, pose: Pose | None) -> float:
+        """Least singular value of the equations at a pose, of those that do not vanish everywhere; NaN without one."""
+        if pose is None:
+            return np.nan
+        m, n = self.loops.rows, self.loops.columns
+        entries = self.loops.mechanism.newton[0](pose.state, self.parameters)[m:]
+        values = np.linalg.svd(np.array(entries).reshape(m, n), compute_uv=False)
+        return float(values[self.loops.linear.rank - 1])
 
     def _closes(self, a: Node, b: Node, where: float) -> bool:
         """Whether the smooth way through a change point closes in it: the polynomial through poses around it."""
