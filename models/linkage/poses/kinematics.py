@@ -105,7 +105,18 @@ class Kinematics:
         return np.broadcast_to(status, self.shape)
 
     def counted(self, joint: str) -> Assembly:
-        """The same poses of a mechanism that has the coordinates of a joint, which here closes a loop, in its state."""
+        """The same poses of a mechanism that has the coordinates of a joint, which here closes a loop, in its state.
+
+        Parameters
+        ----------
+        joint
+            The joint.
+
+        Returns
+        -------
+        Assembly
+            Closed states, in which the joint's angles contain the turns made on the way to each pose.
+        """
         if joint not in self._counted:
             mechanism, found = self.mechanism.counting(joint), self.assembly
             self._counted[joint] = assembled(mechanism, self.drives, found.switch, found.loops.tolerance)
