@@ -271,16 +271,18 @@ def monte_carlo(
     kept, good, excluded = _sorted_out(*_assembling(four_bar, at, inputs, n), nominal, n, nan_policy)
     angle = _assembled(at, kept, good)
 
-    def sampled(cut: slice) -> Accuracy:
+    def sampled(cut: slice, poses: slice = slice(None)) -> Accuracy:
         drawn = part_of(inputs, cut)
         return accuracy(
             toleranced(four_bar, drawn),
-            angle if angle.shape[1] == 1 else angle[:, cut],
+            angle[poses] if angle.shape[1] == 1 else angle[poses, cut],
             load=tuple(drawn.get(name, value) for name, value in zip(LOADS, load, strict=True)),  # type: ignore[arg-type]
             clearance=per_joint(clearance, "clearance", drawn),
             contact=contact if isinstance(contact, str) else per_joint(contact, "contact", drawn),
         )
 
+    # Samples that are out of their range are so at every pose, and told at once.
+    sampled(slice(None), slice(1))
     parts = Parts(sampled, (int(kept.sum()), n), soon=contact == "equilibrium", greatest=("error_bound",))
     return Study(nominal, parts, inputs, kept, good[kept], excluded, n, exact, nan_policy)
 
