@@ -8,8 +8,6 @@ import numpy as np
 
 from ..job.remarks import without_equilibrium
 from ..job.tables import aligned, markdown, readable, with_error
-from .inputs import Inputs
-from .large import MOST
 from .result import Result
 
 HEADING = ("θ", *(f"{name} {way}" for way in ("linear", "large") for name in ("μ_x", "μ_y", "σ_x", "σ_y")), "status")
@@ -24,7 +22,7 @@ equilibrium to which its load leads; `table1.csv` holds it for all poses."""
 
 def told(result: Result) -> list[str]:
     """Sentences where large displacement is not that of all samples."""
-    return [*_first(result.inputs), *_lost(result)]
+    return [*_first(result), *_lost(result)]
 
 
 def _lost(result: Result) -> list[str]:
@@ -35,11 +33,12 @@ def _lost(result: Result) -> list[str]:
     return without_equilibrium(int(lost.sum()), (len(lost), large.n), at, result.inputs.nan_policy)
 
 
-def _first(inputs: Inputs) -> list[str]:
-    if inputs.samples <= MOST:
+def _first(result: Result) -> list[str]:
+    n, samples = result.large.n, result.inputs.samples
+    if n == samples:
         return []
     return [
-        f"Large displacement is that of the first {MOST} of the {inputs.samples} samples, as each of them takes as "
+        f"Large displacement is that of the first {n} of the {samples} samples, as each of them takes as "
         "long as hundreds by linear mechanics; where the two are compared, it is on the same samples."
     ]
 

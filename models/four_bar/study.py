@@ -78,7 +78,13 @@ class Study(Statistics):
         return self.some(slice(None))
 
     def some(self, cut: slice) -> Accuracy:
-        """Accuracy of some of the samples at the poses that `kept` tells, (poses kept, some)."""
+        """Accuracy of some of the samples at the poses that `kept` tells, (poses kept, some).
+
+        Parameters
+        ----------
+        cut
+            Which samples.
+        """
         found = self.parts.make(cut)
         assert isinstance(found, Accuracy)
         return found

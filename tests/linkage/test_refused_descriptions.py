@@ -169,6 +169,7 @@ FRAME: dict[str, list[Callable[[Frame], object]]] = {
         lambda f: f.point_load("AB", at=0.5, fx=np.ones((4, 1)), fy=np.ones((5, 1))),
     ],
     "gravity": [*(lambda f, v=v: f.gravity(v) for v in (*BAD, np.ones((2, 3))))],
+    "matrices": [lambda f: f.matrices(7), lambda f: f.matrices((0, 0, 0))],
     "exclude": [lambda f: f.exclude(1.0), lambda f: f.exclude([True, False])],
     "solve": [
         lambda f: f.solve("magic"),
@@ -217,7 +218,9 @@ def test_frame(method: str) -> None:
         assert state(made) == before, f"{method}, call {number}"
 
 
-@pytest.mark.parametrize(("table", "kind", "leave"), [(LINKAGE, Linkage, ()), (FRAME, Frame, ("copy", "explain"))])
+@pytest.mark.parametrize(
+    ("table", "kind", "leave"), [(LINKAGE, Linkage, ("alike",)), (FRAME, Frame, ("copy", "explain"))]
+)
 def test_every_method_is_in_the_table(table: dict[str, object], kind: type, leave: tuple[str, ...]) -> None:
     methods = {name for name, _ in inspect.getmembers(kind, inspect.isfunction) if not name.startswith("_")}
     assert methods - set(leave) == set(table)

@@ -58,7 +58,26 @@ class Kinematics:
         tolerance: float = 0.0,
         other_modes: bool = False,
     ) -> Self:
-        """Those of a linkage whose drives are given; see `Linkage.move`."""
+        """Those of a linkage whose drives are given; see `Linkage.move`.
+
+        Parameters
+        ----------
+        linkage
+            The description.
+        values, rates, accelerations
+            By driven joint, (...) or (..., f).
+        branch
+            ``keep`` or ``switch`` at change points.
+        tolerance
+            Greatest gap, a length, with which poses count as assembled.
+        other_modes
+            Whether poses in another assembly mode have positions.
+
+        Raises
+        ------
+        FrameError
+            If branch, tolerance or a drive are not what they should be, or the linkage cannot be assembled as drawn.
+        """
         if branch not in BRANCHES:
             raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
         if not 0.0 <= tolerance < np.inf:
