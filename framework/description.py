@@ -106,7 +106,7 @@ class Description:
     weight: Array | None = None
     absent: NDArray[np.bool_] | None = None
     made_from: HasStatus | None = field(default=None, repr=False, compare=False)
-    _shapes: dict[str, Shape] = field(default_factory=dict, repr=False)
+    _shapes: dict[Shape, str] = field(default_factory=dict, repr=False)  # and what was given in it first
     _shape: Shape = ()
     _examined: dict[Hashable, str] = field(default_factory=dict, repr=False, compare=False)
     size: float = 0.0
@@ -457,9 +457,10 @@ class Description:
         """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
         whole, known = self._shape, self._shapes
         for name, shape in given.items():
-            if shape:
-                whole = joined(name, shape, known)
-                known = {**known, name: np.broadcast_shapes(shape, known.get(name, ()))}
+            if shape and shape not in known:
+                for other, what in known.items():
+                    joined(name, shape, {what: other})
+                whole, known = np.broadcast_shapes(whole, shape), {**known, shape: name}
         self._shape, self._shapes = whole, known
 
     def _chord(self, start: str, end: str) -> Array:

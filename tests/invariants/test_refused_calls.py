@@ -103,3 +103,13 @@ def test_a_load_that_was_given_keeps_its_place_in_the_batch() -> None:
     frame.load("A", fx=ONES(1))
     with pytest.raises(FrameError, match=r"fy at 'A'.*\(4,\).*\(3,\) of fx at 'A'"):
         frame.load("A", fy=ONES(4))
+
+
+def test_batches_clash_with_what_was_given_by_the_same_name_before() -> None:
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.load("A", fx=[[1.0], [2.0], [3.0]])
+    frame.load("A", fx=[1.0, 2.0])
+    with pytest.raises(FrameError, match=r"fx at 'A' has batch shape \(2, 1\), which does not broadcast with \(3, 1\)"):
+        frame.load("A", fx=[[1.0], [2.0]])
+    assert frame.shape == (3, 2)
