@@ -52,7 +52,7 @@ def test_one_version_everywhere() -> None:
 
 def test_command_is_installed() -> None:
     (command,) = entry_points(group="console_scripts", name="linkframe")
-    from linkframe.models.command_line import main
+    from linkframe.__main__ import main
 
     assert command.load() is main
 

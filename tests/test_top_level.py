@@ -68,3 +68,14 @@ def test_a_frame_needs_no_linkage() -> None:
 
 def test_command() -> None:
     assert run("-m", "linkframe", "--version") == f"linkframe {version('linkframe')}\n"
+
+
+def test_interrupt_while_the_command_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+    from linkframe.__main__ import main
+
+    class Interrupted:
+        def __getattr__(self, name: str) -> object:
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "linkframe.models.command_line", Interrupted())
+    assert main() == 130
