@@ -180,7 +180,6 @@ class _Assembly:
                 sum(self.sparse.at(v) * self.sparse.at(self.plan.knowns.values[-1 - k]) for k, v in row.items())
                 for row in edge.offset
             ]
-            offset[ALONG] -= self.sparse.at(edge.pitch) * offset[ABOUT]
             dofs = (6 * nodes[0][:, None] + np.arange(6)).reshape(-1)
             pushed[dofs] += rows.T @ (stiffness * np.array(offset))
         return stacks, pushed

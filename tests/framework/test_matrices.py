@@ -129,3 +129,22 @@ def test_entries_are_checked() -> None:
     frame.exclude([[True], [False]])
     with pytest.raises(FrameError, match="was left out"):
         frame.matrices((0, 1))
+
+
+def test_a_screw_and_a_node_that_nothing_touches() -> None:
+    frame = Frame()
+    frame.node("alone", (9.0, 9.0, 9.0))
+    for name, place in {"A": (0, 0, 0), "B": (1, 0, 0.2), "C": (1, 0, 0.2), "D": (1, 1, 0)}.items():
+        frame.node(name, place)
+    frame.add("AB", BAR, "A", "B")
+    frame.add("screw", Joint(stiffness=(1e6, 2e6, 3e6, 1e4, 2e4, 300.0), pitch=0.05), "B", "C")
+    frame.add("CD", BAR, "C", "D")
+    frame.fix("A")
+    frame.fix("alone")
+    frame.offset("screw", rz=0.1)
+    frame.load("D", fx=20.0)
+    by, expected = frame.matrices(), frame.solve().displacements()
+    u = nodal(frame, skfem.solve(*by.condensed()))
+    assert_allclose(u, expected, rtol=1e-9, atol=1e-10 * np.abs(expected).max())
+    assert set(by.mesh.boundaries) == {"A"}
+    assert_array_equal(by.mesh.facets[0][by.mesh.boundaries["A"]], [1])
