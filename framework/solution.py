@@ -21,7 +21,7 @@ from .clearances.contact import FREE, UNRESOLVED, Contact
 from .description import Description
 from .error_bounds.asked import checked as checked_kind
 from .error_bounds.bounds import Bounds
-from .error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
+from .error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved, resting
 from .error_bounds.sensitivity import Sensitivity, sensitivity
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
@@ -283,6 +283,8 @@ class Solution(SavedResults):
     def own_state(self) -> States:
         """State of the solution alone, whatever the frame was made from, (...)."""
         idle = self.solver.singular(excited=False)
+        if isinstance(self.solver, BroadcastSolver):
+            idle = idle & ~resting(self.plan, idle)
         state = put(states_of(self.shape, SolutionState.REGULAR), idle, SolutionState.IDLE)
         if self.idle is not None:
             state = put(state, self.idle.mask, SolutionState.IDLE)

@@ -193,6 +193,24 @@ def excited(plan: Plan) -> list[int]:
     return [k for k in plan.unknowns if plan.component[k] in plan.excited]
 
 
+def resting(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the `suspects` resist every motion of what no load reaches after all, (...) of the batch shape.
+
+    Judged by the deformations themselves, which tell twice as many digits as the stiffness.
+    """
+    unknowns = sorted(set(plan.unknowns) - set(excited(plan)))
+    out = np.zeros(plan.frame.shape, dtype=bool)
+    if not suspects.any() or len(unknowns) > MOST:
+        return out
+    statics = Statics(plan, hung=True)
+    with np.errstate(all="ignore"):
+        for index in groups(suspects):
+            state = hard_state(statics, index, unknowns)
+            found = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
+            out[() if index is None else index] = found.distance() > _LEAST
+    return out
+
+
 def groups(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.int64], ...] | None]:
     """Indices of the entries in a mask, some at a time; None for the only entry of a batch without axes."""
     if not mask.ndim:

@@ -257,3 +257,20 @@ def test_a_load_whose_parts_balance_about_the_hinge(stiffness: float) -> None:
         assert_allclose(solution.reaction("A")[:3] @ turn, -force, atol=1e-8)
         across = np.cross([0.0, 0.0, 1.0], way)
         assert loaded(frame, "C", turn, tuple(1e-9 * across)).solve().status == "mechanism"
+
+
+@pytest.mark.parametrize("short", [1e-3, 1e-5, 1e-8])
+def test_a_short_member_is_no_freedom_of_what_no_load_reaches(short: float) -> None:
+    """A short piece is stiff by its cube; across the plane, where nothing pulls, the frame is as firm as in it."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 0.5, "C": 0.5 + short, "D": 1.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    for ends in ("AB", "BC", "CD"):
+        frame.add(ends, BAR, *ends)
+    frame.fix("A")
+    frame.load("D", fy=1.0)
+    assert frame.solve().status == "regular"
+    loose = frame.copy()
+    loose.node("E", (1.0, 0.0, 0.0))
+    loose.add("pin", Joint((np.inf, np.inf, np.inf, 0.0, np.inf, np.inf)), "D", "E")
+    assert loose.solve().status == "idle"

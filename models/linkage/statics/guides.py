@@ -8,8 +8,7 @@ each pose it stands on one of them.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, pairwise
 from typing import Any
@@ -30,10 +29,9 @@ Ends = tuple[str, str]
 ALONG = 1e-2
 # Where the slot lies in a plane: how far a slider may be off the line of a beam.
 OFF_LINE = 1e-9
-# A slider nearer to a node, as a share of the beam's length, stands on the node.
-AT_NODE = 1e-12
-# Where it is a second slider that comes to stand on the node, it stands so far beside it.
-BESIDE = 1e-9
+# A slider nearer to a node, as a share of the beam's length, stands on the node, its arm to it rigid: that the beam
+# bends over this distance counts by its square.
+AT_NODE = 1e-7
 # Stiffness of a slider's hold on its seat by that of the link.
 RIGID = 1e16
 
@@ -94,24 +92,23 @@ class Layout:
         Raises
         ------
         FrameError
-            If sliders pass each other on a beam, or several of them run from one end of the link to the other.
+            If sliders pass each other on a beam, or several of them come to stand on the same two points.
         """
         out = cls(dict(places), {ends: list(ends) for ends in beams})
         visits: dict[Ends, list[Visit]] = {}
         for slider in sliders:
             seats = out.seats[slider.guide] = {}
-            runs = {ends: _fraction(slider.place, ends, places) for ends in beams if _runs_along(slider, ends, places)}
-            taken = {point for other in out.seats.values() for point in other}
             free = np.ones(slider.place.shape[:-1], dtype=bool)
-            for ends, fraction in runs.items():
-                fraction = _beside(fraction, ends, taken & _passed(runs))
+            runs = [ends for ends in beams if _runs_along(slider, ends, places)]
+            for ends in runs:
+                fraction = _fraction(slider.place, ends, places)
                 within = free & (fraction > AT_NODE) & (fraction < 1.0 - AT_NODE)
                 free = free & ~within
                 if within.any():
                     visits.setdefault(ends, []).append(Visit(slider, fraction, within))
             if runs and free.any():
                 seats |= _at_points(slider, {end: places[end] for ends in runs for end in ends}, free)
-        _check_ends({slider.pair.name: set(out.seats[slider.guide]) for slider in sliders})
+        _check_points({slider.pair.name: set(out.seats[slider.guide]) for slider in sliders})
         for ends, those in visits.items():
             out._cut(ends, those)
         return out
@@ -166,19 +163,6 @@ def _at_points(slider: Slider, points: Mapping[str, Array], where: Mask) -> dict
     return {point: here for point, here in found.items() if here.any()}
 
 
-def _passed(runs: Iterable[Ends]) -> set[str]:
-    """Points at which two of the beams meet on which a slider runs."""
-    count = Counter(end for ends in runs for end in ends)
-    return {end for end, times in count.items() if times > 1}
-
-
-def _beside(fraction: Array, ends: Ends, points: Collection[str]) -> Array:
-    """Fractions, moved off the ends of a beam that are among the points: another slider has its seat there."""
-    low, high = (BESIDE if end in points else -np.inf for end in ends)
-    near = (fraction >= -AT_NODE) & (fraction <= 1.0 + AT_NODE)
-    return np.where(near, np.clip(fraction, low, 1.0 - high), fraction)
-
-
 def _in_order(visits: Sequence[Visit]) -> list[Visit]:
     """Sliders on a beam in the order in which they stand on it where they do so at one time."""
     out: list[Visit] = []
@@ -214,14 +198,23 @@ def _nodes(visits: Sequence[Visit]) -> list[Array]:
     return list(np.where(within, known, start + share * (end - start)))
 
 
-def _check_ends(seats: Mapping[str, set[str]]) -> None:
-    """See that no two sliders change between the same points: what holds them there would form a loop."""
-    for (one, here), (other, there) in combinations(seats.items(), 2):
-        if len(both := here & there) > 1:
-            raise FrameError(
-                f"sliders {one!r} and {other!r} both run from {' to '.join(sorted(both))} and beyond: give each a link "
-                "of its own, and join these firmly"
-            )
+def _check_points(seats: Mapping[str, set[str]]) -> None:
+    """See that what holds sliders on the points that they reach forms no loop, in which its stiffness would cancel.
+
+    A loop closes with a slider that reaches two points which others, by way of what they reach, join already.
+    """
+    joined: list[tuple[set[str], set[str]]] = []
+    for name, points in seats.items():
+        touched = [each for each in joined if each[0] & points]
+        for group, others in touched:
+            if len(both := group & points) > 1:
+                raise FrameError(
+                    f"slider {name!r} comes to stand on {' and '.join(map(repr, sorted(both)))}, as "
+                    f"{' and '.join(map(repr, sorted(others)))} at other poses: give each a link of its own, and join "
+                    "these firmly"
+                )
+        rest = [each for each in joined if each not in touched]
+        joined = [*rest, (points.union(*(each[0] for each in touched)), {name}.union(*(each[1] for each in touched)))]
 
 
 def _runs_along(slider: Slider, ends: Ends, places: Mapping[str, Array]) -> bool:
