@@ -59,15 +59,17 @@ def miura(alpha: float, rho: float, turned: Rotation = TURNED) -> Linkage:
     return linkage
 
 
-def assert_alone_as_in_a_sweep(linkage: Linkage, drive: str, values: np.ndarray, points: tuple[str, ...]):
+def assert_alone_as_in_a_sweep(
+    linkage: Linkage, drive: str, values: np.ndarray, points: tuple[str, ...], passed: bool = True
+):
     sweep = linkage.move({drive: values}, rates={drive: 1.0})
     for k, value in enumerate(values):
         alone = linkage.move({drive: value}, rates={drive: 1.0})
         assert alone.status == sweep.status[k]
         singular = bool(sweep.is_singular[k])
         for point in points:
-            # in a singular pose Newton's method may leave half the digits
-            atol = 5e-9 if singular else 1e-12
+            # in a dead point Newton's method leaves half the digits
+            atol = 5e-9 if singular and not passed else 1e-12
             assert_allclose(alone.position(point), sweep.position(point)[k], rtol=0.0, atol=atol)
             if sweep.is_assembled[k] and not singular:
                 assert_allclose(alone.velocity(point), sweep.velocity(point)[k], rtol=1e-6, atol=1e-9)
@@ -98,7 +100,7 @@ def test_sarrus_with_short_upper_plates():
     end = np.arccos(0.9)
     linkage = sarrus(0.7, 2, 0.9)
     values = np.concatenate([[0.6, 2.0, 0.0], np.pi / 2 + BESIDE, end + BESIDE])
-    motion = assert_alone_as_in_a_sweep(linkage, "A0", values, ("P", "B1", "C1"))
+    motion = assert_alone_as_in_a_sweep(linkage, "A0", values, ("P", "B1", "C1"), passed=False)
     assert motion.is_assembled.tolist() == [True, True, False] + 4 * [True] + [True, True, False, True]
     assert motion.is_singular[7]
     reached = motion.is_assembled

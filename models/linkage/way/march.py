@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,6 +29,9 @@ SHARPEST = 1e-4
 STEEP = 3.2
 # How far beyond a change point it must be seen to be interpolated.
 BEYOND = 0.35
+# A determinant between two that are so much greater may have come down to a double zero and gone up again. It has where
+# the least singular value so near it is below that share of what it is at the nodes.
+DIP, BESIDE, TOUCHED = 0.3, 2e-3, 0.05
 # Distance of the poses from which its closure is judged, in shares of the step over it too, and how far it may be open:
 # lengths that are equal to eight digits are meant to be equal.
 KNOT, SHARE = 0.02, 0.4
@@ -204,6 +208,7 @@ class March:
         here = track.nodes[-1]
         if not far and not flips(here.pose, found.pose):
             track.nodes.append(found)
+            self._touch(track)
             return True
         where = self._root(here, found)
         track.crossings.append(where)
@@ -224,6 +229,20 @@ class March:
             track.nodes.append(Node(where, middle, rate))  # type: ignore[arg-type]
         track.nodes.append(away)
         return True
+
+    def _touch(self, track: Track) -> None:
+        """Find a change point beside the last node but one at which no determinant changes its sign.
+
+        So many loops change there at once that its zero is double, or of any even multiplicity.
+        """
+        if len(track.nodes) < 3 or not dips([node.pose.determinants for node in track.nodes[-3:]]):
+            return
+        for a, b in pairwise(track.nodes[-3:]):
+            where = self._multiple_root(a, b)
+            low = max(self._least(self._between(a, b, where + way * BESIDE)) for way in (-1.0, 1.0))
+            if a.s <= where <= b.s and low < TOUCHED * max(self._least(node.pose) for node in (a, b)):
+                track.crossings.append(where)
+                return
 
     def _root(self, a: Node, b: Node) -> float:
         """Where a determinant vanishes between two nodes: false position, then inverse interpolation from around."""
@@ -353,6 +372,14 @@ def follows(one: Pose, other: Pose) -> bool:
 def flips(one: Pose, other: Pose) -> bool:
     """True where a determinant has another sign at the other pose."""
     return any(x * y < 0.0 for x, y in zip(one.determinants, other.determinants, strict=True))
+
+
+def dips(determinants: Sequence[Sequence[float]]) -> bool:
+    """Whether a determinant is far smaller at the second of three poses than at the others, and of one sign."""
+    return any(
+        abs(y) <= DIP * max(abs(x), abs(z)) and abs(y) <= min(abs(x), abs(z)) and x * y >= 0.0 and y * z >= 0.0
+        for x, y, z in zip(*determinants, strict=True)
+    )
 
 
 def _cubic(a: Node, b: Node, t: float, width: float) -> list[float]:
