@@ -11,7 +11,6 @@ from ..batch import Array
 from ..structure.edge import GROUND
 from . import corotation, rotation
 from .corotation import Motion, Pieces
-from .law import press
 from .links import Link
 from .loops import displacement
 from .model import Model
@@ -183,23 +182,7 @@ class Configuration:
         """Energy (m,), force (6, m) and tangent (6, 6, m) of the springs of a link or, counted on, loop."""
         joint = self.model.edges[number]
         beyond = own - self.factor * joint.offset.at(self.where)
-        if joint.law is not None:
-            energy, given, slope = joint.law.resistance(beyond.T, self._pick)
-            force, tangent = given.T, np.moveaxis(slope, 0, -1)
-            if joint.rigid:
-                play, grip, place = list(joint.play), state.grip, self.model.contacts[number]
-                radius = joint.clearance.at(self.where)
-                more = press(beyond[play], radius, grip.force[play, place], grip.stiffness[place])
-                energy, force[play] = energy + more[0], force[play] + more[1]
-                tangent[np.ix_(play, play)] += more[2]
-            return energy, force, tangent
-        stiffness = joint.stiffness.at(self.where)
-        tangent = np.zeros((6, 6, stiffness.shape[-1]))
-        tangent[range(6), range(6)] = stiffness
-        return 0.5 * dot(stiffness * beyond, beyond), stiffness * beyond, tangent
-
-    def _pick(self, array: Array, trailing: int) -> Array:
-        return np.moveaxis(Numbers.of(array, self.model.ndim, trailing).at(self.where), -1, 0)
+        return joint.resistance(self.where, beyond, state.grip, self.model.contacts.get(number))
 
 
 def motion_of(ends: NDArray[np.int64], pieces: Pieces, state: State) -> Motion:

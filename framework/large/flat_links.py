@@ -9,6 +9,7 @@ import numpy as np
 from ..batch import Array
 from .flat_pieces import AXES
 from .joints import Joint
+from .law import Grip
 from .model import Model
 from .numbers import Numbers, Where
 
@@ -56,6 +57,13 @@ class FlatJoint:
             Numbers(joint.stiffness.array[places], ndim),
         )
 
+    def lawful(self, where: Where, beyond: Array, grip: Grip, contact: int | None) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (3, m) and tangent (3, 3, m) of its own law at a displacement (3, m) within the plane."""
+        whole = np.zeros((6, beyond.shape[-1]))
+        whole[self.places] = beyond
+        energy, force, tangent = self.joint.resistance(where, whole, grip, contact)
+        return energy, force[self.places], tangent[np.ix_(self.places, self.places)]
+
 
 @dataclass(frozen=True)
 class FlatLink:
@@ -81,10 +89,15 @@ class FlatLink:
             flat.stiffness.at(where),
         )
 
-    def springs(self, own: Array) -> tuple[Array, Array]:
-        """What of the displacement is not imposed, and the force of the springs (3, m)."""
-        beyond = own - self.offset
-        return beyond, self.stiffness * beyond
+    def beyond(self, own: Array) -> Array:
+        """What of the displacement is not imposed (3, m)."""
+        return own - self.offset
+
+    def springs(self, beyond: Array) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs."""
+        force, tangent = self.stiffness * beyond, np.zeros((3, 3, self.stiffness.shape[-1]))
+        tangent[range(3), range(3)] = self.stiffness
+        return 0.5 * np.einsum("im,im->m", force, beyond), force, tangent
 
     def child(self, place: Array, turn: Array, own: Array) -> tuple[Array, Array]:
         """Displacement (2, m) and angle (m,) of the child."""

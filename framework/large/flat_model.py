@@ -48,18 +48,28 @@ class FlatModel:
         out.turned[0], out.turned[1 + self.normal] = np.cos(half), np.sin(half)
         for number, joint in enumerate(self.joints):
             out.own[joint.places, number] = state.own[:, number]
+        out.grip = state.grip
         return out
+
+    def flat(self, state: State, near: FlatState | None) -> FlatState:
+        """A state in space as one in the plane, its angles `near` those of another, as a quaternion tells no turns."""
+        turned = 2.0 * np.arctan2(state.turned[1 + self.normal], state.turned[0])
+        if near is not None:
+            turned += 2.0 * np.pi * np.round((near.turned - turned) / (2.0 * np.pi))
+        owns = [state.own[joint.places, number] for number, joint in enumerate(self.joints)]
+        own = np.stack(owns, axis=1) if owns else np.zeros((3, 0, turned.shape[-1]))
+        return FlatState(state.moved[list(self.components[:2])], turned, own, state.grip)
 
     @staticmethod
     def suits(model: Model) -> bool:
-        """Whether a model can be taken: in a plane, without loads between nodes, special laws, or bent tension."""
+        """Whether a model can be taken: in a plane, without loads between nodes or bent tension."""
         apart = all(not np.any(stack.stiffness.array[0, 1:]) for stack in model.stacks)
         plain = (
             all(stack.work is None and stack.tension is None for stack in model.stacks)
             and not model.loads.hung
             and not model.loops
         )
-        return len(model.components) == 3 and apart and plain and all(joint.law is None for joint in model.joints)
+        return len(model.components) == 3 and apart and plain
 
     @cached_property
     def chains(self) -> list[list[int]]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from .law import Grip
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
@@ -20,6 +21,7 @@ class Place(Protocol):
     moved: Array
     turned: Array
     own: Array
+    grip: Grip
 
     def taken(self, kept: Any) -> Self:
         """Some of the entries."""

@@ -15,9 +15,10 @@ from ..protocol import JointElement
 from ..structure.edge import GROUND, Edge
 from ..structure.topology import Topology
 from ..structure.tree import Branch, spanning
-from .law import law_of
+from .law import Grip, law_of, press
 from .links import Link
 from .numbers import Numbers, Where
+from .rotation import dot
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Joint:
     law: JointElement | None
     play: tuple[int, ...]
     clearance: Numbers
+    ndim: int
     rigid: bool
     lead: Numbers | None
 
@@ -78,6 +80,7 @@ class Joint:
             law,
             play,
             Numbers.of(radius, ndim, 0),
+            ndim,
             any(k in edge.ideal for k in play),
             Numbers.of(element.pitch / (2.0 * np.pi), ndim, 0) if element is not None and element.pitch.any() else None,
         )
@@ -88,6 +91,29 @@ class Joint:
         arm = None if self.arm is None else self.arm.at(where)
         lead = None if self.lead is None else self.lead.at(where)
         return Link(axes, arm, self.loose, self.forward, self.edge.kind != "tie", lead)
+
+    def resistance(self, where: Where, beyond: Array, grip: Grip, contact: int | None) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (6, m) and tangent (6, 6, m) of its springs, or of its own law, at a displacement (6, m).
+
+        Rigid contact is number `contact` of those in `grip`.
+        """
+        if self.law is None:
+            stiffness = self.stiffness.at(where)
+            tangent = np.zeros((6, 6, stiffness.shape[-1]))
+            tangent[range(6), range(6)] = stiffness
+            return 0.5 * dot(stiffness * beyond, beyond), stiffness * beyond, tangent
+
+        def pick(array: Array, trailing: int) -> Array:
+            return np.moveaxis(Numbers.of(array, self.ndim, trailing).at(where), -1, 0)
+
+        energy, given, slope = self.law.resistance(beyond.T, pick)
+        force, tangent = given.T, np.moveaxis(slope, 0, -1)
+        if contact is not None:
+            play, radius = list(self.play), self.clearance.at(where)
+            more = press(beyond[play], radius, grip.force[play, contact], grip.stiffness[contact])
+            energy, force[play] = energy + more[0], force[play] + more[1]
+            tangent[np.ix_(play, play)] += more[2]
+        return energy, force, tangent
 
     @cached_property
     def ideal(self) -> tuple[int, ...]:

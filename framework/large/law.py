@@ -43,6 +43,11 @@ class Grip:
     force: Array
     stiffness: Array
 
+    @classmethod
+    def none(cls, contacts: int, count: int) -> Grip:
+        """Without any force."""
+        return cls(np.zeros((6, contacts, count)), np.ones((contacts, count)))
+
     def taken(self, kept: Any) -> Grip:
         """Some of the entries."""
         return Grip(self.force[..., kept], self.stiffness[..., kept])

@@ -81,6 +81,10 @@ class Newton:
         assert isinstance(state, FlatState)
         return self.flat.space(state)
 
+    def place(self, state: State, near: Place) -> Place:
+        """A state in space as the equations have it, of which angles are near those of another."""
+        return state if self.flat is None else self.flat.flat(state, near if isinstance(near, FlatState) else None)
+
     def solve(self, where: Where, state: Place, factor: float) -> Found:
         """Equilibria at a share `factor` of the loads.
 

@@ -17,6 +17,7 @@ from . import flat_pieces
 from .flat_links import FlatJoint, FlatLink
 from .flat_model import FlatModel
 from .flat_state import FlatLinear, FlatState
+from .law import Grip
 from .model import Model
 from .numbers import Where
 
@@ -48,9 +49,8 @@ class FlatEquations:
     @classmethod
     def start(cls, model: Model, count: int) -> FlatState:
         """At rest."""
-        return FlatState(
-            np.zeros((2, model.count, count)), np.zeros((model.count, count)), np.zeros((3, len(model.joints), count))
-        )
+        own, grip = np.zeros((3, len(model.joints), count)), Grip.none(len(model.contacts), count)
+        return FlatState(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, grip)
 
     # -- motion -----------------------------------------------------------------------------------------------------
 
@@ -81,7 +81,7 @@ class FlatEquations:
     def advanced(self, state: FlatState, step: Array) -> FlatState:
         """The state after a step of the coordinates (size, m)."""
         nodal = self._nodal(step)
-        new = FlatState(state.moved + nodal[:2], state.turned + nodal[2], state.own)
+        new = FlatState(state.moved + nodal[:2], state.turned + nodal[2], state.own, state.grip)
         if self.links:
             new.own = state.own + nodal[:, [flat.joint.child for flat in self.flat.joints]]
         for number, (flat, link) in enumerate(zip(self.flat.joints, self.links, strict=True)):
@@ -104,11 +104,18 @@ class FlatEquations:
         for stack, pieces in zip(self.flat.stacks, self.pieces, strict=True):
             _, _, deformation = flat_pieces.shape(stack, pieces, state)
             total += 0.5 * flat_pieces.strain_energy(pieces[2], deformation, flat_pieces.bent(pieces[2], deformation))
-        for number, link in enumerate(self.links):
-            total += 0.5 * np.einsum("im,im->m", *link.springs(state.own[:, number]))
+        for number in range(len(self.links)):
+            total += self.resistance(state, number)[0]
         total -= np.einsum("ijm,ijm->m", np.broadcast_to(self.loads[:2], state.moved.shape), state.moved)
         total -= np.einsum("jm,jm->m", np.broadcast_to(self.loads[2], state.turned.shape), state.turned)
         return total
+
+    def resistance(self, state: FlatState, number: int) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs of a link, or of its own law."""
+        beyond, joint = self.links[number].beyond(state.own[:, number]), self.flat.joints[number]
+        if joint.joint.law is not None:
+            return joint.lawful(self.where, beyond, state.grip, self.model.contacts.get(number))
+        return self.links[number].springs(beyond)
 
     def moment_work(self, old: FlatState, new: FlatState) -> Array:
         """Nothing: in a plane moments have a potential, and `energy` holds it."""
@@ -142,10 +149,11 @@ class FlatEquations:
         shape = (3, self.model.count, self.count)
         nodal = nodal.reshape(shape)
         assumed = nodal.copy() if stresses is None else assumed.reshape(shape)
-        forces = self._reduced(state, nodal, transfers)
-        data += self._link_tangents(arms, assumed, transfers)
-        for number, link in enumerate(self.links):
-            energy += np.einsum("im,im->m", *link.springs(state.own[:, number]))
+        resisted = [self.resistance(state, number) for number in range(len(self.links))]
+        forces = self._reduced(nodal, transfers, [force for _, force, _ in resisted])
+        data += self._link_tangents(arms, assumed, transfers, [tangent for *_, tangent in resisted])
+        for stored, _, _ in resisted:
+            energy += 2.0 * stored
         blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
         values = self.flat.pattern[0] @ np.concatenate(blocks)
         return FlatLinear(forces, values, changes, true, transfers, energy)
@@ -209,14 +217,16 @@ class FlatEquations:
         above[2] += transfer[0, 2] * rows[0] + transfer[1, 2] * rows[1]
         return np.concatenate([self._up(above, parent, transfers), own])
 
-    def _link_tangents(self, arms: list[tuple[Array, Array]], nodal: Array, transfers: list[Array]) -> list[Array]:
+    def _link_tangents(
+        self, arms: list[tuple[Array, Array]], nodal: Array, transfers: list[Array], tangents: list[Array]
+    ) -> list[Array]:
         """Springs of the links, and what turning them does to the forces that they pass on."""
         out: list[Array] = []
         for number in range(len(self.links) - 1, -1, -1):
             joint, link = self.flat.joints[number].joint, self.links[number]
             force = nodal[:, joint.child]
             matrix = link.geometric(force, *arms[number])
-            matrix[range(3, 6), range(3, 6)] += link.stiffness
+            matrix[3:, 3:] += tangents[number]
             if joint.parent == GROUND:
                 out.append(matrix[3:, 3:])
                 continue
@@ -226,14 +236,14 @@ class FlatEquations:
             out.append(np.concatenate([self._up(half[:3], joint.parent, transfers), half[3:]]))
         return out[::-1]
 
-    def _reduced(self, state: FlatState, nodal: Array, transfers: list[Array]) -> Array:
+    def _reduced(self, nodal: Array, transfers: list[Array], resisted: list[Array]) -> Array:
         """Forces on the coordinates from forces on the nodes, leaves first."""
         out = np.zeros((self.model.size + 1, self.count))
         nodal = nodal.copy()
         for number in range(len(self.links) - 1, -1, -1):
             joint = self.flat.joints[number].joint
             pushed = np.einsum("ijm,im->jm", transfers[number], nodal[:, joint.child])
-            out[self.flat.columns[:, joint.child]] = pushed[3:] + self.links[number].springs(state.own[:, number])[1]
+            out[self.flat.columns[:, joint.child]] = pushed[3:] + resisted[number]
             if joint.parent != GROUND:
                 nodal[:, joint.parent] += pushed[:3]
         plain = self.model.plain

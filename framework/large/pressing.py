@@ -43,8 +43,8 @@ class Pressing:
         before = np.full((len(self.model.contacts), len(found.converged)), np.inf)
         for _ in range(_GUESSES):
             here = tuple(k[waiting] for k in where)
-            state = self.newton.space(found.state.taken(waiting))
-            grip, off = self._better(here, state, high)
+            state = found.state.taken(waiting)
+            grip, off = self._better(here, self.newton.space(state), high)
             stuck = off > _FALL * before[:, waiting]
             left: Mask = np.asarray(((off > _ROUNDINGS) & ~(stuck & (off <= _FAR))).any(axis=0))
             before[:, waiting] = off
@@ -57,7 +57,7 @@ class Pressing:
         found.converged &= ~(before > _FAR).any(axis=0)
         return found
 
-    def _again(self, where: Where, state: State, factor: float, found: Found, index: Index) -> None:
+    def _again(self, where: Where, state: Place, factor: float, found: Found, index: Index) -> None:
         """Equilibria with new guesses, from those found with the old ones."""
         again = self.newton.solve(where, state, factor)
         bad = np.flatnonzero(~again.good)

@@ -45,7 +45,7 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     equations.follow(state)
     if model.contacts:
         state.grip = _guess(newton, equations, state, forces)
-    return state
+    return newton.place(state, found.state)
 
 
 def _place(state: State, number: int, joint: Joint, forces: Array, radius: Array) -> None:

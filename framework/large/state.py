@@ -28,9 +28,7 @@ class State:
         turned = np.zeros((4, model.count, count))
         turned[0] = 1.0
         own = np.zeros((6, len(model.joints) + len(model.loops), count))
-        contacts = len(model.contacts)
-        grip = Grip(np.zeros((6, contacts, count)), np.ones((contacts, count)))
-        return cls(np.zeros((3, model.count, count)), turned, own, grip)
+        return cls(np.zeros((3, model.count, count)), turned, own, Grip.none(len(model.contacts), count))
 
     def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> State:
         """Some of the entries."""
