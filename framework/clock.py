@@ -1,10 +1,32 @@
-"""Time that the stages of a solution take, for `explain`."""
+"""Time that the stages of a solution take, for `explain`; and how far a long one is, for who watches."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from time import perf_counter
+
+# Told how many entries of a batch are solved.
+Watcher = Callable[[int], None]
+_watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
+
+
+@contextmanager
+def watched(by: Watcher) -> Iterator[None]:
+    """Let `by` know how far a long solution is that is computed inside."""
+    token = _watcher.set(by)
+    try:
+        yield
+    finally:
+        _watcher.reset(token)
+
+
+def tell(solved: int) -> None:
+    """Tell who watches how many entries are solved."""
+    watcher = _watcher.get()
+    if watcher is not None:
+        watcher(solved)
 
 
 @contextmanager

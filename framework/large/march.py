@@ -58,6 +58,7 @@ class March:
         whole = Found.nothing(State.start(self.model, self.count), copied=False)
         history = self._history()
         for index in self._pieces():
+            self.search.before = int(index[0])
             found = Found.nothing(start(self.newton, self.where(index), len(index), factors[0]), copied=False)
             before = 0.0
             for step, factor in enumerate(factors.tolist()):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..clock import tell
 from .descent import Descent
 from .found import Found, Index, Mask, Place
 from .newton import Newton
@@ -23,10 +24,16 @@ class Search:
     ----------
     newton
         Iterations on it.
+
+    Attributes
+    ----------
+    before
+        How many entries of the batch were solved before those in hand.
     """
 
     def __init__(self, newton: Newton) -> None:
         self.newton, self.descent, self.saddle = newton, Descent(newton), Saddle(newton)
+        self.before = 0
 
     def solve(self, where: Where, begin: Place, low: float, high: float) -> Found:
         """Equilibria at a share `high` of the loads, from the equilibria `begin` at `low`.
@@ -35,6 +42,7 @@ class Search:
         equilibrium along its mode; by way of smaller and smaller loads, in all these ways; and else down the energy.
         """
         found = self.newton.solve(where, begin, high)
+        self._tell(found)
         regular = found.iterations > 1
         for cuts in _CUTS:
             bad = np.flatnonzero(~found.good & regular)
@@ -109,7 +117,11 @@ class Search:
             again = self.descent.run(_part(where, bad), start, factor, iterations)
             self._finish(_part(where, bad), again, factor)
             found.take(bad, again)
+            self._tell(found)
             iterations *= 2
+
+    def _tell(self, found: Found) -> None:
+        tell(self.before + int(found.converged.sum()))
 
     def _finish(self, where: Where, found: Found, factor: float) -> None:
         """Try Newton's method from where the descent has come to; its end must be stable, and lower."""

@@ -9,6 +9,8 @@ from threading import Event, Thread
 from time import perf_counter
 from typing import Self
 
+from ...framework.clock import watched
+
 # Seconds of work before a job that nobody watches on a terminal says how far it is, and that must be left if it is to
 # be worth saying; and between two such lines a share of what it has taken, up to this.
 FIRST, SHARE, SELDOM = 1.0, 0.5, 30.0
@@ -47,7 +49,7 @@ class Stages:
         """
         self.bar.set_description_str(name)
         start, progress = perf_counter(), Progress(work or {})
-        with self._shown(name, progress) as advance:
+        with self._shown(name, progress) as advance, watched(progress.inside):
             yield advance
         self.seconds[name] = perf_counter() - start
         self.bar.update()
@@ -97,10 +99,17 @@ class Progress:
         self.done = dict.fromkeys(self.total, 0)
         self._parts: dict[str, list[tuple[int, float]]] = {what: [] for what in self.total}
         self._last = perf_counter()
+        # What is being done, and how much of its part is done already.
+        self._doing: str | None = None
+        self._inside = 0
+
+    def inside(self, solved: int) -> None:
+        """Take note of how much is done of the part that is being computed."""
+        self._inside = max(solved, self._inside)
 
     def count(self, what: str, more: int) -> None:
         """Count what has been done since the last call; with 0 it only begins."""
-        now = perf_counter()
+        now, self._doing, self._inside = perf_counter(), None if more else what, 0
         if more:
             self.done[what] += more
             self._parts[what].append((more, now - self._last))
@@ -108,14 +117,19 @@ class Progress:
 
     @property
     def left(self) -> float | None:
-        """Seconds that the rest will take; None as long as something has not begun."""
-        return None if not all(self.done.values()) else sum(self._rest(what) for what in self.total)
+        """Seconds that the rest will take; None as long as nothing is known of some of it."""
+        rests = [self._rest(what) for what in self.total]
+        return None if None in rests else sum(filter(None, rests))
 
-    def _rest(self, what: str) -> float:
+    def _rest(self, what: str) -> float | None:
         # What is set up once is in the first part, and must not count for the others.
         parts = self._parts[what][1:] or self._parts[what]
-        seconds = sum(each for _, each in parts) / sum(more for more, _ in parts)
-        return seconds * (self.total[what] - self.done[what])
+        done, seconds = sum(more for more, _ in parts), sum(each for _, each in parts)
+        whole = self.done[what]
+        if what == self._doing and self._inside:
+            done, seconds = done + self._inside, seconds + perf_counter() - self._last
+            whole += self._inside
+        return seconds / done * max(self.total[what] - whole, 0) if done else None
 
     @property
     def estimate(self) -> str:

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
+from linkframe.framework.clock import tell, watched
 from linkframe.models.command_line import main
 from linkframe.models.four_bar import against_paper, job, large
 from linkframe.models.four_bar.inputs import Inputs
@@ -145,6 +146,20 @@ def test_a_long_stage_without_parts_tells_its_name(capsys: pytest.CaptureFixture
     with Stages(1)("figures"):
         time.sleep(1.2)
     assert capsys.readouterr().err == "figures: 1 s so far\n"
+
+
+def test_the_estimate_does_not_wait_for_a_whole_part() -> None:
+    """A long solution tells how many of its entries are solved."""
+    beginning = Progress({"slow": 40})
+    beginning.count("slow", 0)
+    assert beginning.left is None
+    with watched(beginning.inside):
+        tell(4)
+        time.sleep(0.02)
+        tell(2)
+    assert 0.18 <= (beginning.left or 0.0) < 5.0  # 36 at 5 ms each
+    tell(40)
+    assert (beginning.left or 0.0) >= 0.18
 
 
 def test_the_estimate_is_of_each_thing_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
