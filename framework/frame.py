@@ -57,8 +57,6 @@ class Frame(Description):
         Largest coordinate, the measure of what coincides.
     tolerance
         Length up to which the two nodes of a joint may lie apart and count as one place.
-    kept
-        Plan of the last solution; the next takes it up where only loads have changed.
 
     Examples
     --------

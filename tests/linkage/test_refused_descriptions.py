@@ -184,11 +184,11 @@ FRAME: dict[str, list[Callable[[Frame], object]]] = {
 
 
 def state(value: object) -> object:
-    """All that an object holds, as what can be compared; results that are kept for the next call are not of it."""
+    """All that an object holds, as what can be compared."""
     if isinstance(value, np.ndarray):
         return value.shape, value.dtype, value.tobytes()
     if isinstance(value, dict):
-        return [(key, state(part)) for key, part in value.items() if key not in ("kept", "inertias")]
+        return [(key, state(part)) for key, part in value.items()]
     if isinstance(value, (list, tuple)):
         return [state(part) for part in value]
     if dataclasses.is_dataclass(value):
