@@ -58,6 +58,8 @@ class Solution(SavedResults):
         The compiled frame.
     clearances
         Where its joints with clearance rest; None where there are none, or they were left out.
+    primary
+        Its unknowns, and what solves for them.
 
     Examples
     --------
@@ -82,13 +84,11 @@ class Solution(SavedResults):
         frame: Description,
         plan: Plan,
         clearances: Clearances | None = None,
-        *,
-        factors: Factors | None = None,
-        solver: BroadcastSolver | SparseSolver | None = None,
+        primary: Primary | None = None,
     ) -> None:
         require_springs((name, joint.element) for name, joint in frame.joints.items())
         self.frame, self.plan, self.clearances = frame, plan, clearances
-        self._primary = Primary(plan, factors or Factors(), contact=clearances is not None, solver=solver)
+        self.primary = Primary(plan, Factors(), contact=clearances is not None) if primary is None else primary
         self._known: dict[object, Array] = {}
         self._parts: dict[int, Solution] = {}
         self._warned = False
@@ -108,7 +108,7 @@ class Solution(SavedResults):
         """
         described = frame.copy()
         plan, factors = planned(frame, described, checked(method))
-        tight = cls(described, plan, factors=factors)
+        tight = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and loose_joints(described)):
             return tight
         resting = Clearances(described, tight, cls.of)
@@ -118,7 +118,7 @@ class Solution(SavedResults):
         """What a copy or another process needs: description, plan, what has been read. The rest it computes again."""
         primary = Primary(self.plan, Factors(), contact=self.clearances is not None)
         kept = ("frame", "plan", "clearances", "_known", "_warned")
-        return {name: getattr(self, name) for name in kept} | {"_primary": primary, "_parts": {}}
+        return {name: getattr(self, name) for name in kept} | {"primary": primary, "_parts": {}}
 
     # -- displacements ----------------------------------------------------------------------------------------------
 
@@ -461,22 +461,22 @@ class Solution(SavedResults):
     @property
     def solver(self) -> BroadcastSolver | SparseSolver:
         """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
-        return self._primary.solver
+        return self.primary.solver
 
     @property
     def resolved(self) -> Solved | None:
         """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
-        return self._primary.resolved
+        return self.primary.resolved
 
     @property
     def idle(self) -> Idle | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        return self._primary.idle
+        return self.primary.idle
 
     @property
     def known_idle(self) -> Idle | None:
         """`idle`, once that has been asked for."""
-        return self._primary.known_idle
+        return self.primary.known_idle
 
     def part(self, node: str | None) -> Solution:
         """The solution of the part of the frame that a node is in; this one where loads reach no other part.
@@ -494,8 +494,7 @@ class Solution(SavedResults):
             plan = self.plan.part(number)
             if plan is self.plan:
                 return self
-            solver, factors = self.solver.only(plan), self._primary.factors
-            part = Solution(self.frame, plan, self.clearances, factors=factors, solver=solver)
+            part = Solution(self.frame, plan, self.clearances, self.primary.under(plan, self.solver.only(plan)))
             part._known = self._known
             self._parts[island] = part
         return self._parts[island]
@@ -512,7 +511,7 @@ class Solution(SavedResults):
         if solver is self.solver:
             return self
         plan = solver.plan if isinstance(solver, BroadcastSolver) else self.plan
-        return type(self)(self.frame, plan, self.clearances, factors=self._primary.factors, solver=solver)
+        return type(self)(self.frame, plan, self.clearances, self.primary.under(plan, solver))
 
     def cut(self) -> Solution:
         """The solution of the frame with its members cut into their segments; this one where they are."""
@@ -535,11 +534,11 @@ class Solution(SavedResults):
         ndarray
             (..., n).
         """
-        return self._primary.stacked(rows)
+        return self.primary.stacked(rows)
 
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
-        return self._primary.nodal()
+        return self.primary.nodal()
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -548,7 +547,7 @@ class Solution(SavedResults):
 
     @cached_property
     def _recovery(self) -> Recovery:
-        return Recovery(self._primary)
+        return Recovery(self.primary)
 
     def _read(self, key: object, compute: Any, mask: float = np.nan) -> Array:
         if key not in self._known:

@@ -21,6 +21,8 @@ from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
 from .stage import Matrix
 
+# Unknowns up to which connected components are found without matrices.
+_FEW = 200
 
 class Unloaded:
     """A frame without its loads: unknowns, how they are coupled, and stiffness.
@@ -75,12 +77,11 @@ class Unloaded:
     @cached_property
     def unknowns(self) -> list[int]:
         """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        on_edges = {k for rows in self.tree.rows.values() for row in rows for k in unknowns(row)}
-        on_edges |= {k for spring in self.tree.springs for k in unknowns(spring.row)}
-        free = np.setdiff1d(np.arange(len(self.topology.number)), list(self.tree.rows))
-        own = (6 * free[:, None] + np.arange(6)).astype(np.int64)
-        found: list[int] = np.union1d(own, np.array(sorted(on_edges), dtype=np.int64)).tolist()
-        return found
+        rows = self.tree.rows
+        own = [6 * node + k for node in range(len(self.topology.number)) if node not in rows for k in range(6)]
+        on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
+        on_edges.update(k for spring in self.tree.springs for k in spring.row if k >= 0)
+        return sorted(on_edges.union(own))
 
     @cached_property
     def islands(self) -> Index:
@@ -135,6 +136,8 @@ class Chained:
     def component(self) -> dict[int, int]:
         """Connected component of every unknown, named by the first of its unknowns."""
         tree, names = self.unloaded.tree, self.unloaded.unknowns
+        if len(names) <= _FEW:
+            return self._joined_one_by_one()
         first = np.arange(6 * len(self.unloaded.topology.number))
         for node, rows in tree.rows.items():
             first[6 * node : 6 * node + 6] = [next(iter(unknowns(row)), -1) for row in rows]
@@ -149,6 +152,44 @@ class Chained:
         _, label = connected_components(graph, directed=False)
         leaders = np.unique(label, return_index=True)[1]
         return {k: names[leader] for k, leader in zip(names, leaders[label].tolist(), strict=True)}
+
+    def _joined_one_by_one(self) -> dict[int, int]:
+        """`component` of a small frame, without matrices."""
+        tree = self.unloaded.tree
+        leader = {k: k for k in self.unloaded.unknowns}
+
+        def find(k: int) -> int:
+            while leader[k] != k:
+                leader[k] = leader[leader[k]]
+                k = leader[k]
+            return k
+
+        def join(one: int, other: int) -> None:
+            a, b = find(one), find(other)
+            leader[max(a, b)] = min(a, b)
+
+        first: dict[int, int | None] = {}
+        for node, rows in tree.rows.items():
+            for k, row in enumerate(rows):
+                met = [key for key in row if key >= 0]
+                first[6 * node + k] = met[0] if met else None
+                for other in met[1:]:
+                    join(met[0], other)
+        for spring in tree.springs:
+            met = [key for key in spring.row if key >= 0]
+            for other in met[1:]:
+                join(met[0], other)
+        for a, row in self.matrix.items():
+            one = first.get(a, a)
+            if one is not None:
+                for b in row:
+                    if b > a and (other := first.get(b, b)) is not None:
+                        join(one, other)
+        for a, b in self.condensed.coupled.tolist():
+            one, other = first.get(a, a), first.get(b, b)
+            if one is not None and other is not None:
+                join(one, other)
+        return {k: find(k) for k in leader}
 
     @cached_property
     def members(self) -> dict[int, list[int]]:

@@ -47,6 +47,10 @@ class Primary:
         if solver is not None:
             self.solver = solver
 
+    def under(self, plan: Plan, solver: BroadcastSolver | SparseSolver) -> Primary:
+        """The same for another plan of the frame, of which other parts count as loaded."""
+        return Primary(plan, self.factors, contact=self.contact, solver=solver)
+
     @property
     def frame(self) -> Description:
         """The description that is solved."""
