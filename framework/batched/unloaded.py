@@ -179,16 +179,11 @@ class Chained:
             met = [key for key in spring.row if key >= 0]
             for other in met[1:]:
                 join(met[0], other)
-        for a, row in self.matrix.items():
-            one = first.get(a, a)
-            if one is not None:
-                for b in row:
-                    if b > a and (other := first.get(b, b)) is not None:
-                        join(one, other)
-        for a, b in self.condensed.coupled.tolist():
-            one, other = first.get(a, a), first.get(b, b)
-            if one is not None and other is not None:
-                join(one, other)
+        pairs = [(a, b) for a, row in self.matrix.items() for b in row if b > a]
+        for a, b in pairs + self.condensed.coupled.tolist():
+            start, end = first.get(a, a), first.get(b, b)
+            if start is not None and end is not None:
+                join(start, end)
         return {k: find(k) for k in leader}
 
     @cached_property
