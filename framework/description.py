@@ -246,7 +246,7 @@ class Description:
             self._check_coincident(name, *nodes)
             if not is_proven(element):
                 examine_joint(name, element)
-            _check_ideal(name, element)
+            check_ideal(name, element)
             self._join({f"joint {name!r}": element.shape})
             self.joints[name] = JointLink(element, *nodes)
         else:
@@ -528,7 +528,8 @@ def _stacked(given: Mapping[int, Array], size: int) -> Array:
     return np.stack(np.broadcast_arrays(*(given.get(k, np.zeros(())) for k in range(size))), axis=-1)
 
 
-def _check_ideal(name: str, element: JointElement) -> None:
+def check_ideal(name: str, element: JointElement) -> None:
+    """Refuse a joint that is ideal at some batch entries only."""
     infinite = np.isinf(element.stiffness).reshape(-1, 6)
     if len(infinite) and np.any(infinite.any(axis=0) != infinite.all(axis=0)):
         raise FrameError(f"joint {name!r} is ideal (inf) at some batch entries only: give those a frame of their own")

@@ -169,6 +169,21 @@ FRAME: dict[str, list[Callable[[Frame], object]]] = {
         lambda f: f.point_load("AB", at=0.5, fx=np.ones((4, 1)), fy=np.ones((5, 1))),
     ],
     "gravity": [*(lambda f, v=v: f.gravity(v) for v in (*BAD, np.ones((2, 3))))],
+    "change": [
+        *(lambda f, v=v: f.change("D", v) for v in (*BAD, 3.0, np.ones((2, 3)))),
+        lambda f: f.change("X", ROD),
+        lambda f: f.change("pin", ROD),
+        lambda f: f.change("AB", Beam(Circle(diameter=0.01 * TWO), ROD.material)),
+        lambda f: f.change("pin", Joint(stiffness=np.ones((2, 6)))),
+        lambda f: f.change("C", (5.0, 5.0, 5.0)),
+        lambda f: f.change(("B", "C"), (0.0, 0.0, 0.0)),
+        lambda f: f.change((), (0.0, 0.0, 0.0)),
+    ],
+    "set_load": [
+        *(lambda f, v=v: f.set_load("D", fx=np.ones((4, 1)), fy=v) for v in (*BAD, TWO)),
+        lambda f: f.set_load("X"),
+    ],
+    "unload": [lambda f: f.unload("X")],
     "matrices": [lambda f: f.matrices(7), lambda f: f.matrices((0, 0, 0))],
     "exclude": [lambda f: f.exclude(1.0), lambda f: f.exclude([True, False])],
     "solve": [
