@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
-from .editing import Editable
+from .bulk import InBulk
 from .errors import FrameError
 
 # What solves is loaded where it is first asked for: it, and SciPy's sparse solvers with it, take longer to load than
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(eq=False, repr=False)
-class Frame(Editable):
+class Frame(InBulk):
     """Frame of beams and joints; what varies over a batch is given as arrays.
 
     The batch shape is the NumPy broadcast of everything that the description holds: 36 poses given as ``(36, 1)``

@@ -19,7 +19,7 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 LAYERS = {
     "numbers, names, errors": "cache errors clock states batch names dofs loads provenance",
     "elements, and how they are examined": "clearances/contact protocol examined examination",
-    "description": "description editing",
+    "description": "description editing bulk",
     "structure": "structure/*",
     "elimination": "batched/* structure/assembly",
     "linear algebra": "solvers/*",
@@ -118,7 +118,7 @@ def test_imports_go_to_earlier_layers() -> None:
 
 def test_imports_are_seen() -> None:
     arrows = graph(TOP, *WITHOUT_CIRCLES)
-    assert {"framework/solution", "framework/large/solution", "framework/editing"} <= arrows["framework/frame"]
+    assert {"framework/solution", "framework/large/solution", "framework/bulk"} <= arrows["framework/frame"]
     assert "framework/results/dense" in arrows["framework/results/modes"]  # from . import dense
     assert "framework/errors" in arrows["elements/beam"]
     assert "framework/frame" in arrows["framework/__init__"]

@@ -24,6 +24,7 @@ from .stage import Matrix
 # Unknowns up to which connected components are found without matrices.
 _FEW = 200
 
+
 class Unloaded:
     """A frame without its loads: unknowns, how they are coupled, and stiffness.
 

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..batch import Array, Shape, aligned, cutting
+from ..batch import Array, Shape, aligned, cutting, distinct
 from ..description import Description, Node
 from ..examined import Examined, examined
 from ..protocol import LineElement, changed
 from .group import Group, Index
 from .mesh import line_mesh, numbered
-
-# Objects up to which each is held against all others.
-_FEW = 16
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
@@ -66,7 +63,7 @@ class Topology:
         bodies = [node.body for node in frame.nodes.values()]
         members = frame.members
         elements = [member.element for member in members.values()]
-        leaders, which = _distinct(elements)
+        leaders, which = distinct(elements)
         segments = [e.segments if cut or not e.exact else 1 for e in (elements[k] for k in leaders)]
         counts = np.array(segments, dtype=np.int64)[which]
         first, last = ([number[node] for node in side] for side in _sides(frame))
@@ -107,7 +104,7 @@ class Topology:
     def _elements(self) -> list[LineElement]:
         """Element of each piece."""
         names, own = list(self.frame.members), [member.element for member in self.frame.members.values()]
-        leaders, which = _distinct(own)
+        leaders, which = distinct(own)
         each = [examined(own[k], names[k]) for k in leaders]
         whole = zip((each[k] for k in which.tolist()), self.counts.tolist(), strict=True)
         return [e for element, n in whole for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
@@ -116,7 +113,7 @@ class Topology:
     def groups(self) -> list[Group]:
         """Pieces gathered by kind, geometry shape and bodies."""
         kinds: dict[Hashable, int] = {}
-        leaders, which = _distinct(self._elements)
+        leaders, which = distinct(self._elements)
         kind = [kinds.setdefault(self._elements[k].kind, len(kinds)) for k in leaders]
         codes = np.array(kind, dtype=np.int64)[which]
         chords = self._chords
@@ -136,7 +133,7 @@ class Topology:
         if isinstance(group.element, Examined):
             elements = [self._elements[piece] for piece in group.pieces.tolist()]
             length = group.length[:1].reshape(-1)[:1].reshape((1,) * group.length.ndim)
-            for other in (elements[k] for k in _distinct(elements)[0][1:]):
+            for other in (elements[k] for k in distinct(elements)[0][1:]):
                 assert isinstance(other, Examined)
                 other.same_as(group.element, length)
 
@@ -253,24 +250,6 @@ class Topology:
     def numbering(self) -> Any:
         """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
         return numbered(self.mesh)
-
-
-def _distinct(objects: Sequence[object]) -> tuple[list[int], Index]:
-    """Where each of the different objects comes first, and which of these each object is, (n,)."""
-    if len(objects) <= _FEW:
-        firsts: list[int] = []
-        found = []
-        for k, each in enumerate(objects):
-            found.append(next((n for n, first in enumerate(firsts) if objects[first] is each), len(firsts)))
-            if found[-1] == len(firsts):
-                firsts.append(k)
-        return firsts, np.array(found, dtype=np.int64)
-    identity = np.fromiter(map(id, objects), dtype=np.uint64, count=len(objects))
-    _, first, which = np.unique(identity, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return first[order].tolist(), rank[which]
 
 
 def _pairs(ends: list[tuple[int, int]]) -> Index:

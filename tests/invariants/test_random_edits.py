@@ -82,6 +82,10 @@ EDITS: tuple[Callable[[Rng, Frame, str], object], ...] = (
     lambda rng, f, _: f.change(one(rng, f.nodes), place(rng, f)),
     lambda rng, f, _: f.set_load(one(rng, f.nodes), **{one(rng, FORCES): some(rng, 0.0, 10.0)}),
     lambda rng, f, _: f.unload(one(rng, f.nodes)) if rng.random() < 0.3 else None,
+    lambda rng, f, name: f.add_nodes([name, f"{name} too"], [place(rng, f), place(rng, f)]),
+    lambda rng, f, name: f.add_many(beam(rng), [(one(rng, f.nodes), one(rng, f.nodes))], [name]),
+    lambda rng, f, _: f.load_many([one(rng, f.nodes)] * 2, **{one(rng, FORCES): some(rng, 0.0, 10.0)}),
+    lambda rng, f, _: f.fix_many([one(rng, f.nodes)], one(rng, DISPLACEMENTS)),
     lambda rng, f, _: f.exclude(rng.random(f.shape) < 0.5) if rng.random() < 0.2 else None,
 )
 

@@ -184,6 +184,35 @@ FRAME: dict[str, list[Callable[[Frame], object]]] = {
         lambda f: f.set_load("X"),
     ],
     "unload": [lambda f: f.unload("X")],
+    "add_nodes": [
+        *(lambda f, v=v: f.add_nodes(["P", "Q"], v) for v in (*BAD, 3.0, np.ones((3, 3)), np.ones((7, 2, 3)))),
+        lambda f: f.add_nodes(["P", "P"], np.ones((2, 3))),
+        lambda f: f.add_nodes(["P", "A"], np.ones((2, 3))),
+        lambda f: f.add_nodes(["P", ""], np.ones((2, 3))),
+        lambda f: f.add_nodes(["P"], np.ones((1, 3)), "X"),
+    ],
+    "add_many": [
+        lambda f: f.add_many(ROD, [("A", "X")]),
+        lambda f: f.add_many(ROD, [("A", "D"), ("B", "C")]),
+        lambda f: f.add_many(ROD, [("A", "D"), ("B", "B")]),
+        lambda f: f.add_many(ROD, [("A", "D", "B")]),  # type: ignore[list-item]
+        lambda f: f.add_many(ROD, np.array([[0, 9]])),
+        lambda f: f.add_many(ROD, [("A", "D")], ["AB"]),
+        lambda f: f.add_many(ROD, [("A", "D")], ["P", "Q"]),
+        lambda f: f.add_many([ROD, 3], [("A", "D"), ("A", "B")]),  # type: ignore[list-item]
+        lambda f: f.add_many([ROD], [("A", "D"), ("A", "B")]),
+        lambda f: f.add_many([ROD, Joint(stiffness=SIX[0])], [("A", "D"), ("B", "C")]),
+        lambda f: f.add_many(Joint(stiffness=np.ones(6)), [("B", "C"), ("A", "D")]),
+        lambda f: f.add_many(Beam(Circle(diameter=0.01 * TWO), ROD.material), [("A", "D")]),
+        lambda f: f.add_many(Beam(Circle(diameter=0.01), ROD.material, up=(1, 0, 0)), [("A", "D"), ("A", "B")]),
+    ],
+    "fix_many": [lambda f: f.fix_many(["D", "X"]), lambda f: f.fix_many(["D"], "uw")],
+    "load_many": [
+        *(lambda f, v=v: f.load_many(["C", "D"], fx=1.0, fy=v) for v in (*BAD, np.ones(3), np.ones((7, 2)))),
+        lambda f: f.load_many(["C", "X"], fx=1.0),
+        lambda f: f.load_many(["C"]),
+        lambda f: f.load_many(["C"], fw=1.0),
+    ],
     "matrices": [lambda f: f.matrices(7), lambda f: f.matrices((0, 0, 0))],
     "exclude": [lambda f: f.exclude(1.0), lambda f: f.exclude([True, False])],
     "solve": [
