@@ -16,7 +16,7 @@ from .direction import BARS, DIRECTIONS, Direction, stamp_rows
 from .flexibility import Part, Six, UniformPart, tapered_part
 from .material import Material
 from .orientation import axes_towards, default_axes
-from .parameters import Real, array_of, as_real, common_shape, require
+from .parameters import Real, array_of, as_real, common_shape, given_state, require
 from .prismatic import bar_mass, plane_geometric, plane_mass
 from .quadrature import integrated_geometric, integrated_mass
 from .releases import COMPONENTS, ENDS, parse_releases
@@ -97,6 +97,9 @@ class Beam(LineElement):
         shapes["end"] = () if self.end is None else self.end.shape
         shapes["up"] = () if self.up is None else self.up.shape[:-1]
         common_shape("Beam", shapes)
+
+    def __getstate__(self) -> dict[str, object]:
+        return given_state(self)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from ..framework.protocol import Array
-from .parameters import Real, common_shape, derived_number, positive
+from .parameters import Real, common_shape, derived_number, given_state, positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +54,9 @@ class CrossSection(ABC):
             derived = {"A": np.inf}
         for each, value in derived.items():
             object.__setattr__(self, each, derived_number(name, each, value))
+
+    def __getstate__(self) -> dict[str, object]:
+        return given_state(self)
 
     def sizes(self) -> dict[str, Real]:
         """What the section was made from, by name."""

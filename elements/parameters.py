@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,3 +69,13 @@ def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int
 def as_real(value: Array | float) -> Real:
     """A Python float where there is one number: far cheaper than an array of one."""
     return float(value) if np.ndim(value) == 0 else np.asarray(value, dtype=np.float64)
+
+
+def given_state(described: object) -> dict[str, object]:
+    """State of an object for copies and other processes: without what was found from the rest of it on the way."""
+    kind = type(described)
+    return {
+        name: value
+        for name, value in vars(described).items()
+        if not isinstance(getattr(kind, name, None), cached_property)
+    }

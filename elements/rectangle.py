@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import zeta
 
 from ..framework.protocol import Array
 from .cross_section import CrossSection, greatest, split, von_mises
 from .parameters import Real, as_real
 
 CATALAN = 0.915965594177219015054603514932384110774
+# Sum of 1 / n^5 over all n, Riemann's zeta function of five.
+ZETA5 = 1.036927755143369926331365486457034168057
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +99,7 @@ class Rectangle(CrossSection):
 def _torsion_constant(y: Real, z: Real) -> Real:
     """``b a^3 / 3 (1 - 192 a / (pi^5 b) sum_odd tanh(n pi b / 2a) / n^5)`` for the sides a <= b."""
     short, long = _sides(y, z)
-    total = 31.0 / 32.0 * zeta(5.0) - _series(long / short, 1.0, lambda n, e: 2.0 * e / (1.0 + e) / n**5)
+    total = 31.0 / 32.0 * ZETA5 - _series(long / short, 1.0, lambda n, e: 2.0 * e / (1.0 + e) / n**5)
     return as_real(long * short**3 * (1.0 - 192.0 / np.pi**5 * short / long * total) / 3.0)
 
 

@@ -14,6 +14,9 @@ from .errors import FrameError
 Array = NDArray[np.float64]
 Shape = tuple[int, ...]
 
+# Objects up to which each is held against all others.
+_FEW = 16
+
 
 def numbers(value: ArrayLike, what: str) -> Array:
     """`value` as a read-only float array of its own: what becomes of the given one later changes nothing."""
@@ -137,3 +140,21 @@ def block_diagonal(parts: Sequence[Array]) -> Array:
     for k, part in enumerate(parts):
         out[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = part
     return out
+
+
+def distinct(objects: Sequence[object]) -> tuple[list[int], NDArray[np.int64]]:
+    """Where each of the different objects comes first, and which of these each object is, (n,)."""
+    if len(objects) <= _FEW:
+        firsts: list[int] = []
+        found = []
+        for k, each in enumerate(objects):
+            found.append(next((n for n, first in enumerate(firsts) if objects[first] is each), len(firsts)))
+            if found[-1] == len(firsts):
+                firsts.append(k)
+        return firsts, np.array(found, dtype=np.int64)
+    identity = np.fromiter(map(id, objects), dtype=np.uint64, count=len(objects))
+    _, first, which = np.unique(identity, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order].tolist(), rank[which]

@@ -111,7 +111,6 @@ class Description:
     _examined: dict[Hashable, str] = field(default_factory=dict, repr=False, compare=False)
     size: float = 0.0
     tolerance: float = 0.0
-    kept: object = field(default=None, repr=False, compare=False)
 
     @property
     def shape(self) -> Shape:
@@ -247,7 +246,7 @@ class Description:
             self._check_coincident(name, *nodes)
             if not is_proven(element):
                 examine_joint(name, element)
-            _check_ideal(name, element)
+            check_ideal(name, element)
             self._join({f"joint {name!r}": element.shape})
             self.joints[name] = JointLink(element, *nodes)
         else:
@@ -430,15 +429,14 @@ class Description:
                 setattr(twin, name, held)
             elif isinstance(value, list):
                 setattr(twin, name, list(value))
-        twin.kept = None
         return twin
 
     __copy__ = copy
 
     def __getstate__(self) -> dict[str, object]:
-        """What another process needs; the plan that is kept holds what cannot travel, and is made again."""
+        """What another process needs."""
         made_from = None if self.made_from is None else Told(self.made_from.status, self.made_from.is_regular)
-        return vars(self) | {"kept": None, "_examined": {}, "made_from": made_from}
+        return vars(self) | {"_examined": {}, "made_from": made_from}
 
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"
@@ -516,12 +514,22 @@ class Description:
         self.ties.extend(Tie(master, slave, held, rigid) for slave in others)
 
 
+def alone(frame: Description) -> Description:
+    """The same description, dicts and all, which does not tell what it was made from."""
+    twin = object.__new__(type(frame))
+    for name, value in vars(frame).items():
+        setattr(twin, name, value)
+    twin.made_from = None
+    return twin
+
+
 def _stacked(given: Mapping[int, Array], size: int) -> Array:
     """Values by component as one array (..., size), zero where none is given."""
     return np.stack(np.broadcast_arrays(*(given.get(k, np.zeros(())) for k in range(size))), axis=-1)
 
 
-def _check_ideal(name: str, element: JointElement) -> None:
+def check_ideal(name: str, element: JointElement) -> None:
+    """Refuse a joint that is ideal at some batch entries only."""
     infinite = np.isinf(element.stiffness).reshape(-1, 6)
     if len(infinite) and np.any(infinite.any(axis=0) != infinite.all(axis=0)):
         raise FrameError(f"joint {name!r} is ideal (inf) at some batch entries only: give those a frame of their own")

@@ -133,7 +133,7 @@ def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
 
 def _idle(solution: LinearResults) -> list[str]:
     """Once it is known."""
-    idle = vars(solution).get("idle")
+    idle = solution.known_idle
     if idle is None:
         return []
     return [

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
-from .description import Description
+from .bulk import InBulk
 from .errors import FrameError
 
 # What solves is loaded where it is first asked for: it, and SciPy's sparse solvers with it, take longer to load than
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(eq=False, repr=False)
-class Frame(Description):
+class Frame(InBulk):
     """Frame of beams and joints; what varies over a batch is given as arrays.
 
     The batch shape is the NumPy broadcast of everything that the description holds: 36 poses given as ``(36, 1)``
@@ -57,8 +57,6 @@ class Frame(Description):
         Largest coordinate, the measure of what coincides.
     tolerance
         Length up to which the two nodes of a joint may lie apart and count as one place.
-    kept
-        Plan of the last solution; the next takes it up where only loads have changed.
 
     Examples
     --------

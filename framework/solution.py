@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import sys
 import warnings
 from collections.abc import Iterable, Sequence
@@ -15,28 +14,29 @@ from numpy.typing import ArrayLike, NDArray
 from .batch import Array, one_entry
 from .batched.broadcast import BroadcastSolver
 from .batched.plan import Plan
-from .batched.reuse import same_structure
 from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import FREE, UNRESOLVED, Contact
 from .description import Description
 from .error_bounds.asked import checked as checked_kind
 from .error_bounds.bounds import Bounds
-from .error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved, resting
+from .error_bounds.resolved import Solved, resting
 from .error_bounds.sensitivity import Sensitivity, sensitivity
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
 from .explain import explain
+from .kept import Factors, planned
 from .provenance import regular_there, with_origin
 from .results.conditioning import scaled, usual
-from .results.idle import Idle, idle
+from .results.idle import Idle
 from .results.parts import of_joint, of_member, of_node, of_part
+from .results.primary import Primary
 from .results.recovery import Recovery
 from .results.saved import SavedResults
 from .results.singular import FreeMotion, free_motion
 from .results.status import describe
 from .results.together import Together
 from .results.validity import LINEAR, nonlinearity
-from .solvers.method import BROADCAST, checked, choose
+from .solvers.method import checked
 from .solvers.sparse import SparseSolver
 from .states import SolutionState, States, put, states_of, words
 from .structure.parts import Row
@@ -58,6 +58,8 @@ class Solution(SavedResults):
         The compiled frame.
     clearances
         Where its joints with clearance rest; None where there are none, or they were left out.
+    primary
+        Its unknowns, and what solves for them.
 
     Examples
     --------
@@ -77,11 +79,18 @@ class Solution(SavedResults):
     (True, 'regular', True)
     """
 
-    def __init__(self, frame: Description, plan: Plan, clearances: Clearances | None = None) -> None:
+    def __init__(
+        self,
+        frame: Description,
+        plan: Plan,
+        clearances: Clearances | None = None,
+        primary: Primary | None = None,
+    ) -> None:
         require_springs((name, joint.element) for name, joint in frame.joints.items())
         self.frame, self.plan, self.clearances = frame, plan, clearances
+        self.primary = Primary(plan, Factors(), contact=clearances is not None) if primary is None else primary
         self._known: dict[object, Array] = {}
-        self._parts: dict[Plan, Solution] = {}
+        self._parts: dict[int, Solution] = {}
         self._warned = False
 
     @classmethod
@@ -98,15 +107,8 @@ class Solution(SavedResults):
             Whether to find where joints with clearance are in contact, see `Frame.solve`.
         """
         described = frame.copy()
-        kept = frame.kept
-        if isinstance(kept, Plan) and kept.asked == checked(method) and same_structure(kept.frame, described):
-            plan = kept.reloaded(described)
-        else:
-            plan = Plan(described, method=checked(method))
-            if method is not None:
-                choose(plan, method)  # refuses at once what does not suit the batch
-        frame.kept = plan
-        tight = cls(described, plan)
+        plan, factors = planned(frame, described, checked(method))
+        tight = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and loose_joints(described)):
             return tight
         resting = Clearances(described, tight, cls.of)
@@ -114,10 +116,9 @@ class Solution(SavedResults):
 
     def __getstate__(self) -> dict[str, object]:
         """What a copy or another process needs: description, plan, what has been read. The rest it computes again."""
-        plan = copy.copy(self.plan)
-        plan.solver = None
-        kept = ("frame", "clearances", "_known", "_warned")
-        return {name: getattr(self, name) for name in kept} | {"plan": plan, "_parts": {}}
+        primary = Primary(self.plan, Factors(), contact=self.clearances is not None)
+        kept = ("frame", "plan", "clearances", "_known", "_warned")
+        return {name: getattr(self, name) for name in kept} | {"primary": primary, "_parts": {}}
 
     # -- displacements ----------------------------------------------------------------------------------------------
 
@@ -457,17 +458,25 @@ class Solution(SavedResults):
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def solver(self) -> BroadcastSolver | SparseSolver:
         """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
-        plan = self.plan
-        if plan.method.name == BROADCAST:
-            # Not kept with the plan: it holds numbers of the whole batch.
-            return BroadcastSolver(plan)
-        if plan.solver is None:
-            plan.solver = SparseSolver(plan)
-        solver: SparseSolver = plan.solver
-        return solver
+        return self.primary.solver
+
+    @property
+    def resolved(self) -> Solved | None:
+        """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
+        return self.primary.resolved
+
+    @property
+    def idle(self) -> Idle | None:
+        """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
+        return self.primary.idle
+
+    @property
+    def known_idle(self) -> Idle | None:
+        """`idle`, once that has been asked for."""
+        return self.primary.known_idle
 
     def part(self, node: str | None) -> Solution:
         """The solution of the part of the frame that a node is in; this one where loads reach no other part.
@@ -478,15 +487,17 @@ class Solution(SavedResults):
             The node.
         """
         number = self.plan.topology.number.get(node or "")
-        if number is None or not isinstance(self.solver, BroadcastSolver):
+        if number is None or not isinstance(self.solver, BroadcastSolver) or len(self.plan.excited) < 2:
             return self
-        plan = self.plan.part(number)
-        if plan is self.plan:
-            return self
-        if plan not in self._parts:
-            part = self._parts[plan] = Solution(self.frame, plan, self.clearances)
-            part._known, part.solver = self._known, self.solver.only(plan)
-        return self._parts[plan]
+        island = int(self.plan.islands[number])
+        if island not in self._parts:
+            plan = self.plan.part(number)
+            if plan is self.plan:
+                return self
+            part = Solution(self.frame, plan, self.clearances, self.primary.under(plan, self.solver.only(plan)))
+            part._known = self._known
+            self._parts[island] = part
+        return self._parts[island]
 
     def reaching(self, unknowns: Iterable[int]) -> Solution:
         """The solution with what is coupled with these unknowns solved for too, though no load reaches it.
@@ -500,9 +511,7 @@ class Solution(SavedResults):
         if solver is self.solver:
             return self
         plan = solver.plan if isinstance(solver, BroadcastSolver) else self.plan
-        twin = type(self)(self.frame, plan, self.clearances)
-        twin.solver = solver
-        return twin
+        return type(self)(self.frame, plan, self.clearances, self.primary.under(plan, solver))
 
     def cut(self) -> Solution:
         """The solution of the frame with its members cut into their segments; this one where they are."""
@@ -525,49 +534,11 @@ class Solution(SavedResults):
         ndarray
             (..., n).
         """
-        out = np.zeros((*self.shape, len(rows)))
-        for k, value in enumerate(self.solver.values(rows)):
-            out[..., k] = value
-        if self.resolved is not None:
-            out[self.resolved.mask] = self.resolved.values(rows)
-        if self.idle is not None:
-            out[self.idle.mask] = self.idle.values(rows)
-        return out
+        return self.primary.stacked(rows)
 
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
-        count = len(self.plan.topology.number)
-        if isinstance(self.solver, SparseSolver) and self.idle is None:
-            better = self.resolved
-            unknowns = better.whole(self.solver) if isinstance(better, ResolvedLarge) else self.solver.unknowns
-            return self.solver.nodal(unknowns).reshape(*self.shape, count, 6)
-        rows = [self.plan.tree.row(node, k) for node in range(count) for k in range(6)]
-        return self.stacked(rows).reshape(*self.shape, count, 6)
-
-    @cached_property
-    def resolved(self) -> Solved | None:
-        """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
-        if self.clearances is not None:
-            return None
-        found: Solved
-        if isinstance(self.solver, SparseSolver):
-            if self.solver.adrift(self.solver.excited).size or not self.solver.singular(excited=True).any():
-                return None
-            found = ResolvedLarge(self.plan, self.solver)
-        else:
-            suspects = self.solver.suspects()
-            if not suspects.any() or len(self.plan.unknowns) > MOST:
-                return None
-            found = Resolved(self.plan, suspects)
-        return found if found.mask.any() else None
-
-    @cached_property
-    def idle(self) -> Idle | None:
-        """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        found = self.solver.singular(excited=True)
-        if self.resolved is not None:
-            found = found & ~self.resolved.mask
-        return idle(self.plan, self.solver, found) if found.any() else None
+        return self.primary.nodal()
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -576,7 +547,7 @@ class Solution(SavedResults):
 
     @cached_property
     def _recovery(self) -> Recovery:
-        return Recovery(self)
+        return Recovery(self.primary)
 
     def _read(self, key: object, compute: Any, mask: float = np.nan) -> Array:
         if key not in self._known:

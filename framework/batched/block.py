@@ -10,7 +10,6 @@ threads.
 
 from __future__ import annotations
 
-import copy
 import functools
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -99,11 +98,10 @@ class Factor:
 
     def loaded(self, block: Block) -> Factor:
         """The same factor under the loads of another block, which differs in nothing else."""
-        twin = copy.copy(self)
-        for name in ("_only_tail", "_rest"):
-            vars(twin).pop(name, None)
-        twin.block, twin._again = block, True
-        twin._kept, twin._former = {}, dict(self._former | self._kept)
+        twin = object.__new__(type(self))
+        twin.block, twin.workers, twin.large, twin.small = block, self.workers, self.large, self.small
+        twin.axis, twin.step, twin._masks, twin._again = self.axis, self.step, self._masks, True
+        twin._kept, twin._former, twin._margins = {}, self._former | self._kept, dict(self._margins)
         stage = Stage(forces=block.forces).mapped(_same)
         twin.shared = self.shared.loaded(stage.forces, {}, block.knowns)
         with np.errstate(all="ignore"):

@@ -12,6 +12,7 @@ from ..results.status import is_singular
 from ..structure.parts import Row, Value, combine, unknowns
 from .block import Factor
 from .plan import Plan
+from .unloaded import Chained
 
 # A pivot below this share of the stiffness whose rounding it carries raises suspicion.
 SUSPECT = 1e-11
@@ -24,15 +25,17 @@ class BroadcastSolver:
     ----------
     plan
         The compiled frame.
+    former
+        Factors of the same frame under other loads; those that are light are left there for the next.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        self.plan = plan
+    def __init__(self, plan: Plan, former: dict[tuple[Chained, int], Factor] | None = None) -> None:
+        self.plan, self.former = plan, {} if former is None else former
         self._factors: dict[int, Factor] = {}
 
     def only(self, plan: Plan) -> BroadcastSolver:
         """The same for a plan of a part, with the same factors."""
-        twin = BroadcastSolver(plan)
+        twin = BroadcastSolver(plan, self.former)
         twin._factors = self._factors
         return twin
 
@@ -94,11 +97,13 @@ class BroadcastSolver:
     def factor(self, component: int) -> Factor:
         """Factorisation of a component."""
         if component not in self._factors:
-            block = self.plan.block(component)
-            kept = self.plan.factors.get(component)
+            block, key = self.plan.block(component), (self.plan.chained, component)
+            kept = self.former.get(key)
             with timed(self.plan.times, "factorisation"):
                 factor = Factor(block) if kept is None else kept.loaded(block)
             self._factors[component] = factor
             if factor.light:
-                self.plan.factors[component] = factor
+                for other in [old for old in list(self.former) if old[0] is not key[0]]:
+                    self.former.pop(other, None)
+                self.former[key] = factor
         return self._factors[component]

@@ -47,6 +47,8 @@ def chains(topology: Topology, held: set[int]) -> list[Chain]:
     list
         For each chain its nodes and the pieces between them; no piece of them varies over the batch.
     """
+    if len(topology.number) < FEW:
+        return []
     fixed = np.zeros(len(topology.ends), dtype=bool)
     for group in topology.groups:
         fixed[group.pieces] = set(group.stiffness_shape) <= {1}

@@ -7,28 +7,28 @@ import functools
 import operator
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
+from ..cache import ORDERS, Bounded
 from ..clock import timed
 from ..description import Description
 from ..solvers.graph import Graph
-from ..solvers.method import LARGE, Method, choose
-from ..structure.assembly import force_entries, stiffness_entries
-from ..structure.edge import GROUND
-from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
-from ..structure.topology import Group, Index, Topology
+from ..solvers.method import Method
+from ..structure.assembly import force_entries
+from ..structure.parts import Grid, Parts, Row, Value, unknowns
+from ..structure.topology import Group, Index
 from ..structure.tree import Tree
 from ..structure.varying import Varying
-from .block import Block, Factor
-from .chunks import large_masks
-from .condensation import Chain, Condensation, chains, loaded, retained
+from .block import Block
+from .condensation import Chain, Condensation, chains, loaded
 from .order import Order, Pattern, link, order
 from .progress import Springs
 from .stage import Forces, Matrix
+from .unloaded import Chained, Unloaded
+
+# Sets of chains, which differ by the nodes that loads are on, of which plans of one frame share the stiffness.
+_CHAINED = 2
 
 
 class Plan:
@@ -45,101 +45,128 @@ class Plan:
     """
 
     def __init__(self, frame: Description, *, cut: bool = False, method: str | None = None) -> None:
-        self.frame = frame
-        self.asked = method
-        self.times: dict[str, float] = {}
-        self.grid = Grid(frame.shape)
-        self.knowns = Knowns(self.grid, _geometry(frame))
-        with timed(self.times, "numbering"):
-            self.topology = Topology.of(frame, cut=cut)
-            self.tree = Tree.of(self.topology, self.knowns)
-        self._given = len(self.knowns.values)
-        self._blocks: dict[int, Block] = {}
-        self._orders_of: dict[int, tuple[Order, Order]] = {}
-        self.solver: Any = None
-        self.factors: dict[int, Factor] = {}
-        self._parts: dict[int, Plan] = {}
-        self.again = False
+        times: dict[str, float] = {}
+        with timed(times, "numbering"):
+            unloaded = Unloaded(frame, cut=cut, method=method)
+        self._chained: Bounded[tuple[object, ...], Chained] = Bounded(_CHAINED)
+        self._of(frame, unloaded, times, again=False)
 
-    def __getstate__(self) -> dict[str, object]:
-        """What a copy or another process needs; it factorises again."""
-        return {**vars(self), "factors": {}, "_parts": {}}
+    def _of(self, frame: Description, unloaded: Unloaded, times: dict[str, float], *, again: bool) -> None:
+        self.frame, self.unloaded, self.times, self.again = frame, unloaded, times, again
+        self.topology = unloaded.topology.loaded(frame)
+        self.knowns = unloaded.knowns.copy()
+        self._blocks: dict[int, Block] = {}
 
     def reloaded(self, frame: Description) -> Plan:
-        """This plan for a frame that differs in its loads alone: numbers, matrix, orders and factors are shared."""
-        twin = copy.copy(self)
-        twin.frame, twin.times, twin._blocks, twin.factors = frame, {}, {}, dict(self.factors)
-        twin._parts = {}
-        twin.again = self.again or "solution" in self.times
-        twin.knowns = Knowns(self.grid, self.knowns.geometry, self.knowns.values[: self._given])
-        twin.topology = copy.copy(self.topology)
-        object.__setattr__(twin.topology, "frame", frame)
-        twin._forget("forces", "excited", "chains")
-        if "chains" in vars(self) and twin.chains != self.chains:
-            twin._orders_of, twin.factors = {}, {}
-            twin._forget("condensed", "matrix")
-        twin.solver = self.solver.reloaded(twin) if hasattr(self.solver, "reloaded") else None
+        """The plan of a frame that differs from this one in its loads alone: numbers, matrix and orders are shared."""
+        twin = object.__new__(Plan)
+        twin._chained = self._chained
+        twin._of(frame, self.unloaded, {}, again=self.again or "solution" in self.times)
         return twin
 
-    @cached_property
+    def _exciting(self, components: set[int]) -> Plan:
+        """This plan with `components` for those that are loaded."""
+        twin = copy.copy(self)
+        twin.excited = components
+        return twin
+
+    # -- without the loads ------------------------------------------------------------------------------------------
+
+    @property
+    def asked(self) -> str | None:
+        """The method that was asked for."""
+        return self.unloaded.asked
+
+    @property
+    def grid(self) -> Grid:
+        """The batch."""
+        return self.unloaded.grid
+
+    @property
+    def tree(self) -> Tree:
+        """What each node's displacement is made of."""
+        return self.unloaded.tree
+
+    @property
     def constant(self) -> bool:
         """Whether the stiffness does not vary over the batch."""
-        tree = self.tree
-        numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
-        numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
-        same = all(set(group.stiffness_shape) <= {1} for group in self.topology.groups)
-        return same and all(isinstance(v, float) for v in numbers)
+        return self.unloaded.constant
 
     @property
     def large(self) -> bool:
         """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
-        return len(self.unknowns) > LARGE and self.constant
+        return self.unloaded.large
 
-    @cached_property
+    @property
     def graph(self) -> Graph:
         """Nodes and their coupling, for the sparse ways."""
-        return Graph(self.topology, self.tree, self.unknowns)
+        return self.unloaded.graph
 
-    @cached_property
+    @property
     def method(self) -> Method:
         """The way in which this plan is solved, and why."""
-        return choose(self, self.asked)
+        return self.unloaded.method
 
-    @cached_property
-    def chains(self) -> list[Chain]:
-        """Members in line, between nodes that nothing but these is on."""
-        return chains(self.topology, self.tree.rows.keys() | loaded(self.topology))
+    @property
+    def unknowns(self) -> list[int]:
+        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
+        return self.unloaded.unknowns
 
-    @cached_property
-    def condensed(self) -> Condensation:
-        """Chains of members as one stiffness each."""
-        return Condensation(self.topology, self.chains)
+    @property
+    def islands(self) -> Index:
+        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
+        return self.unloaded.islands
+
+    def varies(self, group: Group) -> bool:
+        """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
+        return self.unloaded.varies(group)
 
     @cached_property
     def varying(self) -> Varying:
         """Members whose stiffness is left to the chunks."""
-        groups = [group for group in self.topology.groups if self.varies(group)]
         with timed(self.times, "pattern"):
-            return Varying.of(groups, self.grid)
+            return self.unloaded.varying
+
+    # -- condensed --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def chained(self) -> Chained:
+        """The stiffness, with members in line condensed that no load is on."""
+        found = chains(self.topology, self.tree.rows.keys() | loaded(self.topology))
+        key = tuple(tuple(part) for chain in found for part in chain)
+        return self._chained.found(key, lambda: Chained(self.unloaded, found))
+
+    @property
+    def chains(self) -> list[Chain]:
+        """Members in line, between nodes that nothing but these is on."""
+        return self.chained.chains
+
+    @property
+    def condensed(self) -> Condensation:
+        """Chains of members as one stiffness each."""
+        return self.chained.condensed
 
     @cached_property
     def matrix(self) -> Matrix:
         """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
-        varying = self.varying
-        groups = [group for group in self.topology.groups if not self.varies(group)]
+        self.varying  # noqa: B018  # which has a time of its own
         with timed(self.times, "assembly"):
-            return stiffness_entries(groups, self.grid, self.condensed, varying)
+            return self.chained.matrix
 
     def scale(self, dof: int) -> Parts:
         """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
-        out = dict(self.matrix.get(dof, {}).get(dof, {}))
-        if dof in self.condensed.excess:
-            add(out, 0, self.condensed.excess[dof])
-        return out
+        return self.chained.scale(dof)
 
     def retained(self, row: Row) -> Row:
         """`row` without the unknowns inside chains: over those of their ends."""
-        return retained(row, self.condensed, self.tree.rows)
+        return self.chained.retained(row)
+
+    @property
+    def component(self) -> dict[int, int]:
+        """Connected component of every unknown, named by one of its unknowns."""
+        return self.chained.component
+
+    # -- loaded -----------------------------------------------------------------------------------------------------
 
     @cached_property
     def forces(self) -> Forces:
@@ -148,93 +175,38 @@ class Plan:
             return force_entries(self.topology, self.knowns)
 
     @cached_property
-    def unknowns(self) -> list[int]:
-        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        on_edges = {k for rows in self.tree.rows.values() for row in rows for k in unknowns(row)}
-        on_edges |= {k for spring in self.tree.springs for k in unknowns(spring.row)}
-        free = np.setdiff1d(np.arange(len(self.topology.number)), list(self.tree.rows))
-        own = (6 * free[:, None] + np.arange(6)).astype(np.int64)
-        found: list[int] = np.union1d(own, np.array(sorted(on_edges), dtype=np.int64)).tolist()
-        return found
-
-    @cached_property
-    def component(self) -> dict[int, int]:
-        """Connected component of every unknown, named by one of its unknowns."""
-        first = np.arange(6 * len(self.topology.number))
-        for node, rows in self.tree.rows.items():
-            first[6 * node : 6 * node + 6] = [next(iter(unknowns(row)), -1) for row in rows]
-        in_dofs = first[self._neighbours]
-        coupled = [unknowns(row) for rows in self.tree.rows.values() for row in rows]
-        coupled += [unknowns(spring.row) for spring in self.tree.springs]
-        both = np.array([(keys[0], k) for keys in coupled for k in keys[1:]], dtype=np.int64).reshape(-1, 2)
-        both = np.concatenate([in_dofs[(in_dofs >= 0).all(axis=1)], both])
-        pairs = np.searchsorted(self.unknowns, both).T
-        size = len(self.unknowns)
-        graph = csr_matrix((np.ones(pairs.shape[1], dtype=bool), (pairs[0], pairs[1])), shape=(size, size))
-        _, label = connected_components(graph, directed=False)
-        first = np.unique(label, return_index=True)[1]
-        return {k: self.unknowns[leader] for k, leader in zip(self.unknowns, first[label].tolist(), strict=True)}
-
-    @property
-    def _neighbours(self) -> Index:
-        """Pairs of DOF numbers that members couple, (pairs, 2)."""
-        pairs = [(a, b) for a, row in self.matrix.items() for b in row]
-        return np.concatenate([np.array(pairs, dtype=np.int64).reshape(-1, 2), self.condensed.coupled])
-
-    @cached_property
     def excited(self) -> set[int]:
         """Components that a load, an offset or a prescribed displacement reaches."""
         pushed = set(self.forces)
         rows = {6 * n + k: row for n, six in self.tree.rows.items() for k, row in enumerate(six)}
         moved = [dof for dof, row in rows.items() if min(row, default=0) < 0]
         if moved:
-            near = self._neighbours
+            near = self.chained.neighbours
             pushed |= set(near[np.isin(near[:, 1], moved), 0].tolist())
         reached = {k for dof in pushed for k in self._coupled(dof)}
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
         return {self.component[k] for k in reached}
 
-    @cached_property
-    def islands(self) -> Index:
-        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
-        joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
-        first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
-        size = len(self.topology.number)
-        graph = csr_matrix((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
-        return connected_components(graph, directed=False)[1].astype(np.int64)
-
     def part(self, node: int) -> Plan:
         """The plan of that part of the frame alone which a node is in; this one where loads reach no other."""
         if len(self.excited) < 2:
             return self
-        island = int(self.islands[node])
-        if island not in self._parts:
-            inside = {name for name in self.excited if self.islands[name // 6] == island}
-            if len(inside) == len(self.excited):
-                return self
-            twin = self._parts[island] = copy.copy(self)
-            twin.factors = self.factors
-            vars(twin)["excited"] = inside
-        return self._parts[island]
+        inside = {name for name in self.excited if self.islands[name // 6] == self.islands[node]}
+        return self if len(inside) == len(self.excited) else self._exciting(inside)
 
     def reaching(self, unknowns: Iterable[int]) -> Plan:
         """This plan where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         inside = self.excited | {self.component[k] for k in unknowns}
-        if len(inside) == len(self.excited):
-            return self
-        twin = copy.copy(self)
-        twin.factors, twin._parts = self.factors, {}
-        vars(twin)["excited"] = inside
-        return twin
+        return self if len(inside) == len(self.excited) else self._exciting(inside)
 
     def members_of(self, component: int) -> set[int]:
         """Unknowns of a component."""
-        return {k for k, name in self.component.items() if name == component}
+        return set(self.chained.members[component])
 
     @property
     def components(self) -> set[int]:
         """Names of all components."""
-        return set(self.component.values())
+        return set(self.chained.members)
 
     def block(self, component: int) -> Block:
         """A component assembled, with its elimination orders."""
@@ -242,15 +214,6 @@ class Plan:
             with timed(self.times, "elimination order"):
                 self._blocks[component] = self._assembled(component)
         return self._blocks[component]
-
-    def varies(self, group: Group) -> bool:
-        """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
-        shape = group.stiffness_shape
-        return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
-
-    def _forget(self, *names: str) -> None:
-        for name in names:
-            vars(self).pop(name, None)
 
     def _coupled(self, dof: int) -> list[int]:
         """Unknowns in a nodal displacement."""
@@ -277,31 +240,47 @@ class Plan:
         ]
         forces = {a: self.forces[a] for a in own if a in self.forces}
         varying = self.varying.within(own, held)
-        if component not in self._orders_of:
-            pattern: Pattern = {}
-            for a, row in matrix.items():
-                for b, parts in row.items():
-                    if parts or (a == b and a not in ends):
-                        link(pattern, a, b, _union(parts))
-            for entry in varying.entries if varying else ():
-                link(pattern, *entry.at, entry.mask)
-            self._orders_of[component] = self._orders(pattern, inner, ends, springs, unknown)
-        orders = self._orders_of[component]
+        pattern: Pattern = {}
+        for a, row in matrix.items():
+            for b, parts in row.items():
+                if parts or (a == b and a not in ends):
+                    link(pattern, a, b, _union(parts))
+        for entry in varying.entries if varying else ():
+            link(pattern, *entry.at, entry.mask)
+        orders = _orders(self.grid, pattern, inner, ends, springs, unknown)
         scale = {a: self.scale(a) if a in own else {} for a in matrix}
         return Block(self.grid, orders, matrix, scale, forces, ends, springs, self.knowns.values, varying)
 
-    def _orders(
-        self, pattern: Pattern, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
-    ) -> tuple[Order, Order]:
-        mask = self.grid.mask
-        first = order(pattern, inner, self.grid)
-        reduced: Pattern = {k: {k: 0} for k in unknown.difference(inner)}
+
+def _orders(
+    grid: Grid, pattern: Pattern, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
+) -> tuple[Order, Order]:
+    """Orders of both stages of an elimination; frames of one topology have them in common."""
+    mask = grid.mask
+    left = sorted(unknown.difference(inner))
+    ends = {a: _masks(row, mask) for a, row in rows.items()}
+    sprung = [(_masks(row, mask), mask(stiffness)) for row, stiffness in springs]
+    key = (
+        grid.shape,
+        tuple((a, tuple(row.items())) for a, row in pattern.items()),
+        tuple(inner),
+        tuple(left),
+        tuple((a, tuple(row.items())) for a, row in ends.items()),
+        tuple((tuple(row.items()), over) for row, over in sprung),
+    )
+
+    def ordered() -> tuple[Order, Order]:
+        first = order(pattern, inner, grid)
+        reduced: Pattern = {k: {k: 0} for k in left}
         for a, coupled in pattern.items():
             for b, over in coupled.items():
-                _link_rows(reduced, _masks(rows[a], mask), _masks(rows[b], mask), over)
-        for spring, stiffness in springs:
-            _link_rows(reduced, _masks(spring, mask), _masks(spring, mask), mask(stiffness))
-        return first, order(reduced, list(reduced), self.grid)
+                _link_rows(reduced, ends[a], ends[b], over)
+        for spring, over in sprung:
+            _link_rows(reduced, spring, spring, over)
+        return first, order(reduced, list(reduced), grid)
+
+    found: tuple[Order, Order] = ORDERS.found(key, ordered, sum(map(len, pattern.values())))
+    return found
 
 
 def _masks(row: Row, mask: Callable[[Value], int]) -> dict[int, int]:
@@ -316,13 +295,3 @@ def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], ov
 
 def _union(parts: Parts) -> int:
     return functools.reduce(operator.or_, parts, 0)
-
-
-def _geometry(frame: Description) -> int:
-    """Mask of the axes over which positions vary."""
-    shapes = [node.coordinates.shape[:-1] for node in frame.nodes.values()]
-    shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
-    shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]
-    joint = np.broadcast_shapes(*shapes)
-    sizes = (1,) * (len(frame.shape) - len(joint)) + joint
-    return sum(1 << axis for axis, n in enumerate(sizes) if n > 1)

@@ -1,29 +1,13 @@
-"""A plan is compiled once: another load, or another solution of the same frame, takes it up again."""
+"""What of a description a plan depends on, its loads apart: where that is the same, the plan is taken up again."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from ..cache import alike
 from ..description import Description
 
-_NAMED = ("bodies", "nodes", "members", "joints", "masses")
-_VALUED = ("supports", "offsets")
+_PARTS = ("bodies", "nodes", "members", "joints", "masses", "supports", "offsets", "ties", "size")
 
 
 def same_structure(one: Description, other: Description) -> bool:
-    """Whether two descriptions differ in loads alone: the same objects by name, the same numbers held."""
-    return (
-        one.shape == other.shape
-        and all(_identical(getattr(one, part), getattr(other, part)) for part in _NAMED)
-        and all(_identical_values(getattr(one, part), getattr(other, part)) for part in _VALUED)
-        and one.ties == other.ties
-    )
-
-
-def _identical(one: Mapping[Any, object], other: Mapping[Any, object]) -> bool:
-    return one.keys() == other.keys() and all(one[key] is other[key] for key in one)
-
-
-def _identical_values(one: Mapping[str, Mapping[int, object]], other: Mapping[str, Mapping[int, object]]) -> bool:
-    return one.keys() == other.keys() and all(_identical(one[key], other[key]) for key in one)
+    """Whether two descriptions differ in loads alone: the same parts by name, the same numbers held."""
+    return one.shape == other.shape and all(alike(getattr(one, part), getattr(other, part)) for part in _PARTS)

@@ -55,9 +55,9 @@ class Loads:
             if index >= nodes:  # the weight of a mass
                 doubt[..., node, :] += _WEIGHT * _ROUNDING * _greatest(vector)
         by_piece: dict[int, tuple[Real, Array]] = {}
-        numbers = {id(group): k for k, group in enumerate(plan.topology.groups)}
+        numbers = {group: k for k, group in enumerate(plan.topology.groups)}
         for group, positions, local in on_members:
-            level = springs[numbers[id(group)]].level
+            level = springs[numbers[group]].level
             sizes = _sizes(plan, group, positions)
             for position, force, size in zip(positions.tolist(), local, sizes, strict=True):
                 axes, piece = level[..., position, :, :], int(group.pieces[position])

@@ -148,8 +148,8 @@ class Kinematics:
         links = [_link(plan, branch.edge, branch.sign) for branch in tree.branches]
         links = _parents_first([*links, *hung]) if hung else links
         links += [_link(plan, edge, 0.0) for edge, _ in tree.closing]
-        numbers = {id(link.edge): index for index, link in enumerate(links)}
-        given = [(numbers[id(each.edge)], each.component) for each in tree.elimination.given]
+        numbers = {link.edge: index for index, link in enumerate(links)}
+        given = [(numbers[each.edge], each.component) for each in tree.elimination.given]
         dependents = {
             key: (
                 _free(row),

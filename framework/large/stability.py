@@ -29,11 +29,11 @@ def definite_in_space(march: March, state: State, flat: Model) -> Mask:
 def _state(model: Model, inside: Equations, state: State) -> State:
     """The state with the links and loops of `model`, which has some supports more that hold motion out of the plane."""
     flat = inside.model
-    place = {id(joint.edge): number for number, joint in enumerate(flat.edges)}
+    place = {joint.edge: number for number, joint in enumerate(flat.edges)}
     forces = inside.linearised(state).own
     own = np.zeros((6, len(model.edges), inside.count))
     for number, joint in enumerate(model.edges):
-        known, links = place.get(id(joint.edge)), len(model.joints)
+        known, links = place.get(joint.edge), len(model.joints)
         if number >= links and known is not None:
             held = model.multipliers[:, number - links] >= 0
             own[held, number] = -forces[held, known]
@@ -42,5 +42,5 @@ def _state(model: Model, inside: Equations, state: State) -> State:
         elif number < links:
             own[:3, number] = state.moved[:, joint.child]
             own[3:, number] = rotation.logarithm(state.turned[:, joint.child])
-    grip = state.grip.those([flat.contacts[place[id(model.edges[number].edge)]] for number in model.contacts])
+    grip = state.grip.those([flat.contacts[place[model.edges[number].edge]] for number in model.contacts])
     return State(state.moved, state.turned, own, grip)

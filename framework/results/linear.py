@@ -53,6 +53,11 @@ class LinearResults(Protocol):
         ...
 
     @property
+    def known_idle(self) -> Idle | None:
+        """`idle`, once that has been asked for."""
+        ...
+
+    @property
     def own_state(self) -> States:
         """State of each entry, (...)."""
         ...

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable
 from functools import cached_property, partial
 
@@ -16,8 +15,8 @@ from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, combine
 from ..structure.topology import Group
 from ..structure.tree import Branch
-from .linear import LinearResults
 from .member_field import deflection, end_loads, internal_forces
+from .primary import Primary
 
 
 class Recovery:
@@ -29,9 +28,8 @@ class Recovery:
         Where the unknowns come from.
     """
 
-    def __init__(self, solution: LinearResults) -> None:
-        # Weakly, as the solution holds this: what nobody needs any more is then freed at once, not by the collector.
-        self.solution: LinearResults = weakref.proxy(solution)
+    def __init__(self, solution: Primary) -> None:
+        self.solution = solution
         self.plan = solution.plan
         self.topology = solution.plan.topology
         self.tree = solution.plan.tree
@@ -161,8 +159,8 @@ class Recovery:
 
     def _edge_force(self, edge: Edge) -> Array:
         """Force of an edge on its first node, in its axes: springs by their displacement, the held by equilibrium."""
-        if id(edge) in self._closing_forces:
-            return self._closing_forces[id(edge)]
+        if edge in self._closing_forces:
+            return self._closing_forces[edge]
         branch = next(b for b in self.tree.branches if b.edge is edge)
         out = self._tree_springs(branch)
         if edge.ideal:
@@ -196,16 +194,16 @@ class Recovery:
         return children
 
     @cached_property
-    def _closing_springs(self) -> dict[int, Array]:
+    def _closing_springs(self) -> dict[Edge, Array]:
         """Forces of the springs in loop-closing edges on their first nodes."""
-        return {id(edge): self._springs(edge, between) for edge, between in self.tree.closing}
+        return {edge: self._springs(edge, between) for edge, between in self.tree.closing}
 
     @cached_property
-    def _closing_forces(self) -> dict[int, Array]:
+    def _closing_forces(self) -> dict[Edge, Array]:
         """Forces of loop-closing edges on their first nodes: springs, and multipliers of what they hold."""
         out = {key: force.copy() for key, force in self._closing_springs.items()}
         for constraint, multiplier in zip(self.tree.elimination.given, self._multipliers(), strict=True):
-            force, edge = out[id(constraint.edge)], constraint.edge
+            force, edge = out[constraint.edge], constraint.edge
             force[..., constraint.component] += multiplier
             if constraint.component == ALONG:
                 force[..., ABOUT] -= edge.pitch * multiplier
@@ -265,7 +263,7 @@ class Recovery:
         closing = self._closing_forces if closed else self._closing_springs
         for edge, _ in self.tree.closing:
             if node in (edge.first, edge.second):
-                force = closing[id(edge)]
+                force = closing[edge]
                 force = force if edge.axes is None else turned(edge.axes, force)
                 total = total + (force if node == edge.second else -self._moved(force, edge, 1.0))
         return total

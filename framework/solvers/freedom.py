@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..batch import Array
-from ..batched.plan import Plan
+from ..batched.unloaded import Unloaded
 from ..structure.edge import GROUND
 from ..structure.topology import Index
 from .factor import Factor
@@ -81,7 +81,7 @@ def held_unknowns(motions: Array) -> Index:
     return np.asarray(qr(motions, mode="r", pivoting=True)[1][: len(motions)], dtype=np.int64)
 
 
-def adrift(plan: Plan) -> Array:
+def adrift(plan: Unloaded) -> Array:
     """Rigid motions (n, 6 parts) of the parts of a frame that nothing supports, from the topology alone.
 
     Ties between places apart resist rotations, as members may that stand on something outside the frame; so a part with
@@ -112,7 +112,7 @@ def adrift(plan: Plan) -> Array:
     return np.hstack(columns) if columns else np.zeros((len(graph.unknown), 0))
 
 
-def _rigid(plan: Plan, nodes: Index) -> Array:
+def _rigid(plan: Unloaded, nodes: Index) -> Array:
     """Displacements (nodes, 6, 6) in the axes of the nodes for a unit of each rigid motion about their centre."""
     points = plan.graph.points[nodes]
     arm = points - points.mean(axis=0)

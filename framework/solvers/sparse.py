@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import copy
-import weakref
-from collections.abc import Callable, Iterable, Sequence
-from functools import cached_property, partial
+from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..batch import Array, turned
 from ..batched.plan import Plan
@@ -19,15 +16,12 @@ from ..structure.assembly import component_loads, mass_loads, member_loads
 from ..structure.matrices import Matrices
 from ..structure.parts import Row, Value
 from ..structure.topology import Index
-from .banded import BandedFactor
-from .cholesky import CholeskyFactor
-from .factor import Factor, NoFactor
-from .freedom import Freedom, adrift, freedom
-from .graph import Graph
-from .iterative import Iterative, Places
-from .lu import LUFactor
-from .method import BANDED, CHOLESKY, ITERATIVE, available
+from .factor import Factor
+from .freedom import Freedom, freedom
+from .iterative import Iterative
+from .method import ITERATIVE
 from .refinement import REFINED, refined
+from .stiffness import SparseStiffness
 
 
 class SparseSolver:
@@ -37,29 +31,24 @@ class SparseSolver:
     ----------
     plan
         The compiled frame; no stiffness in it varies over the batch.
+    matrix
+        Its matrix with what factors there are; a new one where None.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        # Weakly, as the plan holds this: what nobody needs any more is then freed at once, not by the collector.
-        self.plan: Plan = weakref.proxy(plan)
-        self.unknown: Index = plan.graph.unknown
-        self.matrices = Matrices(self.plan)
-        self._factors: dict[bytes, Factor] = {}
+    def __init__(self, plan: Plan, matrix: SparseStiffness | None = None) -> None:
+        self.plan, self.matrix = plan, SparseStiffness(plan.unloaded) if matrix is None else matrix
+        self.unknown: Index = self.matrix.unknown
 
-    def reloaded(self, plan: Plan) -> SparseSolver:
-        """The same matrix and factors under the loads of another plan."""
-        twin = copy.copy(self)
-        twin.plan = weakref.proxy(plan)
-        twin.matrices = copy.copy(self.matrices)
-        twin.matrices.plan = twin.plan
-        for loaded in ("load", "unknowns", "_numbers", "excited", "freedom"):
-            vars(twin).pop(loaded, None)
-        return twin
+    @property
+    def matrices(self) -> Matrices:
+        """Stiffness and mass in joint-relative coordinates."""
+        return self.matrix.matrices
 
     @property
     def reason(self) -> str:
         """Which way the matrix is solved, and why."""
-        gave_up = any(isinstance(factor, Iterative) and factor.instead is not None for factor in self._factors.values())
+        factors = list(self.matrix.factors.values())
+        gave_up = any(isinstance(factor, Iterative) and factor.instead is not None for factor in factors)
         return self.plan.method.reason + ("; it did not converge, so a factor served instead" if gave_up else "")
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
@@ -82,13 +71,11 @@ class SparseSolver:
     def reaching(self, unknowns: Iterable[int]) -> SparseSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
-        excited = self.excited | np.isin(self._label, np.unique(self._label[asked]))
+        excited = self.excited | np.isin(self.matrix.label, np.unique(self.matrix.label[asked]))
         if np.array_equal(excited, self.excited):
             return self
-        twin = copy.copy(self)
-        for loaded in ("unknowns", "_numbers", "freedom"):
-            vars(twin).pop(loaded, None)
-        vars(twin)["excited"] = excited
+        twin = SparseSolver(self.plan, self.matrix)
+        twin.load, twin.excited = self.load, excited
         return twin
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
@@ -99,7 +86,7 @@ class SparseSolver:
 
     def adrift(self, where: NDArray[np.bool_]) -> Array:
         """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
-        motions = self._adrift[where]
+        motions = self.matrix.adrift[where]
         found: Array = motions[:, motions.any(axis=0)]
         return found
 
@@ -119,11 +106,9 @@ class SparseSolver:
 
     # -- matrices ---------------------------------------------------------------------------------------------------
 
-    @property
+    @cached_property
     def stiffness(self) -> csr_matrix:
         """T^T K T and the springs, (n, n)."""
-        if "stiffness" in vars(self.matrices):
-            return self.matrices.stiffness
         with timed(self.plan.times, "assembly"):
             return self.matrices.stiffness
 
@@ -137,8 +122,8 @@ class SparseSolver:
 
         Where parts are adrift only theirs, as these are known at once.
         """
-        if self._adrift.size:
-            return self._adrift
+        if self.matrix.adrift.size:
+            return self.matrix.adrift
         parts = [(self.excited, self.freedom), (~self.excited, self._freedom(~self.excited))]
         out = []
         for where, free in parts:
@@ -207,10 +192,6 @@ class SparseSolver:
     def _cases(self) -> int:
         return int(np.prod(self.plan.frame.shape, dtype=np.int64))
 
-    @cached_property
-    def _adrift(self) -> Array:
-        return adrift(self.plan)
-
     def _freedom(self, where: NDArray[np.bool_]) -> Freedom:
         def among(kept: NDArray[np.bool_]) -> NDArray[np.bool_]:
             out = where.copy()
@@ -218,7 +199,7 @@ class SparseSolver:
             return out
 
         return freedom(
-            self.adrift(where), lambda kept: self._factor(among(kept)), lambda kept: self._direct(among(kept))
+            self.adrift(where), lambda kept: self._factor(among(kept)), lambda kept: self.matrix.direct(among(kept))
         )
 
     @property
@@ -229,40 +210,17 @@ class SparseSolver:
     @cached_property
     def excited(self) -> NDArray[np.bool_]:
         """Unknowns that the loads reach, (n,)."""
-        pushed = np.unique(self._label[np.any(self.load != 0.0, axis=1)])
-        found: NDArray[np.bool_] = np.isin(self._label, pushed)
+        label = self.matrix.label
+        found: NDArray[np.bool_] = np.isin(label, np.unique(label[np.any(self.load != 0.0, axis=1)]))
         return found
 
-    @cached_property
-    def _label(self) -> Index:
-        """Number of the connected component of each unknown, (n,)."""
-        return connected_components(self.stiffness, directed=False)[1].astype(np.int64)
-
     def _factor(self, where: NDArray[np.bool_]) -> Factor:
-        key = where.tobytes()
-        if key not in self._factors:
-            matrix = self.stiffness if where.all() else self.stiffness[where][:, where]
-            with timed(self.plan.times, "factorisation"):
-                self._factors[key] = self._factorised(csr_matrix(matrix), where)
-        return self._factors[key]
-
-    def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
-        if not where.any():
-            return NoFactor(matrix)
-        direct = self._direct(where)
-        if self.plan.method.name != ITERATIVE:
-            return direct(matrix)
-        graph = self.plan.graph
-        free = graph.free & np.array([body is None for body in self.plan.topology.bodies])
-        places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
-        return Iterative(matrix, places.of(where), direct)
+        self.stiffness  # noqa: B018  # which has a time of its own
+        return self.matrix.factor(where, self.plan.times)
 
     def direct(self, matrix: csr_matrix) -> Factor:
         """Factor of another matrix (n, n) of the same pattern."""
-        return self._direct(np.ones(len(self.unknown), dtype=bool))(matrix)
-
-    def _direct(self, where: NDArray[np.bool_]) -> Callable[[csr_matrix], Factor]:
-        return partial(_direct, self.plan.method.name, self.plan.graph, where)
+        return self.matrix.direct(np.ones(len(self.unknown), dtype=bool))(matrix)
 
     @cached_property
     def _numbers(self) -> Array:
@@ -285,12 +243,3 @@ class SparseSolver:
         """(n, ..., m) with its batch as one axis, (n, load cases, m)."""
         n, m = stack.shape[0], stack.shape[-1]
         return np.broadcast_to(stack, (n, *self.plan.frame.shape, m)).reshape(n, self._cases, m)
-
-
-def _direct(name: str, graph: Graph, where: NDArray[np.bool_], matrix: csr_matrix) -> Factor:
-    """Factor of the matrix of the unknowns `where`."""
-    if name == BANDED:
-        return BandedFactor(matrix, graph.order(graph.band, where))
-    if name == CHOLESKY or (name == ITERATIVE and available()):
-        return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))
-    return LUFactor(matrix)

@@ -15,7 +15,7 @@ GROUND = -1
 ALONG, ABOUT = 2, 5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Edge:
     """Connection between two nodes (or the ground): six springs from 0 to inf between them.
 

@@ -50,7 +50,7 @@ def resists_rigid(stiffness: NDArray[Any], rows: NDArray[Any], length: NDArray[A
     return False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Group:
     """Pieces of equal kind as one stack; what follows from their chords is computed when it is asked for.
 

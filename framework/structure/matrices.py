@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from ..batched.plan import Plan
+from ..batched.unloaded import Unloaded
 from ..solvers.node_blocks import Stack, summed
 from .assembly import point_masses
 from .parts import Row, Value
@@ -21,14 +22,16 @@ class Matrices:
     Parameters
     ----------
     plan
-        The compiled frame.
+        The compiled frame, or what of it does not depend on its loads.
     entry
         Indices of the batch entry; any where the stiffness does not vary.
     members
         Stiffness of the members at the entry, where it varies.
     """
 
-    def __init__(self, plan: Plan, entry: tuple[int, ...] = (), members: Sequence[Stack] | None = None) -> None:
+    def __init__(
+        self, plan: Plan | Unloaded, entry: tuple[int, ...] = (), members: Sequence[Stack] | None = None
+    ) -> None:
         self.plan, self.entry = plan, entry
         self.unknown: Index = plan.graph.unknown
         self._members = members or [(group.nodes, group.stiffness) for group in plan.topology.groups]

@@ -143,6 +143,10 @@ class Knowns:
     geometry: int
     values: list[Value] = field(default_factory=lambda: [1.0])
 
+    def copy(self) -> Knowns:
+        """The same numbers; what is added to the one is not in the other."""
+        return Knowns(self.grid, self.geometry, list(self.values))
+
     def row(self, value: Value) -> Row:
         """`value` as a combination of known numbers."""
         if not np.any(value):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array, Shape, aligned, cutting
+from ..batch import Array, Shape, aligned, cutting, distinct
 from ..description import Description, Node
 from ..examined import Examined, examined
 from ..protocol import LineElement, changed
@@ -31,7 +31,7 @@ class Piece:
     nodes: tuple[int, int]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Topology:
     """Numbered nodes and pieces.
 
@@ -62,9 +62,10 @@ class Topology:
         number = {name: index for index, name in enumerate(frame.nodes)}
         bodies = [node.body for node in frame.nodes.values()]
         members = frame.members
-        elements = {id(member.element): member.element for member in members.values()}
-        segments = {key: e.segments if cut or not e.exact else 1 for key, e in elements.items()}
-        counts = np.array([segments[id(member.element)] for member in members.values()], dtype=np.int64)
+        elements = [member.element for member in members.values()]
+        leaders, which = distinct(elements)
+        segments = [e.segments if cut or not e.exact else 1 for e in (elements[k] for k in leaders)]
+        counts = np.array(segments, dtype=np.int64)[which]
         first, last = ([number[node] for node in side] for side in _sides(frame))
         # Interior nodes come after all others, member by member.
         inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
@@ -102,20 +103,19 @@ class Topology:
     @cached_property
     def _elements(self) -> list[LineElement]:
         """Element of each piece."""
-        first: dict[int, LineElement] = {}
-        for name, member in self.frame.members.items():
-            if id(member.element) not in first:
-                first[id(member.element)] = examined(member.element, name)
-        each = zip((first[id(m.element)] for m in self.frame.members.values()), self.counts.tolist(), strict=True)
-        return [e for element, n in each for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
+        names, own = list(self.frame.members), [member.element for member in self.frame.members.values()]
+        leaders, which = distinct(own)
+        each = [examined(own[k], names[k]) for k in leaders]
+        whole = zip((each[k] for k in which.tolist()), self.counts.tolist(), strict=True)
+        return [e for element, n in whole for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
 
     @cached_property
     def groups(self) -> list[Group]:
         """Pieces gathered by kind, geometry shape and bodies."""
         kinds: dict[Hashable, int] = {}
-        distinct = {id(element): element for element in self._elements}
-        kind = {key: kinds.setdefault(element.kind, len(kinds)) for key, element in distinct.items()}
-        codes = np.array([kind[id(element)] for element in self._elements], dtype=np.int64)
+        leaders, which = distinct(self._elements)
+        kind = [kinds.setdefault(self._elements[k].kind, len(kinds)) for k in leaders]
+        codes = np.array(kind, dtype=np.int64)[which]
         chords = self._chords
         if not isinstance(chords, np.ndarray):
             keys: dict[Hashable, int] = {}
@@ -131,10 +131,9 @@ class Topology:
     def _check_kind(self, group: Group) -> None:
         """Refuse elements that say that they are alike and are not."""
         if isinstance(group.element, Examined):
-            others = {id(self._elements[piece]): self._elements[piece] for piece in group.pieces.tolist()}
-            del others[id(group.element)]
+            elements = [self._elements[piece] for piece in group.pieces.tolist()]
             length = group.length[:1].reshape(-1)[:1].reshape((1,) * group.length.ndim)
-            for other in others.values():
+            for other in (elements[k] for k in distinct(elements)[0][1:]):
                 assert isinstance(other, Examined)
                 other.same_as(group.element, length)
 
@@ -153,12 +152,19 @@ class Topology:
     def cut(self, axis: int, indices: slice) -> Topology:
         """Members and what acts on them at some indices of a batch axis."""
         change = cutting(len(self.frame.shape), axis, indices)
-        frame, twin = copy.copy(self.frame), copy.copy(self)
+        frame = copy.copy(self.frame)
         frame.weight = None if frame.weight is None else change(frame.weight, 1)
         frame.member_loads = {
             member: [changed(load, change) for load in loads] for member, loads in frame.member_loads.items()
         }
-        vars(twin).update(frame=frame, groups=[group.cut(axis, indices) for group in self.groups])
+        twin = self.loaded(frame)
+        twin.groups = [group.cut(axis, indices) for group in self.groups]
+        return twin
+
+    def loaded(self, frame: Description) -> Topology:
+        """The same members under the loads of another description, with all that is known of them."""
+        twin = copy.copy(self)
+        twin.frame = frame
         return twin
 
     @cached_property

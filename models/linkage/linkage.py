@@ -40,9 +40,6 @@ class Linkage(LinkageDescription):
         Springs, forces and torques in the order given.
     weight
         Acceleration of gravity (..., 3).
-    kept, inertias
-        The mechanism that was compiled last, and the inertia of links with what it was found from, taken up again as
-        long as the description stays the same.
 
     Raises
     ------

@@ -238,7 +238,7 @@ class Motion(FramedPoses):
         return built
 
     @cached_property
-    def frames(self) -> WeakKeyDictionary[Frame, tuple[int, ...]]:
+    def frames(self) -> WeakKeyDictionary[Frame, tuple[object, ...]]:
         """Frames that were made of the motion and are still in use, and how many loads they then had."""
         return WeakKeyDictionary()
 
@@ -378,7 +378,8 @@ class Motion(FramedPoses):
         return stress(self, link)
 
 
-def loads_of(frame: Frame) -> tuple[int, ...]:
+def loads_of(frame: Frame) -> tuple[object, ...]:
     """How many loads a frame has at nodes and on members, and which weight."""
     given = (frame.loads, frame.member_loads)
-    return *(sum(map(len, loads.values())) for loads in given), 0 if frame.weight is None else id(frame.weight)
+    weight = None if frame.weight is None else (frame.weight.shape, frame.weight.tobytes())
+    return *(sum(map(len, loads.values())) for loads in given), weight

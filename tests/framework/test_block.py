@@ -114,7 +114,7 @@ def test_nothing_before_it_is_read() -> None:
     frame = FourBar().move(THETA).frame()
     frame.load("P", fy=1.0)
     solution = frame.solve()
-    assert "solver" not in vars(solution)
+    assert "solver" not in vars(solution.primary)
     assert "matrix" not in vars(solution.plan)
     solution.displacement("P")
     assert isinstance(solution.solver, BroadcastSolver)

@@ -9,6 +9,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution
 from linkframe.framework.batched import condensation
+from linkframe.framework.cache import SOLVED
 from reference.as_frame import as_frame
 from reference.compare import allowed, apart, stacked
 from reference.random_structures import CLAMPED, member
@@ -52,7 +53,7 @@ def arm(pivot: object = SPRINGS, branch: int | None = None) -> Frame:
 def one_by_one(frame: Frame, monkeypatch: pytest.MonkeyPatch) -> Solution:
     """The same without condensation."""
     monkeypatch.setattr(condensation, "FEW", 10**9)
-    frame.kept = None
+    SOLVED.drop(frame)
     return frame.solve()
 
 

@@ -11,9 +11,10 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework.batched import block as block_module
-from linkframe.framework.batched import plan as plan_module
+from linkframe.framework.batched import unloaded as unloaded_module
 from linkframe.framework.batched.broadcast import BroadcastSolver
 from linkframe.framework.batched.progress import Progress
+from linkframe.framework.cache import SOLVED
 from linkframe.framework.solvers.lu import LUFactor
 from linkframe.framework.solvers.sparse import SparseSolver
 
@@ -65,7 +66,7 @@ def test_another_load(size: str) -> None:
 def test_one_factor_for_many_loads(monkeypatch: pytest.MonkeyPatch) -> None:
     """A large frame is factorised once, however often it is loaded anew; compiled once, too."""
     made = {"factor": 0, "tree": 0}
-    factorised, grown = LUFactor.__init__, plan_module.Tree.of
+    factorised, grown = LUFactor.__init__, unloaded_module.Tree.of
 
     def counting(self: LUFactor, matrix: object) -> None:
         made["factor"] += 1
@@ -76,7 +77,7 @@ def test_one_factor_for_many_loads(monkeypatch: pytest.MonkeyPatch) -> None:
         return grown(*given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(LUFactor, "__init__", counting)
-    monkeypatch.setattr(plan_module.Tree, "of", growing)
+    monkeypatch.setattr(unloaded_module.Tree, "of", growing)
     frame = tower(60)
     tips = []
     for _ in range(3):
@@ -124,9 +125,9 @@ def test_freed_at_once(read: str, monkeypatch: pytest.MonkeyPatch) -> None:
     solvers: list[weakref.ref[BroadcastSolver]] = []
     made = BroadcastSolver.__init__
 
-    def watched(self: BroadcastSolver, plan: plan_module.Plan) -> None:
+    def watched(self: BroadcastSolver, *given: object) -> None:
         solvers.append(weakref.ref(self))
-        made(self, plan)
+        made(self, *given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(BroadcastSolver, "__init__", watched)
     frame = SIZES["batch"]()
@@ -135,7 +136,7 @@ def test_freed_at_once(read: str, monkeypatch: pytest.MonkeyPatch) -> None:
     try:
         READ[read](frame)
         assert [solver() for solver in solvers] == [None]
-        kept = weakref.ref(frame.kept)
+        kept = weakref.ref(SOLVED.get(frame)[0])
         del frame
         assert kept() is None
     finally:
@@ -212,8 +213,7 @@ def test_too_large_a_factor_is_not_held(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(block_module, "HOLD", 0)
     frame = tower(4)
     first = frame.solve().displacement("n3")
-    assert isinstance(frame.kept, plan_module.Plan)
-    assert not frame.kept.factors
+    assert not SOLVED.get(frame)[1].light
     frame.load("n4", fx=10.0)
     again = frame.solve()
     assert np.abs(again.displacement("n3") - first).max() > 1e-6

@@ -205,7 +205,7 @@ def test_iterations_converge_on_a_lattice() -> None:
     solution.displacement("(3, 3, 3)")
     assert "did not" not in solution.explain()
     assert isinstance(solution.solver, SparseSolver)
-    factors = [factor for factor in solution.solver._factors.values() if isinstance(factor, Iterative)]
+    factors = [factor for factor in solution.solver.matrix.factors.values() if isinstance(factor, Iterative)]
     assert factors
     assert all(factor.iterations > 0 and factor.instead is None for factor in factors)
 

@@ -77,6 +77,15 @@ EDITS: tuple[Callable[[Rng, Frame, str], object], ...] = (
     lambda rng, f, _: f.line_load(one(rng, f.members), **{one(rng, FORCES[:3]): some(rng, 0.0, 1.0)}),
     lambda rng, f, _: f.point_load(one(rng, f.members), at=0.5, **{one(rng, FORCES): some(rng, 0.0, 1.0)}),
     lambda rng, f, _: f.gravity((0.0, 0.0, -9.81)) if rng.random() < 0.5 else None,
+    lambda rng, f, _: f.change(one(rng, f.members), beam(rng)),
+    lambda rng, f, _: f.change(one(rng, f.joints), joint(rng)),
+    lambda rng, f, _: f.change(one(rng, f.nodes), place(rng, f)),
+    lambda rng, f, _: f.set_load(one(rng, f.nodes), **{one(rng, FORCES): some(rng, 0.0, 10.0)}),
+    lambda rng, f, _: f.unload(one(rng, f.nodes)) if rng.random() < 0.3 else None,
+    lambda rng, f, name: f.add_nodes([name, f"{name} too"], [place(rng, f), place(rng, f)]),
+    lambda rng, f, name: f.add_many(beam(rng), [(one(rng, f.nodes), one(rng, f.nodes))], [name]),
+    lambda rng, f, _: f.load_many([one(rng, f.nodes)] * 2, **{one(rng, FORCES): some(rng, 0.0, 10.0)}),
+    lambda rng, f, _: f.fix_many([one(rng, f.nodes)], one(rng, DISPLACEMENTS)),
     lambda rng, f, _: f.exclude(rng.random(f.shape) < 0.5) if rng.random() < 0.2 else None,
 )
 

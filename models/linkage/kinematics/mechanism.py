@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.cache import COMPILED, alike
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.places import place as place_of
@@ -379,7 +380,9 @@ def _size(linkage: LinkageDescription) -> float:
 
 def compiled(linkage: LinkageDescription) -> Mechanism:
     """The linkage's mechanism, compiled once for as long as its description stays the same."""
-    if linkage.kept is None or linkage.kept[0] != linkage.version:
-        linkage.kept = linkage.version, Mechanism(linkage)
-    mechanism: Mechanism = linkage.kept[1]
-    return mechanism
+    last: tuple[tuple[object, ...], Mechanism] | None = COMPILED.get(linkage)
+    version = linkage.version
+    if last is None or not alike(last[0], version):
+        last = version, Mechanism(linkage.alike())
+        COMPILED.put(linkage, last)
+    return last[1]

@@ -164,7 +164,7 @@ def _curve(linkage: LinkageDescription, joint: str, coordinate: str | None, tole
 def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> LinkageDescription:
     """The same linkage with another drive: only what drives is sure to be a coordinate of the mechanism."""
     other = copy(linkage)
-    other.drives, other.kept = {joint: (coordinate,)}, None
+    other.drives = {joint: (coordinate,)}
     return other
 
 

@@ -14,6 +14,7 @@ from ....elements.spring import Spring as Line
 from ....framework.batch import Array, turned
 from ....framework.errors import FrameError
 from ....framework.frame import Frame
+from ....framework.kept import share
 from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
@@ -107,9 +108,9 @@ class Builder:
         """Solve a copy of the frame under its loads; the plan is made once for all of them."""
         if not clearance:
             loaded = without_contacts(loaded, self.linkage.joints)
-        loaded.kept = self.frame.kept
+        share(self.frame, loaded)
         solution = loaded.solve(clearance=clearance)
-        self.frame.kept = loaded.kept
+        share(loaded, self.frame)
         return solution
 
     def link(self, name: str, link: Link) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ....elements import Beam, Material
 from ....framework.batch import Array, block_diagonal
+from ....framework.cache import INERTIAS, alike
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import Link
 from ..description.places import place
@@ -51,11 +52,11 @@ def inertia(linkage: LinkageDescription, name: str) -> Inertia:
     """
     link = linkage.links[name]
     made_of = link, *(linkage.points[point] for point in link.points)
-    kept = linkage.inertias.get(name)
-    if kept is None or any(old is not new for old, new in zip(kept[0], made_of, strict=False)):
-        kept = linkage.inertias[name] = made_of, _inertia(linkage, link)
-    found: Inertia = kept[1]
-    return found
+    known: dict[str, tuple[object, Inertia]] = INERTIAS.get(linkage) or {}
+    if name not in known or not alike(known[name][0], made_of):
+        known = known | {name: (made_of, _inertia(linkage, link))}
+        INERTIAS.put(linkage, known)
+    return known[name][1]
 
 
 def _inertia(linkage: LinkageDescription, link: Link) -> Inertia:

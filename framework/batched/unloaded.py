@@ -1,0 +1,212 @@
+"""What of a compiled frame does not depend on its loads, which all load cases share."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..description import Description
+from ..solvers.graph import Graph
+from ..solvers.method import LARGE, Method, choose
+from ..structure.assembly import stiffness_entries
+from ..structure.edge import GROUND
+from ..structure.parts import Grid, Knowns, Parts, Row, add, unknowns
+from ..structure.topology import Group, Index, Topology
+from ..structure.tree import Tree
+from ..structure.varying import Varying
+from .chunks import large_masks
+from .condensation import Chain, Condensation, retained
+from .stage import Matrix
+
+# Unknowns up to which connected components are found without matrices.
+_FEW = 200
+
+
+class Unloaded:
+    """A frame without its loads: unknowns, how they are coupled, and stiffness.
+
+    Parameters
+    ----------
+    frame
+        The description.
+    cut
+        Whether members are cut into their segments.
+    method
+        The way in which it is to be solved; None for the one that promises to be fastest.
+    """
+
+    def __init__(self, frame: Description, *, cut: bool, method: str | None) -> None:
+        self.frame, self.asked = frame, method
+        self.grid = Grid(frame.shape)
+        self.knowns = Knowns(self.grid, _geometry(frame))
+        self.topology = Topology.of(frame, cut=cut)
+        self.tree = Tree.of(self.topology, self.knowns)
+
+    @cached_property
+    def constant(self) -> bool:
+        """Whether the stiffness does not vary over the batch."""
+        tree = self.tree
+        numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
+        numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
+        same = all(set(group.stiffness_shape) <= {1} for group in self.topology.groups)
+        return same and all(isinstance(v, float) for v in numbers)
+
+    @property
+    def large(self) -> bool:
+        """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
+        return len(self.unknowns) > LARGE and self.constant
+
+    @cached_property
+    def graph(self) -> Graph:
+        """Nodes and their coupling, for the sparse ways."""
+        return Graph(self.topology, self.tree, self.unknowns)
+
+    @cached_property
+    def method(self) -> Method:
+        """The way in which this plan is solved, and why."""
+        return choose(self, self.asked)
+
+    @cached_property
+    def varying(self) -> Varying:
+        """Members whose stiffness is left to the chunks."""
+        groups = [group for group in self.topology.groups if self.varies(group)]
+        return Varying.of(groups, self.grid)
+
+    @cached_property
+    def unknowns(self) -> list[int]:
+        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
+        rows = self.tree.rows
+        own = [6 * node + k for node in range(len(self.topology.number)) if node not in rows for k in range(6)]
+        on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
+        on_edges.update(k for spring in self.tree.springs for k in spring.row if k >= 0)
+        return sorted(on_edges.union(own))
+
+    @cached_property
+    def islands(self) -> Index:
+        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
+        joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
+        first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
+        size = len(self.topology.number)
+        graph = csr_matrix((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
+        return connected_components(graph, directed=False)[1].astype(np.int64)
+
+    def varies(self, group: Group) -> bool:
+        """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
+        shape = group.stiffness_shape
+        return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
+
+
+class Chained:
+    """The stiffness of a frame with its chains condensed.
+
+    Parameters
+    ----------
+    unloaded
+        The frame.
+    chains
+        Members in line, between nodes that nothing but these is on.
+    """
+
+    def __init__(self, unloaded: Unloaded, chains: list[Chain]) -> None:
+        self.unloaded = unloaded
+        self.chains = chains
+        self.condensed = Condensation(unloaded.topology, chains)
+
+    @cached_property
+    def matrix(self) -> Matrix:
+        """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
+        varying = self.unloaded.varying
+        groups = [group for group in self.unloaded.topology.groups if not self.unloaded.varies(group)]
+        return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying)
+
+    def scale(self, dof: int) -> Parts:
+        """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
+        out = dict(self.matrix.get(dof, {}).get(dof, {}))
+        if dof in self.condensed.excess:
+            add(out, 0, self.condensed.excess[dof])
+        return out
+
+    def retained(self, row: Row) -> Row:
+        """`row` without the unknowns inside chains: over those of their ends."""
+        return retained(row, self.condensed, self.unloaded.tree.rows)
+
+    @cached_property
+    def component(self) -> dict[int, int]:
+        """Connected component of every unknown, named by the first of its unknowns."""
+        tree, names = self.unloaded.tree, self.unloaded.unknowns
+        if len(names) <= _FEW:
+            return self._joined_one_by_one()
+        first = np.arange(6 * len(self.unloaded.topology.number))
+        for node, rows in tree.rows.items():
+            first[6 * node : 6 * node + 6] = [next(iter(unknowns(row)), -1) for row in rows]
+        in_dofs = first[self.neighbours]
+        coupled = [unknowns(row) for rows in tree.rows.values() for row in rows]
+        coupled += [unknowns(spring.row) for spring in tree.springs]
+        both = np.array([(keys[0], k) for keys in coupled for k in keys[1:]], dtype=np.int64).reshape(-1, 2)
+        both = np.concatenate([in_dofs[(in_dofs >= 0).all(axis=1)], both])
+        pairs = np.searchsorted(names, both).T
+        size = len(names)
+        graph = csr_matrix((np.ones(pairs.shape[1], dtype=bool), (pairs[0], pairs[1])), shape=(size, size))
+        _, label = connected_components(graph, directed=False)
+        leaders = np.unique(label, return_index=True)[1]
+        return {k: names[leader] for k, leader in zip(names, leaders[label].tolist(), strict=True)}
+
+    def _joined_one_by_one(self) -> dict[int, int]:
+        """`component` of a small frame, without matrices."""
+        tree = self.unloaded.tree
+        leader = {k: k for k in self.unloaded.unknowns}
+
+        def find(k: int) -> int:
+            while leader[k] != k:
+                leader[k] = leader[leader[k]]
+                k = leader[k]
+            return k
+
+        def join(one: int, other: int) -> None:
+            a, b = find(one), find(other)
+            leader[max(a, b)] = min(a, b)
+
+        first: dict[int, int | None] = {}
+        for node, rows in tree.rows.items():
+            for k, row in enumerate(rows):
+                met = [key for key in row if key >= 0]
+                first[6 * node + k] = met[0] if met else None
+                for other in met[1:]:
+                    join(met[0], other)
+        for spring in tree.springs:
+            met = [key for key in spring.row if key >= 0]
+            for other in met[1:]:
+                join(met[0], other)
+        pairs = [(a, b) for a, row in self.matrix.items() for b in row if b > a]
+        for a, b in pairs + self.condensed.coupled.tolist():
+            start, end = first.get(a, a), first.get(b, b)
+            if start is not None and end is not None:
+                join(start, end)
+        return {k: find(k) for k in leader}
+
+    @cached_property
+    def members(self) -> dict[int, list[int]]:
+        """Unknowns of each component, in order."""
+        out: dict[int, list[int]] = {}
+        for k, name in self.component.items():
+            out.setdefault(name, []).append(k)
+        return out
+
+    @cached_property
+    def neighbours(self) -> Index:
+        """Pairs of DOF numbers that members couple, (pairs, 2)."""
+        pairs = [(a, b) for a, row in self.matrix.items() for b in row]
+        return np.concatenate([np.array(pairs, dtype=np.int64).reshape(-1, 2), self.condensed.coupled])
+
+
+def _geometry(frame: Description) -> int:
+    """Mask of the axes over which positions vary."""
+    shapes = [node.coordinates.shape[:-1] for node in frame.nodes.values()]
+    shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
+    shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]
+    joint = np.broadcast_shapes(*shapes)
+    sizes = (1,) * (len(frame.shape) - len(joint)) + joint
+    return sum(1 << axis for axis, n in enumerate(sizes) if n > 1)

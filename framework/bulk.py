@@ -1,0 +1,263 @@
+"""Many nodes, members, supports and loads described by one call each, with arrays for what differs among them."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import repeat
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .batch import Array, distinct, finite, turned, vector
+from .description import JointLink, Member, Node, check_ideal
+from .dofs import FORCES, component, components
+from .editing import Editable
+from .errors import FrameError
+from .examination import examine_joint
+from .names import found, plain
+from .protocol import JointElement, LineElement, is_proven
+
+Names = Sequence[str]
+
+
+@dataclass(eq=False, repr=False)
+class InBulk(Editable):
+    """A description that takes many parts at once; `linkframe.framework.Frame` is one."""
+
+    def add_nodes(self, names: Names | int, coordinates: ArrayLike, body: str | None = None) -> list[str]:
+        """Place many nodes.
+
+        Parameters
+        ----------
+        names
+            Their names, n of them; or n itself, for names that count on: ``"0"``, ``"1"``, ...
+        coordinates
+            Positions (..., n, 3), in the axes of `body` or global; a batch leads.
+        body
+            Body that carries the nodes.
+
+        Returns
+        -------
+        list of str
+            The names.
+
+        Raises
+        ------
+        FrameError
+            As by `node`; no node is placed then.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> x = np.linspace(0.0, 1.0, 101)
+        >>> names = frame.add_nodes(101, np.stack([x, 0.0 * x, 0.0 * x], axis=-1))
+        >>> rod = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
+        >>> beams = frame.add_many(rod, zip(names[:-1], names[1:]))
+        >>> frame.fix(names[0]); frame.load_many(names[1:], fy=-0.1)
+        >>> float(frame.solve().displacement(names[-1])[1].round(6))
+        -0.000806
+        """
+        start = len(self.nodes)
+        new = [str(start + k) for k in range(names)] if isinstance(names, (int, np.integer)) else list(names)
+        self._check_new("node", new, self.nodes, self.aliases)
+        if body is not None:
+            body = found("nodes: body", body, self.bodies)
+        what = f"coordinates of {len(new)} nodes"
+        places = vector(coordinates, what)
+        if places.ndim < 2 or places.shape[-2] != len(new):
+            raise FrameError(f"{what} have shape {places.shape}: give (..., {len(new)}, 3)")
+        if not new:
+            return []
+        self._join({f"nodes {new[0]!r} to {new[-1]!r}": places.shape[:-2]})
+        rows = list(places) if places.ndim == 2 else [places[..., k, :] for k in range(len(new))]
+        self.nodes.update(zip(new, map(Node, rows, repeat(body)), strict=True))
+        there = places
+        if body is not None:
+            frame = self.bodies[body]
+            there = frame.origin[..., None, :] + turned(frame.axes[..., None, :, :], places)
+        self.size = max(self.size, float(np.abs(there).max(initial=0.0)))
+        return new
+
+    def add_many(
+        self,
+        element: LineElement | JointElement | Sequence[LineElement | JointElement],
+        pairs: Iterable[tuple[str, str]] | NDArray[np.integer[Any]],
+        names: Names | None = None,
+    ) -> list[str]:
+        """Add many members or joints.
+
+        Parameters
+        ----------
+        element
+            One for all; or n of them, one for each.
+        pairs
+            Names of the two nodes of each, n pairs; or the numbers of these nodes in the order of description, (n, 2).
+        names
+            Names of the members or joints; where None they count on: ``"0"``, ``"1"``, ...
+
+        Returns
+        -------
+        list of str
+            The names.
+
+        Raises
+        ------
+        FrameError
+            As by `add`; nothing is added then.
+        """
+        starts, stops = self._ends(pairs)
+        count = len(self.members) + len(self.joints) + len(self.masses)
+        new = [str(count + k) for k in range(len(starts))] if names is None else list(names)
+        if len(new) != len(starts):
+            raise FrameError(f"add_many was given {len(new)} names for {len(starts)} pairs of nodes: give one for each")
+        self._check_new("element", new, self.members, self.joints, self.masses)
+        one = isinstance(element, (LineElement, JointElement))
+        each = [element] if one else list(element)  # type: ignore[arg-type]
+        if not one and len(each) != len(new):
+            raise FrameError(f"add_many was given {len(each)} elements for {len(new)} pairs: give one, or one for each")
+        if not new:
+            return []
+        kinds = {type(given) for given in each}
+        if all(issubclass(kind, LineElement) for kind in kinds):
+            self._add_members(new, each, starts, stops)  # type: ignore[arg-type]
+        elif all(issubclass(kind, JointElement) for kind in kinds):
+            self._add_joints(new, each, starts, stops)  # type: ignore[arg-type]
+        else:
+            told = ", ".join(sorted(kind.__name__ for kind in kinds))
+            raise FrameError(f"add_many was given elements of the kinds {told}: give members alone, or joints alone")
+        return new
+
+    def fix_many(self, nodes: Names, *names: str) -> None:
+        """Hold components of many nodes at zero; all six where none is named.
+
+        Parameters
+        ----------
+        nodes
+            The nodes.
+        *names
+            Global displacement components ``ux uy uz rx ry rz``.
+        """
+        held = {index: np.zeros(()) for index in components(names)}
+        for node in self._known(nodes, "support"):
+            self.supports.setdefault(node, {}).update(held)
+
+    def load_many(self, nodes: Names, **force: ArrayLike) -> None:
+        """Apply a force or moment at each of many nodes, in global axes; loads add up.
+
+        Parameters
+        ----------
+        nodes
+            The nodes, n of them.
+        **force
+            Values by component ``fx fy fz mx my mz``: a number for all nodes, or (..., n) with one for each; a batch
+            leads.
+        """
+        there = self._known(nodes, "load")
+        what = f"load at {len(there)} nodes"
+        if not force:
+            raise FrameError(f"{what} names no component: give at least one of {', '.join(FORCES)}")
+        given = {component(name, FORCES): finite(value, f"{what}, {name},") for name, value in force.items()}
+        for k, value in given.items():
+            if value.ndim and value.shape[-1] != len(there):
+                raise FrameError(
+                    f"{what}, {FORCES[k]}, has shape {value.shape}: give one number, or (..., {len(there)})"
+                )
+        self._join({f"{FORCES[k]} of the {what}": value.shape[:-1] for k, value in given.items()})
+        for k, value in given.items():
+            # of a batch a part is an array, of one number for each node a number, of one for all the array itself
+            parts = repeat(value) if not value.ndim else map(np.asarray, np.moveaxis(value, -1, 0))
+            for node, part in zip(there, parts, strict=False):
+                self.loads.setdefault(node, []).append((k, part))
+
+    # -- inside -----------------------------------------------------------------------------------------------------
+
+    def _check_new(self, what: str, names: list[str], *known: Mapping[str, object]) -> None:
+        """Refuse names that are none, that exist, or that are given twice."""
+        if not all(type(name) is str and name for name in names):
+            names[:] = [plain(what, name) for name in names]
+        distinct = set(names)
+        if len(distinct) < len(names):
+            seen: set[str] = set()
+            twice = next(name for name in names if name in seen or seen.add(name))  # type: ignore[func-returns-value]
+            raise FrameError(f"{what} {twice!r} is given twice: choose another name")
+        for names_known in known:
+            if clash := distinct & names_known.keys():
+                raise FrameError(f"{what} {min(clash)!r} exists already: choose another name")
+
+    def _known(self, nodes: Names, of: str) -> list[str]:
+        """Names of nodes in the description."""
+        given = [nodes] if isinstance(nodes, str) else list(nodes)
+        if all(type(name) is str for name in given) and self.nodes.keys() >= set(given):
+            return given
+        return [self._node(name, of) for name in given]
+
+    def _ends(self, pairs: Iterable[tuple[str, str]] | NDArray[np.integer[Any]]) -> tuple[list[str], list[str]]:
+        """Names of the first and of the second node of each pair."""
+        if isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu":
+            names = list(self.nodes)
+            inside = not pairs.size or 0 <= pairs.min() <= pairs.max() < len(names)
+            if pairs.ndim != 2 or pairs.shape[1] != 2 or not inside:
+                told = f"numbers of nodes from 0 to {len(names) - 1}, (n, 2)"
+                raise FrameError(f"add_many was given pairs of shape {pairs.shape}: give {told}")
+            starts, stops = (list(map(names.__getitem__, side)) for side in pairs.T.tolist())
+        else:
+            given: list[Any] = list(pairs)
+            wrong = next((pair for pair in given if isinstance(pair, str) or len(pair) != 2), None)
+            if wrong is not None:
+                raise FrameError(f"add_many was given the pair {wrong!r}: give the names of two nodes")
+            starts, stops = (self._known([pair[side] for pair in given], "pair") for side in (0, 1))
+        alone = next((a for a, b in zip(starts, stops, strict=True) if a == b), None)
+        if alone is not None:
+            raise FrameError(f"add_many was given the pair {(alone, alone)}: give two different nodes")
+        return starts, stops
+
+    def _add_members(self, names: list[str], elements: list[LineElement], starts: list[str], stops: list[str]) -> None:
+        """Members, with what `add` looks at looked at for those of one element together."""
+        kinds: dict[Hashable, str] = {}
+        chords, (leaders, which) = self._chords(starts, stops), distinct(elements)
+        for number, first in enumerate(leaders):
+            element = elements[first]
+            at = np.flatnonzero(which == number) if len(elements) > 1 else np.arange(len(names))
+            if chords is None:
+                for k in at.tolist():
+                    self._check_length(names[k], starts[k], stops[k])
+                    element.check(self._chord(starts[k], stops[k]))
+            else:
+                for k in at[~chords[at].any(axis=-1)].tolist():
+                    self._check_length(names[k], starts[k], stops[k])
+                element.check(chords[at].reshape(-1, *(1,) * len(element.shape), 3))
+            kinds |= self._examine(names[first], element, (starts[first], stops[first]))
+        self._join({f"member {names[first]!r}": elements[first].shape for first in leaders})
+        each = elements if len(elements) == len(names) else repeat(elements[0])
+        self.members.update(zip(names, map(Member, each, starts, stops), strict=True))
+        self._examined |= kinds
+
+    def _add_joints(self, names: list[str], elements: list[JointElement], starts: list[str], stops: list[str]) -> None:
+        """Joints, likewise."""
+        for name, first, second in zip(names, starts, stops, strict=True):
+            self._check_coincident(name, first, second)
+        leaders, _ = distinct(elements)
+        for k in leaders:
+            if not is_proven(elements[k]):
+                examine_joint(names[k], elements[k])
+            check_ideal(names[k], elements[k])
+        self._join({f"joint {names[k]!r}": elements[k].shape for k in leaders})
+        each = elements if len(elements) == len(names) else repeat(elements[0])
+        self.joints.update(zip(names, map(JointLink, each, starts, stops), strict=True))
+
+    def _chords(self, starts: list[str], stops: list[str]) -> Array | None:
+        """From start to end of each (n, 3); None where a body or the batch moves nodes."""
+        ends = []
+        for side in (starts, stops):
+            nodes = list(map(self.nodes.__getitem__, side))
+            places = [node.coordinates for node in nodes]
+            if any(node.body is not None for node in nodes) or {place.ndim for place in places} != {1}:
+                return None
+            ends.append(np.concatenate(places).reshape(-1, 3))
+        chords: Array = ends[1] - ends[0]
+        return chords

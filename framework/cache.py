@@ -1,0 +1,151 @@
+"""All that the library keeps for later, in one place, so that nothing of it hangs on what a user describes or is given.
+
+What depends on structure alone, such as an order of elimination, is kept by its content, and the least recently used of
+it is dropped (`Bounded`). What holds numbers, such as a factor, is kept as long as the description lives that it was
+found for, and is looked at again before it is taken up (`Leases`). Both serve any number of threads; neither travels:
+where what refers to them is copied or sent to another process, they arrive empty.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import fields, is_dataclass
+from operator import is_
+from threading import RLock
+from typing import Any, Generic, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+Key = TypeVar("Key", bound=Hashable)
+Kept = TypeVar("Kept")
+
+# Descriptions of which something is kept at a time.
+_OWNERS = 256
+# The package whose dataclasses hold nothing but their fields.
+_OWN = __name__.rpartition("framework")[0]
+
+
+class Bounded(Generic[Key, Kept]):
+    """Values by content; where they weigh too much, those that were not used for the longest time are dropped.
+
+    Parameters
+    ----------
+    room
+        Weight of what is kept at a time.
+    """
+
+    def __init__(self, room: int) -> None:
+        self.room = room
+        self._values: OrderedDict[Key, tuple[Kept, int]] = OrderedDict()
+        self._weight = 0
+        self._lock = RLock()
+
+    def found(self, key: Key, make: Callable[[], Kept], weight: int = 1) -> Kept:
+        """The value of a key, made where there is none.
+
+        Parameters
+        ----------
+        key
+            All that the value depends on.
+        make
+            Makes the value. Two threads may both make it; one of the two is kept.
+        weight
+            What it weighs; what is heavier than all the room is not kept.
+        """
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+                return self._values[key][0]
+        made = make()
+        with self._lock:
+            if key not in self._values:
+                self._values[key] = made, weight
+                self._weight += weight
+            made = self._values[key][0]
+            while self._weight > self.room:
+                self._weight -= self._values.popitem(last=False)[1][1]
+        return made
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def clear(self) -> None:
+        """Drop all values."""
+        with self._lock:
+            self._values.clear()
+            self._weight = 0
+
+    def __reduce__(self) -> tuple[type[Bounded[Key, Kept]], tuple[int]]:
+        return type(self), (self.room,)
+
+
+class Leases(Generic[Kept]):
+    """The last value of each living owner; of so many owners, those that were served last."""
+
+    def __init__(self) -> None:
+        self._values: WeakKeyDictionary[object, Kept] = WeakKeyDictionary()
+        self._lock = RLock()
+
+    def get(self, owner: object) -> Kept | None:
+        """What is kept for an owner; None where nothing is."""
+        with self._lock:
+            return self._values.get(owner)
+
+    def put(self, owner: object, value: Kept) -> None:
+        """Keep a value for as long as its owner lives."""
+        with self._lock:
+            self._values.pop(owner, None)
+            while len(self._values) >= _OWNERS:
+                oldest = next(iter(self._values), None)
+                self._values.pop(oldest, None)
+            self._values[owner] = value
+
+    def drop(self, owner: object) -> None:
+        """Let go what is kept for an owner."""
+        with self._lock:
+            self._values.pop(owner, None)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __reduce__(self) -> tuple[type[Leases[Kept]], tuple[()]]:
+        return type(self), ()
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two values are one object, or plainly made of the same numbers: arrays, frozen dataclasses, dicts.
+
+    Of other objects, such as a user's own element, only the object itself is known to be the same.
+
+    Parameters
+    ----------
+    one, other
+        The values.
+    """
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return one.shape == other.shape and one.dtype == other.dtype and bool(one.tobytes() == other.tobytes())
+    if isinstance(one, dict):
+        same = all(map(is_, one.values(), other.values())) or all(map(alike, one.values(), other.values()))
+        return list(one) == list(other) and same
+    if isinstance(one, (list, tuple)):
+        return len(one) == len(other) and (all(map(is_, one, other)) or all(map(alike, one, other)))
+    if isinstance(one, (bool, int, float, str)):
+        return bool(one == other)
+    if is_dataclass(one) and type(one).__module__.startswith(_OWN):
+        return all(alike(getattr(one, each.name), getattr(other, each.name)) for each in fields(one))
+    return False
+
+
+# Orders of elimination, by the pattern of what is eliminated; they weigh as many as that has entries.
+ORDERS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
+# Of a frame its plan and factors; of a linkage its mechanism, and the inertia of its links. None of them refers to the
+# description that it is kept for, which would then never go.
+SOLVED: Leases[Any] = Leases()
+COMPILED: Leases[Any] = Leases()
+INERTIAS: Leases[Any] = Leases()

@@ -1,0 +1,235 @@
+"""A description changed in place: other elements, other coordinates, other loads, with all names and the rest kept."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .batch import Shape, vector
+from .description import Description, JointLink, MassPoint, Member, Node, check_ideal
+from .dofs import DISPLACEMENTS, FORCES, values
+from .errors import FrameError
+from .examination import examine_joint, examine_mass
+from .loads import LineLoad
+from .names import plain
+from .protocol import JointElement, LineElement, PointElement, is_proven
+
+Element = LineElement | JointElement | PointElement
+
+
+@dataclass(eq=False, repr=False)
+class Editable(Description):
+    """A description of which parts can be changed in place; `linkframe.framework.Frame` is one."""
+
+    def change(self, name: str | Sequence[str], new: Element | ArrayLike) -> None:
+        """Put another element in place of a member, joint or mass, or move nodes.
+
+        Everything else stays: names, connections, supports and loads. The next solution finds what depends on these
+        alone, such as the order of elimination, ready.
+
+        Parameters
+        ----------
+        name
+            The member, joint or mass; or the node, or several nodes that are moved at once, such as both of a joint.
+        new
+            An element of the same sort, a member for a member; or coordinates (..., 3), in the axes of the nodes'
+            bodies where they have such: one place for all of the nodes, or (..., n, 3) with one for each of n nodes.
+
+        Raises
+        ------
+        FrameError
+            Where the name is unknown, the element of another sort, or what it makes could not be described: a member
+            of no length, a joint between places apart, a load beyond the end of its member. The frame is then as it
+            was.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0))
+        >>> frame.node("B", (1.0, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=-10.0)
+        >>> before = frame.solve().displacement("B")[1]
+        >>> frame.change("B", (2.0, 0.0, 0.0))
+        >>> float((frame.solve().displacement("B")[1] / before).round(12))
+        8.0
+        """
+        if isinstance(new, (LineElement, JointElement, PointElement)):
+            self._change_element(plain("element", name) if isinstance(name, str) else _one(name), new)
+        else:
+            self._move([name] if isinstance(name, str) else list(name), new)
+
+    def set_load(self, node: str, **force: ArrayLike) -> None:
+        """Put a force and moment in place of all that a node was loaded with so far.
+
+        Parameters
+        ----------
+        node
+            The node.
+        **force
+            Values by component ``fx fy fz mx my mz`` in global axes; each may carry a batch. None for no load.
+        """
+        node = self._node(node, "load")
+        given = values(f"load at {node!r}", force, FORCES) if force else {}
+        loads, before = self.loads, self.loads.get(node, [])
+        self.loads = {**loads, node: list(given.items())} if given else {k: v for k, v in loads.items() if k != node}
+        try:
+            shapes = {f"{FORCES[k]} at {node!r}": value.shape for k, value in given.items()}
+            self._rejoin([value.shape for _, value in before], shapes)
+        except FrameError:
+            self.loads = loads
+            raise
+
+    def unload(self, *names: str) -> None:
+        """Take all loads off.
+
+        Parameters
+        ----------
+        *names
+            Nodes and members from which loads are taken; where none is named, from all of them, gravity too.
+        """
+        nodes = [self.aliases.get(name, name) for name in names]
+        for name, node in zip(names, nodes, strict=True):
+            if node not in self.nodes and name not in self.members:
+                raise FrameError(f"unload was given {name!r}, which is neither a node nor a member: give one of them")
+        before = list(self._shapes_given())
+        if not names:
+            self.loads, self.member_loads, self.weight = {}, {}, None
+        for name, node in zip(names, nodes, strict=True):
+            self.loads.pop(node, None)
+            self.member_loads.pop(name, None)
+        if any(shape for _, shape in before):
+            self._rejoin([shape for _, shape in before], {})
+
+    # -- inside -----------------------------------------------------------------------------------------------------
+
+    def _change_element(self, name: str, new: Element) -> None:
+        held: dict[str, dict[str, Any]] = {"member": self.members, "joint": self.joints, "mass": self.masses}
+        kind = "member" if isinstance(new, LineElement) else "joint" if isinstance(new, JointElement) else "mass"
+        found = [other for other, parts in held.items() if name in parts]
+        if found != [kind]:
+            told = f"is a {found[0]}" if found else "is no member, joint or mass of the frame"
+            raise FrameError(
+                f"{name!r} {told}, and change was given {type(new).__name__}(...), a {kind}: give its like"
+            )
+        parts = held[kind]
+        before = parts[name]
+        kinds = self._fitting(name, before, new)
+        parts[name] = replace(before, element=new)
+        try:
+            self._rejoin([before.element.shape], {f"{kind} {name!r}": new.shape})
+        except FrameError:
+            parts[name] = before
+            raise
+        self._examined |= kinds
+
+    def _fitting(self, name: str, part: Member | JointLink | MassPoint, new: Element) -> dict[Hashable, str]:
+        """Put an element to the test in the place of another; what it proves to be."""
+        if isinstance(new, LineElement):
+            assert isinstance(part, Member)
+            new.check(self._chord(part.start, part.end))
+            return self._examine(name, new, (part.start, part.end))
+        if isinstance(new, JointElement):
+            if not is_proven(new):
+                examine_joint(name, new)
+            check_ideal(name, new)
+        elif not is_proven(new):
+            examine_mass(name, new)
+        return {}
+
+    def _move(self, names: list[str], coordinates: ArrayLike) -> None:
+        nodes = [self._node(name) for name in names]
+        what = f"coordinates of node {nodes[0]!r}" if len(nodes) == 1 else f"coordinates of {len(nodes)} nodes"
+        if not nodes or len(set(nodes)) < len(nodes):
+            raise FrameError(f"change was given the nodes {names}: give each node once, one at least")
+        places = vector(coordinates, what)
+        each = [places] * len(nodes)
+        if len(nodes) > 1 and places.ndim > 1:
+            if places.shape[-2] != len(nodes):
+                wanted = f"(3,) for one place, or (..., {len(nodes)}, 3)"
+                raise FrameError(f"{what} have shape {places.shape}: give {wanted}")
+            each = [places[..., k, :] for k in range(len(nodes))]
+        before, size = {node: self.nodes[node] for node in nodes}, self.size
+        whole, known, reached = self._shape, self._shapes, self._reach(nodes)
+        try:
+            for node, place in zip(nodes, each, strict=True):
+                self.nodes[node] = Node(place, before[node].body)
+            # the measure of what coincides: of all nodes, where those that were moved may have been the farthest
+            self.size = max(size, self._reach(nodes)) if reached < size else self._reach(self.nodes)
+            self._check_near(set(nodes))
+            self._rejoin(
+                [node.coordinates.shape[:-1] for node in before.values()],
+                {f"node {node!r}": place.shape[:-1] for node, place in zip(nodes, each, strict=True)},
+            )
+        except FrameError:
+            self.nodes.update(before)
+            self.size, self._shape, self._shapes = size, whole, known
+            raise
+
+    def _reach(self, nodes: Iterable[str]) -> float:
+        """Largest coordinate of some nodes."""
+        return max(float(np.abs(self.position(node)).max(initial=0.0)) for node in nodes)
+
+    def _check_near(self, moved: set[str]) -> None:
+        """Refuse places that what is on the nodes cannot have."""
+        for name, member in self.members.items():
+            if member.start in moved or member.end in moved:
+                self._check_length(name, member.start, member.end)
+                member.element.check(self._chord(member.start, member.end))
+                for load in self.member_loads.get(name, ()):
+                    end = (0.0 if load.span is None else load.span[1]) if isinstance(load, LineLoad) else load.at
+                    if end > self._least_length(name):
+                        told = f"a load on it reaches to {end:.6g}: move its ends less, or unload it first"
+                        raise FrameError(f"member {name!r} would be {self._least_length(name):.6g} long, and {told}")
+        for name, joint in self.joints.items():
+            if joint.first in moved or joint.second in moved:
+                self._check_coincident(name, joint.first, joint.second)
+
+    def _rejoin(self, before: Sequence[Shape], given: dict[str, Shape]) -> None:
+        """The batch after something of shapes `before` was replaced by what is `given`, by name."""
+        if not any(shape and shape not in given.values() for shape in before):
+            self._join(given)
+            return
+        whole, known = self._shape, self._shapes
+        self._shape, self._shapes = (), {}
+        try:
+            self._join({name: shape for name, shape in self._shapes_given() if shape})
+        except FrameError:
+            self._shape, self._shapes = whole, known
+            raise
+
+    def _shapes_given(self) -> Iterator[tuple[str, Shape]]:
+        """Batch shapes of all that is described, by its name."""
+        for name, body in self.bodies.items():
+            yield f"origin of body {name!r}", body.origin.shape[:-1]
+            yield f"axes of body {name!r}", body.axes.shape[:-2]
+        for name, node in self.nodes.items():
+            yield f"node {name!r}", node.coordinates.shape[:-1]
+        for sort, parts in (("member", self.members), ("joint", self.joints), ("mass", self.masses)):
+            for name, part in parts.items():
+                yield f"{sort} {name!r}", part.element.shape
+        for at, held in self.supports.items():
+            yield from ((f"{DISPLACEMENTS[k]} prescribed at {at!r}", value.shape) for k, value in held.items())
+        for joint, offsets in self.offsets.items():
+            yield from ((f"offset {DISPLACEMENTS[k]} of {joint!r}", value.shape) for k, value in offsets.items())
+        for at, loads in self.loads.items():
+            yield from ((f"{FORCES[k]} at {at!r}", value.shape) for k, value in loads)
+        for member, on in self.member_loads.items():
+            for load in on:
+                yield from ((f"load on {member!r}", force.shape[:-1]) for force in load.forces)
+        if self.weight is not None:
+            yield "gravity", self.weight.shape[:-1]
+        if self.absent is not None:
+            yield "entries left out", self.absent.shape
+
+
+def _one(names: Sequence[str]) -> str:
+    if len(names) != 1:
+        raise FrameError(f"change was given one element for {list(names)}: change them one by one")
+    return plain("element", names[0])

@@ -1,0 +1,72 @@
+"""What stays of the last solution of a frame for the next one: its plan and its factors."""
+
+from __future__ import annotations
+
+from .batched.block import Factor
+from .batched.plan import Plan
+from .batched.reuse import same_structure
+from .batched.unloaded import Chained, Unloaded
+from .cache import SOLVED
+from .description import Description, alone
+from .solvers.method import choose
+from .solvers.stiffness import SparseStiffness
+
+
+class Factors:
+    """What the solutions of a frame under any loads have in common; it arrives empty where it is sent.
+
+    Attributes
+    ----------
+    light
+        Factors of a batch by component, those that are light enough to be held.
+    """
+
+    def __init__(self) -> None:
+        self.light: dict[tuple[Chained, int], Factor] = {}
+        self._sparse: SparseStiffness | None = None
+
+    def __reduce__(self) -> tuple[type[Factors], tuple[()]]:
+        return Factors, ()
+
+    def sparse(self, unloaded: Unloaded) -> SparseStiffness:
+        """The matrix of one large frame, with its factors."""
+        if self._sparse is None:
+            self._sparse = SparseStiffness(unloaded)
+        return self._sparse
+
+
+def planned(frame: Description, described: Description, method: str | None) -> tuple[Plan, Factors]:
+    """The plan of a description: that of the last solution where nothing but loads has changed.
+
+    Parameters
+    ----------
+    frame
+        What is solved; as long as it lives its plan is kept.
+    described
+        A copy of it.
+    method
+        The method that is asked for, checked.
+
+    Returns
+    -------
+    tuple
+        The plan, and the factors that belong to it.
+    """
+    # what a frame was made from may hold the frame, which would then be kept for ever
+    described = alone(described)
+    last: tuple[Plan, Factors] | None = SOLVED.get(frame)
+    if last is not None and last[0].asked == method and same_structure(last[0].frame, described):
+        found = last[0].reloaded(described), last[1]
+    else:
+        found = Plan(described, method=method), Factors()
+        if method is not None:
+            choose(found[0], method)  # refuses at once what does not suit the batch
+    SOLVED.put(frame, found)
+    return found
+
+
+def share(frame: Description, other: Description) -> None:
+    """Let a description, such as a copy under other loads, take up what is kept of another."""
+    last = SOLVED.get(frame)
+    if last is not None:
+        SOLVED.put(other, last)

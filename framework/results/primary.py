@@ -1,0 +1,127 @@
+"""The unknowns of a linear solution: what solves for them, and what stands in where double precision does not do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from ..batch import Array, Shape
+from ..batched.broadcast import BroadcastSolver
+from ..batched.plan import Plan
+from ..description import Description
+from ..error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
+from ..kept import Factors
+from ..solvers.method import BROADCAST
+from ..solvers.sparse import SparseSolver
+from ..structure.parts import Row
+from .idle import Idle, idle
+
+
+class Primary:
+    """Values of combinations of the unknowns and the known numbers of a plan.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    factors
+        What other solutions of it leave for this one, and this one for others.
+    contact
+        Whether journals were moved to where they rest in their clearances.
+    solver
+        What solves the plan; made when it is first asked for where None.
+
+    Attributes
+    ----------
+    known_idle
+        `idle`, once that has been asked for.
+    """
+
+    def __init__(
+        self, plan: Plan, factors: Factors, *, contact: bool, solver: BroadcastSolver | SparseSolver | None = None
+    ) -> None:
+        self.plan, self.factors, self.contact = plan, factors, contact
+        self.known_idle: Idle | None = None
+        if solver is not None:
+            self.solver = solver
+
+    def under(self, plan: Plan, solver: BroadcastSolver | SparseSolver) -> Primary:
+        """The same for another plan of the frame, of which other parts count as loaded."""
+        return Primary(plan, self.factors, contact=self.contact, solver=solver)
+
+    @property
+    def frame(self) -> Description:
+        """The description that is solved."""
+        return self.plan.frame
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        return self.plan.frame.shape
+
+    @cached_property
+    def solver(self) -> BroadcastSolver | SparseSolver:
+        """What solves the plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
+        if self.plan.method.name == BROADCAST:
+            return BroadcastSolver(self.plan, self.factors.light)
+        return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded))
+
+    @cached_property
+    def resolved(self) -> Solved | None:
+        """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
+        if self.contact:
+            return None
+        found: Solved
+        if isinstance(self.solver, SparseSolver):
+            if self.solver.adrift(self.solver.excited).size or not self.solver.singular(excited=True).any():
+                return None
+            found = ResolvedLarge(self.plan, self.solver)
+        else:
+            suspects = self.solver.suspects()
+            if not suspects.any() or len(self.plan.unknowns) > MOST:
+                return None
+            found = Resolved(self.plan, suspects)
+        return found if found.mask.any() else None
+
+    @cached_property
+    def idle(self) -> Idle | None:
+        """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
+        found = self.solver.singular(excited=True)
+        if self.resolved is not None:
+            found = found & ~self.resolved.mask
+        self.known_idle = idle(self.plan, self.solver, found) if found.any() else None
+        return self.known_idle
+
+    def stacked(self, rows: Sequence[Row]) -> Array:
+        """Values of combinations of unknowns and known numbers as one array of the batch shape.
+
+        Parameters
+        ----------
+        rows
+            n combinations.
+
+        Returns
+        -------
+        ndarray
+            (..., n).
+        """
+        out = np.zeros((*self.shape, len(rows)))
+        for k, value in enumerate(self.solver.values(rows)):
+            out[..., k] = value
+        if self.resolved is not None:
+            out[self.resolved.mask] = self.resolved.values(rows)
+        if self.idle is not None:
+            out[self.idle.mask] = self.idle.values(rows)
+        return out
+
+    def nodal(self) -> Array:
+        """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
+        count = len(self.plan.topology.number)
+        if isinstance(self.solver, SparseSolver) and self.idle is None:
+            better = self.resolved
+            unknowns = better.whole(self.solver) if isinstance(better, ResolvedLarge) else self.solver.unknowns
+            return self.solver.nodal(unknowns).reshape(*self.shape, count, 6)
+        rows = [self.plan.tree.row(node, k) for node in range(count) for k in range(6)]
+        return self.stacked(rows).reshape(*self.shape, count, 6)

@@ -1,0 +1,92 @@
+"""The matrix of one large frame with its factors, which all load cases share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..batch import Array
+from ..batched.unloaded import Unloaded
+from ..clock import timed
+from ..structure.matrices import Matrices
+from ..structure.topology import Index
+from .banded import BandedFactor
+from .cholesky import CholeskyFactor
+from .factor import Factor, NoFactor
+from .freedom import adrift
+from .graph import Graph
+from .iterative import Iterative, Places
+from .lu import LUFactor
+from .method import BANDED, CHOLESKY, ITERATIVE, available
+
+
+class SparseStiffness:
+    """The stiffness of a frame that does not vary over the batch, factorised where that is asked for.
+
+    Parameters
+    ----------
+    unloaded
+        The frame.
+    """
+
+    def __init__(self, unloaded: Unloaded) -> None:
+        self.unloaded, self.matrices = unloaded, Matrices(unloaded)
+        self.unknown: Index = unloaded.graph.unknown
+        self.factors: dict[bytes, Factor] = {}
+
+    @cached_property
+    def label(self) -> Index:
+        """Number of the connected component of each unknown, (n,)."""
+        return connected_components(self.matrices.stiffness, directed=False)[1].astype(np.int64)
+
+    @cached_property
+    def adrift(self) -> Array:
+        """Rigid motions (n, m) of parts that nothing supports."""
+        return adrift(self.unloaded)
+
+    def factor(self, where: NDArray[np.bool_], times: dict[str, float]) -> Factor:
+        """Factor of the stiffness of the unknowns `where` (n,), made where there is none yet.
+
+        Parameters
+        ----------
+        where
+            True for those.
+        times
+            Where to note the time that it takes.
+        """
+        key = where.tobytes()
+        if key not in self.factors:
+            stiffness = self.matrices.stiffness
+            matrix = stiffness if where.all() else stiffness[where][:, where]
+            with timed(times, "factorisation"):
+                self.factors[key] = self._factorised(csr_matrix(matrix), where)
+        return self.factors[key]
+
+    def direct(self, where: NDArray[np.bool_]) -> Callable[[csr_matrix], Factor]:
+        """What factorises a matrix of the unknowns `where` (n,), of the pattern of the stiffness."""
+        return partial(_direct, self.unloaded.method.name, self.unloaded.graph, where)
+
+    def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
+        if not where.any():
+            return NoFactor(matrix)
+        direct = self.direct(where)
+        if self.unloaded.method.name != ITERATIVE:
+            return direct(matrix)
+        graph = self.unloaded.graph
+        free = graph.free & np.array([body is None for body in self.unloaded.topology.bodies])
+        places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
+        return Iterative(matrix, places.of(where), direct)
+
+
+def _direct(name: str, graph: Graph, where: NDArray[np.bool_], matrix: csr_matrix) -> Factor:
+    """Factor of the matrix of the unknowns `where`."""
+    if name == BANDED:
+        return BandedFactor(matrix, graph.order(graph.band, where))
+    if name == CHOLESKY or (name == ITERATIVE and available()):
+        return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))
+    return LUFactor(matrix)
