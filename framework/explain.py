@@ -82,6 +82,8 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
         for title, order in zip(("in the links, condensed", "at the joints"), orders, strict=True):
             lines += _steps(title, order, plan.grid)
         lines.append(_estimate(plan.grid, orders))
+        ran = solver.ran(name)
+        lines += [f"  The last reading took {ran}."] if ran else []
         negligible = solver.negligible(name)
         if negligible:
             lines.append(f"  {negligible} couplings turned out to be less than rounding and were skipped.")

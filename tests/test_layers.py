@@ -17,7 +17,8 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # The layers of framework, each of which may import from itself and from those before. A file that is named stands where
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
-    "numbers, names, errors": "cache errors clock states batch names dofs loads provenance",
+    "numbers, names, errors": "cache errors clock states batch names dofs loads provenance structure/parts",
+    "recorded calculations": "program/*",
     "elements, and how they are examined": "clearances/contact protocol examined examination",
     "description": "description editing bulk",
     "structure": "structure/*",

@@ -15,6 +15,7 @@ import pytest
 
 TOP = Path(__file__).parents[1]
 FOLDERS = ("framework", "elements", "models")
+HEAVY = {"pyvista", "matplotlib", "vtk", "vtkmodules", "meshio", "tqdm", "llvmlite", "numba"}
 PROJECT = tomllib.loads((TOP / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -68,9 +69,9 @@ def test_every_dependency_has_a_lower_bound() -> None:
 @pytest.mark.parametrize(
     ("module", "unwanted"),
     [
-        ("linkframe.framework", {"pyvista", "matplotlib", "vtk", "vtkmodules", "meshio", "tqdm", "linkframe.elements"}),
-        ("linkframe.elements", {"pyvista", "matplotlib", "vtk", "vtkmodules", "meshio", "tqdm", "linkframe.models"}),
-        ("linkframe.models", {"pyvista", "matplotlib", "vtk", "vtkmodules", "meshio", "tqdm"}),
+        ("linkframe.framework", {*HEAVY, "linkframe.elements"}),
+        ("linkframe.elements", {*HEAVY, "linkframe.models"}),
+        ("linkframe.models", HEAVY),
     ],
 )
 def test_import_loads_no_more_than_it_must(module: str, unwanted: set[str]) -> None:

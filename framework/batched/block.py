@@ -11,25 +11,31 @@ threads.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+from typing import cast
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, Shape
+from ..program.calculation import Calculation
+from ..program.recording import Recording, Term
 from ..structure.parts import Grid, Parts, Row, Value
 from ..structure.varying import Varying
 from .chunks import held, large_masks, steps
-from .combination import Combination
 from .order import Order
 from .progress import Masks, Progress, Springs, Wanted
 from .stage import Forces, Matrix, Stage
-from .tail import Remainder, Tail
+from .tail import Remainder
 
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
+# Machine code, which holds nothing between its steps, does so many chunks at a time.
+LONGER = 16
 # Up to so many bytes a factor stays with its frame for the next load.
 HOLD = 2**26
 
@@ -77,31 +83,44 @@ class Factor:
     chunk
         Batch entries handled at a time.
     workers
-        Threads. One is the default: operations on a chunk that fits the cache take some ten microseconds, less than
-        it takes to pass NumPy's lock on, so that two threads on two cores took 0.95 to 1.9 times the time of one for
-        361000 entries, whatever the chunk.
+        Threads of NumPy. One is the default: operations on a chunk that fits the cache take some ten microseconds, less
+        than it takes to pass NumPy's lock on, so that two threads on two cores took 0.95 to 1.9 times the time of one
+        for 361000 entries, whatever the chunk. Machine code has threads of its own.
+    compiled
+        Whether chunks are done by machine code; as promises to be faster where None.
+
+    Attributes
+    ----------
+    ran
+        How the chunks were done and why, in words; empty before.
     """
 
-    def __init__(self, block: Block, chunk: int | None = None, workers: int = 1) -> None:
+    def __init__(
+        self, block: Block, chunk: int | None = None, workers: int = 1, *, compiled: bool | None = None
+    ) -> None:
         self.block, self.workers = block, workers
         self.large: Wanted = large_masks(block.grid)
         self.small: Wanted = [not large for large in self.large]
         self.axis, self.step = steps(block.grid, block.orders, chunk)
+        self.compiled = compiled
         self._masks = Masks.of(block.grid, block.rows, block.springs)
         with np.errstate(all="ignore"):
             self.shared = self._shared()
-        self._kept: dict[int, Progress | Tail] = {}
-        self._former: dict[int, Progress | Tail] = {}
-        self._margins: dict[int, Array] = {}
+        # What later reads and other loads take up: unknowns and known numbers of a tail, factors of chunks.
+        self._numbers: dict[int, Value] | None = None
+        self._kept: dict[int, Progress] = {}
+        self._former: dict[int, Progress] = {}
+        self._least: Array | None = None
         self._again = False
-        self.origin = ""
+        self.origin, self.ran = "", ""
 
     def loaded(self, block: Block) -> Factor:
         """The same factor under the loads of another block, which differs in nothing else."""
         twin = object.__new__(type(self))
         twin.block, twin.workers, twin.large, twin.small = block, self.workers, self.large, self.small
+        twin.compiled, twin.ran = self.compiled, ""
         twin.axis, twin.step, twin._masks, twin._again = self.axis, self.step, self._masks, True
-        twin._kept, twin._former, twin._margins = {}, self._former | self._kept, dict(self._margins)
+        twin._numbers, twin._kept, twin._former, twin._least = None, {}, self._former | self._kept, self._least
         stage = Stage(forces=block.forces).mapped(_same)
         twin.shared = self.shared.loaded(stage.forces, {}, block.knowns)
         with np.errstate(all="ignore"):
@@ -126,28 +145,32 @@ class Factor:
         """Couplings left out of what the chunks do, because they are less than rounding."""
         return self._rest.negligible if any(self.large) and self._only_tail else 0
 
-    def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns, at the whole batch."""
+    def values(self, rows: Sequence[Row], places: Sequence[Array | None] = ()) -> list[Value]:
+        """Value of each of `rows` over the unknowns, at the whole batch; in its place where it varies over all of it.
+
+        Parameters
+        ----------
+        rows
+            Combinations of unknowns.
+        places
+            Memory of the batch shape that may be used for each, if any.
+        """
         with np.errstate(all="ignore"):
-            return self._gathered(rows) if any(self.large) else self.shared.values(rows)
+            if not any(self.large):
+                return self.shared.values(rows)
+            return self._from_tail(rows, places) if self._only_tail else self._from_stages(rows, places)
 
     def margin(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
         shape = self.block.grid.shape
-        shared = [value.astype(np.float64) for value in _margins(self.shared)]
+        shared = [np.asarray(value, dtype=np.float64) for value in _margins(self.shared)]
         small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
         if not any(self.large):
             return np.broadcast_to(small, shape)
-        if len(self._margins) < self.chunks:
-            self._each(lambda index, progress: None)
-        if all(least.ndim == 0 for least in self._margins.values()):
-            # Nothing was watched, and the same is known of all chunks.
-            return np.broadcast_to(np.minimum(small, self._margins[0]), shape)
-        out = np.array(np.broadcast_to(small, shape))
-        for index, least in self._margins.items():
-            part = self._part(index)
-            out[part] = np.minimum(out[part], least)
-        return out
+        if self._least is None:
+            self.values([])
+        assert self._least is not None
+        return np.broadcast_to(np.minimum(small, self._least), shape)
 
     # -- one run ----------------------------------------------------------------------------------------------------
 
@@ -161,73 +184,6 @@ class Factor:
         return progress
 
     # -- chunks -----------------------------------------------------------------------------------------------------
-
-    def _gathered(self, rows: Sequence[Row]) -> list[Value]:
-        return self._from_tails(rows) if self._only_tail else self._from_stages(rows)
-
-    def _from_tails(self, rows: Sequence[Row]) -> list[Value]:
-        shape = self.block.grid.shape
-        asked = Combination.of([self.shared.carried(row) for row in rows], self._rest.columns, shape)
-        out = np.empty((*shape[:-1], len(rows), shape[-1]))
-
-        def gather(index: int, tail: Progress | Tail) -> None:
-            indices, part = self._indices(index), self._part(index)
-            last = self.axis == len(shape) - 1
-            assert isinstance(tail, Tail)
-            tail.values(asked.cut(self.axis, indices), out[..., indices] if last else out[part])
-
-        self._each(gather)
-        return [out[..., k, :] for k in range(len(rows))]
-
-    def _from_stages(self, rows: Sequence[Row]) -> list[Value]:
-        results: list[Value] = [0.0] * len(rows)
-
-        def gather(index: int, progress: Progress | Tail) -> None:
-            part = self._part(index)
-            assert isinstance(progress, Progress)
-            cut = [_mapped(row, functools.partial(self._cut, part=part)) for row in rows]
-            for k, value in enumerate(progress.values(cut)):
-                if not isinstance(value, np.ndarray):
-                    results[k] = value
-                    continue
-                target = results[k]
-                if not isinstance(target, np.ndarray):
-                    shape = list(value.shape)
-                    shape[self.axis] = self.block.grid.shape[self.axis]
-                    target = results[k] = np.empty(shape)
-                target[part] = value
-
-        self._each(gather)
-        return results
-
-    def _each(self, work: Callable[[int, Progress | Tail], None]) -> None:
-        """Do `work` with the index and progress of every chunk.
-
-        Results of stages are laid out as the first comes out, so that goes before the others.
-        """
-
-        def one(index: int) -> None:
-            with np.errstate(all="ignore"):
-                work(index, self._chunk(index))
-
-        alone = self.chunks if self.workers == 1 else 1 if self.chunks == 1 or not self._only_tail else 0
-        keep = self._bytes() < KEEP
-        for index in range(alone):
-            one(index)
-        if alone < self.chunks:
-            with ThreadPoolExecutor(self.workers) as pool:
-                for _ in pool.map(one, range(alone, self.chunks)):
-                    pass
-        self._again = keep
-
-    def _chunk(self, index: int) -> Progress | Tail:
-        if index in self._kept:
-            return self._kept[index]
-        progress: Progress | Tail = self._finished(index) if self._only_tail else self._redone(index)
-        self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
-        if self._again or self.chunks == 1 or (self.light and not self._only_tail):
-            self._kept[index] = progress
-        return progress
 
     @functools.cached_property
     def _only_tail(self) -> bool:
@@ -246,36 +202,147 @@ class Factor:
         done = {step.mask for each in (self.shared.inner, stage) for step in each.pivots.values()}
         return Remainder.of(stage, left, self.shared.knowns, self.block.grid, done)
 
-    def _finished(self, index: int) -> Tail:
-        cut = functools.partial(self._cut, part=self._part(index))
-        shape = list(self.block.grid.shape)
-        shape[self.axis] = len(range(shape[self.axis])[self._indices(index)])
-        return Tail(self._rest.cut(cut, self.axis, self._indices(index)), tuple(shape))
-
-    def _redone(self, index: int) -> Progress:
-        """The whole way once more for the terms that are large."""
-        shared, cut = self.shared, functools.partial(self._cut, part=self._part(index))
-        inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
-        former = self._former.pop(index, None)
-        if isinstance(former, Progress):
-            progress = former.loaded(inner.forces, outer.forces, knowns)
+    def _from_tail(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
+        """Results are combinations of the unknowns that were left to the chunks; asked again, these are kept."""
+        recording, rest = Recording(), self._rest
+        asked = [self.shared.carried(row) for row in rows]
+        keep = self._numbers is None and (self._again or self.chunks == 1)
+        watched: list[Value] = []
+        if self._numbers is None:
+            recorded = rest.recorded(recording)
+            numbers = recorded.numbers
+            watched = [recorded.margin] if recorded.margin is not None and self._least is None else []
         else:
-            rows = {a: _mapped(row, cut) for a, row in shared.rows.items()}
-            springs = [(_mapped(row, cut), cut(stiffness)) for row, stiffness in shared.springs]
-            progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
-            if self.block.varying:
-                for entry, value in self.block.varying.values(self.axis, self._indices(index)):
-                    inner.put(*entry.at, entry.mask, value)
-            progress.factorise(self.large, given=False)
-            progress.forget()
+            numbers = {k: recording.take(value) for k, value in self._numbers.items()}
+        results = recording.products(asked, numbers)
+        unknowns = [numbers[k] for k in rest.pivots] if keep else []
+        found = self._run(recording, [*results, *watched, *unknowns], places)
+        if keep:
+            known = {-1 - s: value for s, value in enumerate(rest.knowns)}
+            self._numbers = dict(zip(rest.pivots, found[len(found) - len(unknowns) :], strict=True)) | known
+        if self._least is None:
+            self._least = np.asarray(found[len(rows)] if watched else rest.margin)
+        self._again = 8 * self.block.grid.sizes[-1] * len(rest.pivots) < KEEP
+        return found[: len(rows)]
+
+    def _from_stages(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
+        """Results by the whole way once more, for the terms that are large; what is kept of it is taken up."""
+        if len(self._kept.keys() | self._former.keys()) == self.chunks:
+            return self._taken_up(rows)
+        recording, progress = self._recorded
+        results = progress.values([_mapped(row, recording.take) for row in rows])
+        least = [_least(_margins(progress))] if self._least is None else []
+        keep = self._again or self.chunks == 1 or self.light
+        found = self._run(recording, [*results, *least], places, progress if keep else None)
+        if least:
+            self._least = np.asarray(found[-1])
+        self._again = 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders) < KEEP
+        return found[: len(rows)]
+
+    @functools.cached_property
+    def _recorded(self) -> tuple[Recording, Progress]:
+        """The whole way for the terms that are large, written down."""
+        recording, shared, varying = Recording(), self.shared, self.block.varying
+        take = recording.take
+        inner, outer = shared.inner.mapped(take), shared.outer.mapped(take)
+        rows = {a: _mapped(row, take) for a, row in shared.rows.items()}
+        springs = [(_mapped(row, take), take(stiffness)) for row, stiffness in shared.springs]
+        knowns = [take(value) for value in shared.knowns]
+        progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
+        if varying:
+            for entry, value in varying.values([recording.later(mask) for mask in varying.masks]):
+                inner.put(*entry.at, entry.mask, value)
+        progress.factorise(self.large, given=False)
+        progress.forget()
+        progress.load(self.large)
+        return recording, progress
+
+    def _run(
+        self,
+        recording: Recording,
+        asked: Sequence[Value],
+        places: Sequence[Array | None],
+        state: Progress | None = None,
+    ) -> list[Value]:
+        """The numbers that `asked` terms stand for, chunk by chunk; of each, `state` is kept with its numbers."""
+        grid, varying = self.block.grid, self.block.varying
+        terms = [value for value in asked if isinstance(value, Term)]
+        inside = _terms(state) if state else []
+        if not (terms or inside):
+            return list(asked)
+        calculation = Calculation(recording, [*terms, *inside], grid.shape, compiled=self.compiled)
+        self.ran = calculation.choice.reason
+        given = [place for value, place in zip_longest(asked, places) if isinstance(value, Term)]
+        outs = _memory([calculation.of(term.mask) for term in terms], given)
+        longer = LONGER if calculation.choice.compiled and not (varying or state) else 1
+
+        def one(index: int) -> None:
+            indices = slice(index * self.step, (index + longer) * self.step)
+            part = (slice(None),) * self.axis + (indices,)
+            later = varying.numbers(self.axis, indices) if varying else []
+            held = [np.empty(calculation.of(term.mask, self._shape(indices))) for term in inside]
+            mine = [out[part] if term.mask >> self.axis & 1 else out for term, out in zip(terms, outs, strict=True)]
+            calculation.run(self.axis, indices, [*mine, *held], later)
+            if state:
+                found = {term.number: value for term, value in zip(inside, held, strict=True)}
+                self._kept[index] = _mapped_progress(state, functools.partial(_numbered, found=found))
+
+        self._each(one, longer)
+        found = iter(outs)
+        return [next(found) if isinstance(value, Term) else value for value in asked]
+
+    def _taken_up(self, rows: Sequence[Row]) -> list[Value]:
+        """Results from factors that were kept, under their own loads or those of another solution."""
+        results: list[Value] = [0.0] * len(rows)
+
+        def gather(index: int) -> None:
+            part = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
+            cut = functools.partial(self._cut, part=part)
+            if index not in self._kept:
+                self._kept[index] = self._loaded_anew(self._former.pop(index), cut)
+            for k, value in enumerate(self._kept[index].values([_mapped(row, cut) for row in rows])):
+                if not isinstance(value, np.ndarray):
+                    results[k] = value
+                    continue
+                target = results[k]
+                if not isinstance(target, np.ndarray):
+                    shape = list(value.shape)
+                    shape[self.axis] = self.block.grid.shape[self.axis]
+                    target = results[k] = np.empty(shape)
+                target[part] = value
+
+        self._each(gather)
+        return results
+
+    def _loaded_anew(self, former: Progress, cut: Callable[[Value], Value]) -> Progress:
+        shared = self.shared
+        inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
+        progress = former.loaded(inner.forces, outer.forces, knowns)
         progress.load(self.large)
         return progress
 
-    def _part(self, index: int) -> tuple[slice, ...]:
-        return (slice(None),) * self.axis + (self._indices(index),)
+    def _each(self, work: Callable[[int], None], longer: int = 1) -> None:
+        """Do `work` with the index of every chunk, or of every so many.
 
-    def _indices(self, index: int) -> slice:
-        return slice(index * self.step, (index + 1) * self.step)
+        What all of them share is made with the first, so that goes before the others.
+        """
+
+        def one(index: int) -> None:
+            with np.errstate(all="ignore"):
+                work(index)
+
+        alone = self.chunks if self.workers == 1 else 1
+        for index in range(0, alone, longer):
+            one(index)
+        if alone < self.chunks:
+            with ThreadPoolExecutor(self.workers) as pool:
+                for _ in pool.map(one, range(longer, self.chunks, longer)):
+                    pass
+
+    def _shape(self, indices: slice) -> Shape:
+        """The batch shape of a chunk."""
+        shape = self.block.grid.shape
+        return (*shape[: self.axis], len(range(shape[self.axis])[indices]), *shape[self.axis + 1 :])
 
     def _cut(self, value: Value, part: tuple[slice, ...]) -> Value:
         """The part of a number that belongs to a chunk, in double precision."""
@@ -284,23 +351,66 @@ class Factor:
         mine = value[part] if value.shape[self.axis] == self.block.grid.shape[self.axis] else value
         return mine.astype(np.float64, copy=False)
 
-    def _bytes(self) -> int:
-        """What all chunks would hold for later."""
-        if self._only_tail:
-            return 8 * self.block.grid.sizes[-1] * len(self._rest.columns)
-        return 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders)
-
 
 def _same(value: Value) -> Value:
     return value
+
+
+def _memory(shapes: Sequence[Shape], given: Sequence[Array | None]) -> list[Array]:
+    """Arrays of these shapes: those given where they suit; one piece of memory for the others, which is made faster."""
+    suits = [place is not None and place.shape == shape for shape, place in zip(shapes, given, strict=True)]
+    sizes = [0 if suit else math.prod(shape) for suit, shape in zip(suits, shapes, strict=True)]
+    pieces = np.split(np.empty(sum(sizes)), np.cumsum(sizes)[:-1]) if sizes else []
+    return [
+        cast(Array, place) if suit else piece.reshape(shape)
+        for suit, place, piece, shape in zip(suits, given, pieces, shapes, strict=True)
+    ]
 
 
 def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
     return {k: change(value) for k, value in row.items()}
 
 
-def _margins(progress: Progress | Tail) -> list[Array]:
+def _margins(progress: Progress) -> list[Value]:
     """Least pivot ratios found, by mask, in what was done on the way."""
-    if isinstance(progress, Tail):
-        return [np.asarray(progress.margin)]
-    return [np.asarray(value) for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
+    return [value for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
+
+
+def _least(values: Sequence[Value]) -> Value:
+    least: Value = np.inf
+    for value in values:
+        least = np.minimum(least, value)
+    return least
+
+
+def _mapped_progress(progress: Progress, change: Callable[[Value], Value]) -> Progress:
+    """What later reads and other loads need of it, with `change` applied to every number."""
+    return replace(
+        progress,
+        inner=progress.inner.mapped(change),
+        outer=progress.outer.mapped(change),
+        rows={a: _mapped(row, change) for a, row in progress.rows.items()},
+        springs=[],
+        knowns=[change(value) for value in progress.knowns],
+        imposed={
+            i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
+            for i, by_source in progress.imposed.items()
+        },
+    )
+
+
+def _terms(progress: Progress) -> list[Term]:
+    """All terms in it, each once."""
+    found: dict[int, Term] = {}
+
+    def note(value: Value) -> Value:
+        if isinstance(value, Term):
+            found[value.number] = value
+        return value
+
+    _mapped_progress(progress, note)
+    return list(found.values())
+
+
+def _numbered(value: Value, found: dict[int, Array]) -> Value:
+    return found[value.number] if isinstance(value, Term) else value

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..batch import Array
 from ..clock import timed
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, combine, unknowns
@@ -44,8 +45,8 @@ class BroadcastSolver:
         plan = self.plan.reaching(unknowns)
         return self if plan is self.plan else self.only(plan)
 
-    def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns."""
+    def values(self, rows: Sequence[Row], places: Sequence[Array] = ()) -> list[Value]:
+        """Value of each of `rows` over the unknowns, some of them in `places`, memory of the batch shape for each."""
         rows = [self.plan.retained(row) for row in rows]
         split: dict[int, dict[int, Row]] = {}
         for index, row in enumerate(rows):
@@ -58,7 +59,10 @@ class BroadcastSolver:
         terms = [[(value, knowns[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
         with timed(self.plan.times, "solution"):
             for name, parts in split.items():
-                for index, value in zip(parts, factors[name].values(list(parts.values())), strict=True):
+                # What several components have a part in is a sum.
+                alone = [bool(places) and len(terms[k]) + sum(k in each for each in split.values()) == 1 for k in parts]
+                mine = [places[k] if single else None for k, single in zip(parts, alone, strict=True)]
+                for index, value in zip(parts, factors[name].values(list(parts.values()), mine), strict=True):
                     terms[index].append((1.0, value))
             return [combine(term) for term in terms]
 
@@ -89,6 +93,10 @@ class BroadcastSolver:
     def negligible(self, component: int) -> int:
         """Couplings that a factorisation left out; 0 before it is made."""
         return self._factors[component].negligible if component in self._factors else 0
+
+    def ran(self, component: int) -> str:
+        """How the chunks of a component were done the last time and why, in words; empty where none were."""
+        return self._factors[component].ran if component in self._factors else ""
 
     def origin(self, component: int) -> str:
         """What of the factor of a component is that of the last solution, in words; empty for nothing."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..program.combination import BLOCK
 from ..structure.parts import Grid
-from .combination import BLOCK
 from .order import Order
 
 # Batch entries handled at a time, as many as make the calls of NumPy cheap; fewer where all that is held for them would

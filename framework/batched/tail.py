@@ -1,20 +1,19 @@
-"""The last unknowns of an elimination, those that vary over most of the batch: a sparse LDL^T, chunk by chunk.
+"""The last unknowns of an elimination, those that vary over most of the batch, as a program.
 
-Each operation is one pass over arrays that stay in the cache. Loads and results, which are sums over known numbers and
-unknowns with factors that mostly vary less than these, are matrix products.
+Loads and results, which are sums over known numbers and unknowns with factors that mostly vary less than these, are
+matrix products.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..batch import Array, Shape
-from ..structure.parts import Grid, Parts, Value, total
-from .combination import Combination
-from .stage import Stage, reciprocal
+from ..program.recording import Recording
+from ..structure.parts import Grid, Parts, Row, Value, is_zero, total
+from .order import Order
+from .stage import Stage, backward
 
 # A coupling smaller than this share of the two diagonal entries is less than the rounding of what it came from, in
 # extended precision. There are such: forces in a statically determinate linkage do not depend on its springs.
@@ -29,6 +28,8 @@ class Remainder:
 
     Attributes
     ----------
+    grid
+        The batch.
     pivots
         The unknowns in order.
     matrix
@@ -45,11 +46,12 @@ class Remainder:
         Number of couplings left out because they are less than rounding.
     """
 
+    grid: Grid
     pivots: list[int]
     matrix: list[dict[int, Parts]]
     scale: list[Parts]
     margin: float
-    loads: Combination
+    loads: list[Row]
     knowns: list[Value]
     negligible: int
 
@@ -64,26 +66,51 @@ class Remainder:
         forces = [stage.forces.get(k, {}) for k in pivots]
         loads = [{-1 - s: _double(total(parts)[1]) for s, parts in by_source.items()} for by_source in forces]
         scale = [{mask: _double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
-        columns = {-1 - s: s for s in range(len(knowns))}
-        combined = Combination.of(loads, columns, grid.shape)
         margin = _margin(stage, pivots, done)
-        return cls(pivots, matrix, scale, margin, combined, [_double(v) for v in knowns], negligible)
+        return cls(grid, pivots, matrix, scale, margin, loads, [_double(v) for v in knowns], negligible)
 
-    @property
-    def columns(self) -> Mapping[int, int]:
-        """Where the unknowns, and after them the known numbers, stand in the solution."""
-        unknown = {k: place for place, k in enumerate(self.pivots)}
-        return unknown | {-1 - s: len(self.pivots) + s for s in range(len(self.knowns))}
+    def recorded(self, recording: Recording) -> Recorded:
+        """Write down how they are solved: elimination and substitution, all of it over the whole batch."""
+        grid, size = self.grid, len(self.pivots)
+        every = len(grid.sizes) - 1
+        known = {-1 - s: recording.take(value) for s, value in enumerate(self.knowns)}
+        loads = recording.products(self.loads, known)
+        stage = Stage(forces={k: {0: {every: load}} for k, load in enumerate(loads) if not is_zero(load)})
+        for k, row in enumerate(self.matrix):
+            for j, parts in row.items():
+                stage.entry(k, j).update(_whole(recording, every, parts))
+            if not self.margin:
+                stage.scale[k] = _whole(recording, every, self.scale[k])
+        below = {k: sorted(row.keys() - {k}) for k, row in enumerate(self.matrix)}
+        order = Order(list(range(size)), below, dict.fromkeys(range(size), every))
+        wanted = [True] * (every + 1)
+        stage.eliminate(order, wanted)
+        stage.forward(order, wanted)
+        found: dict[int, Value] = {}
+        backward(order, set(range(size)), found, stage, [1.0])
+        least = None if self.margin else total(stage.margin)[1]
+        return Recorded({k: found[place] for place, k in enumerate(self.pivots)} | known, least)
 
-    def cut(self, change: Callable[[Value], Value], axis: int, indices: slice) -> Remainder:
-        """A chunk of it; `change` cuts a number."""
-        return replace(
-            self,
-            matrix=[{j: {m: change(v) for m, v in parts.items()} for j, parts in row.items()} for row in self.matrix],
-            scale=[{m: change(v) for m, v in parts.items()} for parts in self.scale],
-            loads=self.loads.cut(axis, indices),
-            knowns=[change(value) for value in self.knowns],
-        )
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a recording has made.
+
+    Attributes
+    ----------
+    numbers
+        The unknowns and the known numbers.
+    margin
+        Least ratio of a pivot to its scale, None where that is known beforehand.
+    """
+
+    numbers: dict[int, Value]
+    margin: Value | None
+
+
+def _whole(recording: Recording, every: int, parts: Parts) -> Parts:
+    """A sum of parts as one number, which will vary over the whole batch."""
+    return {every: total({mask: recording.take(value) for mask, value in parts.items()})[1]} if parts else {}
 
 
 def _double(value: Value) -> Value:
@@ -139,90 +166,3 @@ def _fill(matrix: list[dict[int, Parts]]) -> None:
         for a, i in enumerate(after):
             for j in after[a:]:
                 matrix[i].setdefault(j, {})
-
-
-class Tail:
-    """Factorisation and solution of a chunk.
-
-    Parameters
-    ----------
-    rest
-        What is left, cut to the chunk.
-    shape
-        Batch shape of the chunk.
-    """
-
-    def __init__(self, rest: Remainder, shape: Shape) -> None:
-        self._most: Value = 0.0
-        self._least: Value = np.inf
-        size = len(rest.pivots)
-        self._all = np.empty((*shape[:-1], size + len(rest.knowns), shape[-1]))
-        for s, value in enumerate(rest.knowns):
-            self._all[..., size + s, :] = value
-        rest.loads.times(self._all[..., size:, :], self._all[..., :size, :])
-        # One place for products, which stays in the cache.
-        self._product = np.empty(shape)
-        self._x = [self._all[..., k, :] for k in range(size)]
-        self._loaded = {k for k, row in enumerate(rest.loads.rows) if row}
-        self._rows = [{j: _summed(parts) for j, parts in row.items()} for row in rest.matrix]
-        self._watched = not rest.margin
-        self._scale = [_summed(parts) for parts in rest.scale] if self._watched else []
-        for k in range(size):
-            self._step(k)
-        for k in reversed(range(size)):
-            for j, low in self._rows[k].items():
-                self._reduce(self._x[k], low, self._x[j])
-        # Least ratio of a pivot to its scale; a negative one is less than any other.
-        watched = np.where(self._least < 0.0, self._least, self._most)
-        self.margin: Value = reciprocal(watched) if self._watched else rest.margin
-        del self._product, self._x, self._rows, self._scale, self._most, self._least
-
-    def values(self, rows: Combination, out: Array) -> None:
-        """Put each of `rows` over the unknowns and the known numbers into `out` (..., rows, length)."""
-        rows.times(self._all, out)
-
-    def _step(self, k: int) -> None:
-        """Eliminate k: its row becomes the column of L below it, its load that of ``D^-1 L^-1 f``."""
-        row = self._rows[k]
-        inverse = reciprocal(row.pop(k))
-        share: Value = 0.0
-        if self._watched:
-            share = self._scale[k] * inverse
-            self._most, self._least = np.maximum(self._most, share), np.minimum(self._least, share)
-        lower = {j: value * inverse for j, value in row.items()}
-        for i, low in lower.items():
-            target = self._rows[i]
-            for j in target.keys() & row.keys():
-                term = self._times(low, row[j])
-                target[j] = _into(np.subtract, target[j], term)
-                if i == j and self._watched:
-                    self._scale[i] = _into(np.add, self._scale[i], term * share)
-            if k in self._loaded:
-                self._reduce(self._x[i], low, self._x[k])
-                self._loaded.add(i)
-        np.multiply(self._x[k], inverse, out=self._x[k])
-        self._rows[k] = lower
-
-    def _times(self, low: Value, value: Value) -> Value:
-        """Their product, which the next one may overwrite."""
-        if isinstance(low, np.ndarray) and low.shape == self._product.shape:
-            return np.multiply(low, value, out=self._product)
-        return low * value
-
-    def _reduce(self, target: Array, low: Value, value: Array) -> None:
-        """Subtract `low` `value` from `target`."""
-        np.subtract(target, np.multiply(low, value, out=self._product), out=target)
-
-
-def _into(operation: np.ufunc, target: Value, term: Value) -> Value:
-    """Sum or difference of `target` and `term`, in the memory of `target` where it is of that shape."""
-    if isinstance(target, np.ndarray) and target.shape == np.shape(term):
-        found: Value = operation(target, term, out=target)
-        return found
-    return operation(target, term)  # type: ignore[no-any-return]
-
-
-def _summed(parts: Parts) -> Value:
-    """The sum of `parts` in memory that may be written to."""
-    value = total(parts)[1]
-    return value.copy() if isinstance(value, np.ndarray) and any(value is part for part in parts.values()) else value

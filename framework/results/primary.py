@@ -107,9 +107,15 @@ class Primary:
         ndarray
             (..., n).
         """
-        out = np.zeros((*self.shape, len(rows)))
-        for k, value in enumerate(self.solver.values(rows)):
-            out[..., k] = value
+        # Row by row in memory, as they are computed: nothing is copied, and what is zero is never touched.
+        whole = np.zeros((len(rows), *self.shape))
+        places = [whole[k, ...] for k in range(len(rows))]
+        solver = self.solver
+        found = solver.values(rows, places) if isinstance(solver, BroadcastSolver) else solver.values(rows)
+        for place, value in zip(places, found, strict=True):
+            if value is not place:
+                place[...] = value
+        out: Array = np.moveaxis(whole, 0, -1)
         if self.resolved is not None:
             out[self.resolved.mask] = self.resolved.values(rows)
         if self.idle is not None:

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..batch import Array, aligned
 from .group import Group
-from .parts import Grid, Value, combine, is_zero
+from .parts import Grid, Value, combine
 
 # Entries looked at together in the first pass.
 _CHUNK = 2**13
@@ -46,6 +47,23 @@ class Entry:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """What is known of a piece beforehand.
+
+    Attributes
+    ----------
+    codes
+        Of each number that its stiffness is made of, 0 where it is zero all over the batch; else one, and the axes over
+        which it varies from the second bit on. Stiffnesses, deformations in local axes, axes at the ends.
+    entries
+        Terms of the stiffness.
+    """
+
+    codes: list[list[int]]
+    entries: list[Entry]
+
+
+@dataclass(frozen=True)
 class Varying:
     """Stiffness of such members, its pattern known.
 
@@ -54,36 +72,59 @@ class Varying:
     grid
         The batch.
     groups
-        The members, with the entries of each piece.
+        The members, by piece.
     """
 
     grid: Grid
-    groups: Sequence[tuple[Group, list[list[Entry]]]]
+    groups: Sequence[tuple[Group, list[Piece]]]
 
     @classmethod
     def of(cls, groups: Iterable[Group], grid: Grid) -> Varying:
         """Find the entries that `groups` have."""
-        return cls(grid, [(group, _entries(group, grid)) for group in groups])
+        return cls(grid, [(group, _pieces(group, grid)) for group in groups])
 
     @property
     def entries(self) -> Iterator[Entry]:
         """All entries."""
-        return (entry for _, pieces in self.groups for entries in pieces for entry in entries)
+        return (entry for _, pieces in self.groups for piece in pieces for entry in piece.entries)
 
     def within(self, own: set[int], held: set[int]) -> Varying | None:
         """Those of one component: between DOFs `held`, one at least its `own`; None where there are none."""
         groups = []
         for group, pieces in self.groups:
-            kept = [[e for e in entries if held.issuperset(e.at) and not own.isdisjoint(e.at)] for entries in pieces]
-            if any(kept):
-                groups.append((group, kept))
+            kept = [
+                [e for e in piece.entries if held.issuperset(e.at) and not own.isdisjoint(e.at)] for piece in pieces
+            ]
+            at = [k for k, entries in enumerate(kept) if entries]
+            if at:
+                some = group.part(np.array(at)) if len(at) < len(pieces) else group
+                groups.append((some, [Piece(pieces[k].codes, kept[k]) for k in at]))
         return Varying(self.grid, groups) if groups else None
 
-    def values(self, axis: int, indices: slice) -> Iterator[tuple[Entry, Value]]:
-        """The numbers at some indices of a batch axis."""
+    @property
+    def masks(self) -> list[int]:
+        """Axes over which each of `numbers` varies."""
+        each = (codes for _, pieces in self.groups for piece in pieces for codes in piece.codes)
+        return [code >> 1 for codes in each for code in codes if code]
+
+    def numbers(self, axis: int, indices: slice) -> list[Value]:
+        """What the stiffness is made of at some indices of a batch axis: all that is not zero, piece by piece."""
+        found: list[Value] = []
         for group, pieces in self.groups:
-            for entries, springs in zip(pieces, _springs(group.cut(axis, indices), self.grid), strict=True):
-                yield from _summed(entries, springs)
+            given = _given(group.cut(axis, indices))
+            for number, piece in enumerate(pieces):
+                for array, codes in zip(given, piece.codes, strict=True):
+                    used = [k for k, code in enumerate(codes) if code]
+                    found += [self.grid.value(array[number][..., k]) for k in used]
+        return found
+
+    def values(self, numbers: Iterable[Value]) -> Iterator[tuple[Entry, Value]]:
+        """The entries that these `numbers` make."""
+        following = iter(numbers)
+        for _, pieces in self.groups:
+            for piece in pieces:
+                each = [[next(following) if code else 0.0 for code in codes] for codes in piece.codes]
+                yield from _summed(piece.entries, (each[0], _deformed(each)))
 
 
 def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Value]]:
@@ -97,52 +138,60 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
         yield entry, combine([(forces[i, a], deformed[i][b]) for i in entry.springs])
 
 
-def _springs(group: Group, grid: Grid) -> Iterator[Springs]:
-    """Of each piece, in the nodes' axes."""
+def _given(group: Group) -> list[Array]:
+    """Stiffnesses, deformations in local axes, and axes at the start, and the end where it has others: (n, ..., m)."""
     stiffness, rows = group.element.springs(group.length)
     start, end = group.turns
-    for piece in range(len(group.pieces)):
-        local = grid.components(rows[piece], trailing=2)
-        first = grid.components(start[piece], trailing=2)
-        turns = first, first if end is start else grid.components(end[piece], trailing=2)
-        deformed = [
-            [
-                combine([(local[12 * i + 3 * block + k], turns[block // 2][3 * k + c]) for k in range(3)])
-                for block in range(4)
-                for c in range(3)
-            ]
-            for i in range(stiffness.shape[-1])
+    matrices = [rows, start] if end is start else [rows, start, end]
+    return [stiffness, *(each.reshape(*each.shape[:-2], -1) for each in matrices)]
+
+
+def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
+    """By spring, its deformation for a unit of each of the twelve displacements in the nodes' axes."""
+    stiffness, local, *turns = each
+    return [
+        [
+            combine([(local[12 * i + 3 * block + k], turns[block // 2 % len(turns)][3 * k + c]) for k in range(3)])
+            for block in range(4)
+            for c in range(3)
         ]
-        yield grid.components(stiffness[piece]), deformed
+        for i in range(len(stiffness))
+    ]
 
 
-def _entries(group: Group, grid: Grid) -> list[list[Entry]]:
-    """Entries of each piece that are not zero all over the batch."""
+def _pieces(group: Group, grid: Grid) -> list[Piece]:
+    """The pieces, with the entries that are not zero all over the batch."""
     axis, slices = grid.slices(_CHUNK)
-    codes: NDArray[np.int64] | int = 0
+    found: list[NDArray[np.int64]] = []
     for indices in slices:
-        found = [
-            [[_code(value, grid) for value in (*row, k)] for k, row in zip(stiffness, deformed, strict=True)]
-            for stiffness, deformed in _springs(group.cut(axis, indices), grid)
-        ]
-        codes = codes | np.array(found, dtype=np.int64).reshape(len(group.pieces), -1, 13)
-    assert isinstance(codes, np.ndarray)
-    return [_pairs(dofs, code) for dofs, code in zip(group.dofs.tolist(), codes, strict=True)]
+        codes = [_codes(array, grid) for array in _given(group.cut(axis, indices))]
+        found = [one | other for one, other in zip(found, codes, strict=True)] if found else codes
+    each = zip(*(array.tolist() for array in found), strict=True)
+    return [Piece(list(codes), _pairs(dofs, *codes)) for dofs, codes in zip(group.dofs.tolist(), each, strict=True)]
 
 
-def _code(value: Value, grid: Grid) -> int:
-    """0 for a zero; else one, and the axes over which it varies from the second bit on."""
-    return 0 if is_zero(value) else 1 + 2 * grid.mask(value)
+def _codes(array: Array, grid: Grid) -> NDArray[np.int64]:
+    """Codes of numbers (n, ..., m), (n, m)."""
+    used = (array != 0.0).any(axis=tuple(range(1, array.ndim - 1)))
+    mask = grid.mask(aligned(array[0, ..., 0], len(grid.shape)))
+    return np.where(used, 1 + 2 * mask, 0)
 
 
-def _pairs(dofs: list[int], codes: NDArray[np.int64]) -> list[Entry]:
-    found, code = [], codes.tolist()
+def _pairs(dofs: list[int], stiffness: list[int], local: list[int], *turns: list[int]) -> list[Entry]:
+    code = [[0] * 12 for _ in stiffness]
+    for i, row in enumerate(code):
+        for a in range(12):
+            turn = turns[a // 6 % len(turns)]
+            for k in range(3):
+                one, other = local[12 * i + 3 * (a // 3) + k], turn[3 * k + a % 3]
+                row[a] |= one | other if one and other else 0
+    found = []
     for a in range(12):
         for b in range(a, 12):
-            springs = tuple(i for i, row in enumerate(code) if row[a] and row[b] and row[12])
+            springs = tuple(i for i, row in enumerate(code) if row[a] and row[b] and stiffness[i])
             mask = 0
             for i in springs:
-                mask |= (code[i][a] | code[i][b] | code[i][12]) >> 1
+                mask |= (code[i][a] | code[i][b] | stiffness[i]) >> 1
             if springs:
                 found.append(Entry((dofs[a], dofs[b]), mask, (a, b), springs))
     return found

@@ -11,8 +11,8 @@ from linkframe.framework import Frame
 from linkframe.framework.batch import Array
 from linkframe.framework.batched.block import Factor
 from linkframe.framework.batched.chunks import CHUNK, FEWEST, steps
-from linkframe.framework.batched.combination import BLOCK, Combination
 from linkframe.framework.batched.order import Order
+from linkframe.framework.program.combination import BLOCK, Combination
 from linkframe.framework.structure.parts import Grid
 from linkframe.models import FourBar
 
@@ -65,7 +65,7 @@ def watched(frame: Frame) -> tuple[float, float]:
     for factor in factors:
         factor.__dict__["_rest"] = replace(factor._rest, margin=0.0)
         factor.margin()
-    return before, float(min(np.min(least) for factor in factors for least in factor._margins.values()))
+    return before, float(min(np.min(np.asarray(factor._least)) for factor in factors))
 
 
 def test_margin_beforehand() -> None:

@@ -1,0 +1,205 @@
+"""A program with its numbers: which back end runs it, and why."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from typing import cast
+
+import numpy as np
+
+from ..batch import Array, Shape
+from ..structure.parts import Value
+from . import machine_code
+from .combination import Combination
+from .numpy_backend import Memory, Schedule, combinations
+from .program import Program
+from .recording import Recording, Term
+
+# Seconds, as order of magnitude: an operation of NumPy on a number in the cache, one of machine code, compiling one.
+NUMPY, COMPILED, COMPILING = 0.5e-9, 0.05e-9, 35e-6
+# What is compiled is likely to be run again: so many times, it may take to pay for itself.
+TIMES = 2
+# Steps from which on compiling grows out of proportion, and entries along the last axis that it takes at least.
+MOST, LEAST = 2**15, 2 * machine_code.WIDTH
+# Seconds of machine code from which on a second thread pays for its start.
+THREADS = 1e-3
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which back end, and why, in words."""
+
+    compiled: bool
+    reason: str
+
+
+class Calculation:
+    """What makes some outputs of a recording, for a batch.
+
+    Parameters
+    ----------
+    recording
+        What was written down.
+    outputs
+        The terms asked for.
+    shape
+        The batch.
+    compiled
+        Whether to run it as machine code; as promises to be faster where None.
+    """
+
+    def __init__(
+        self, recording: Recording, outputs: Sequence[Term], shape: Shape, *, compiled: bool | None = None
+    ) -> None:
+        self.program, places = recording.program(outputs)
+        self.shape = shape
+        self._given = [recording.given[k] for k in places]
+        # Of what is given when it runs: where it stands among the given values, and its turn there.
+        turns = {k: turn for turn, k in enumerate(k for k, value in enumerate(recording.given) if value is None)}
+        self._later = [(at, turns[k]) for at, k in enumerate(places) if k in turns]
+        self.choice = (
+            choose(self.program, shape)
+            if compiled is None
+            else Choice(compiled, f"{'as machine code' if compiled else 'by NumPy'}, as asked for")
+        )
+        self._memory: dict[Shape, Memory] = {}
+
+    def of(self, mask: int, shape: Shape | None = None) -> Shape:
+        """The shape of what varies over these axes of the batch, or of a part of it."""
+        return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape if shape is None else shape))
+
+    def run(self, axis: int, indices: slice, outs: Sequence[Array], later: Sequence[Value] = ()) -> None:
+        """Do the steps for some indices of a batch axis.
+
+        Parameters
+        ----------
+        axis, indices
+            The part of the batch.
+        outs
+            Where the outputs go, each of the shape over which it varies.
+        later
+            The values that are given now.
+        """
+        given = [_cut(value, axis, indices, self.shape) for value in self._given]
+        for at, turn in self._later:
+            given[at] = later[turn]
+        length = len(range(self.shape[axis])[indices])
+        shape = (*self.shape[:axis], length, *self.shape[axis + 1 :])
+        asked = list(zip(self.program.outputs, outs, strict=True))
+        first = dict(reversed(asked))
+        self._backend(axis, indices, shape, cast(list[Value], given), first)
+        for k, out in asked:
+            if k < self.program.first:
+                out[...] = cast(Value, given[k])
+            elif first[k] is not out:
+                out[...] = first[k]
+
+    def _backend(self, axis: int, indices: slice, shape: Shape, given: list[Value], outs: dict[int, Array]) -> None:
+        outs = {k: out for k, out in outs.items() if k >= self.program.first}
+        kept = {k: np.empty(self.of(self.program.masks[k], shape)) for k in self._schedule.kept if k not in outs}
+        memory = self._memory.pop(shape, None) or Memory(self._schedule, shape)
+        parts = [] if self.choice.compiled else [each.cut(axis, indices) for each in self._combinations]
+        memory.run(given, {k: v for k, v in chain(outs.items(), kept.items()) if k in self._schedule.kept}, parts)
+        self._memory[shape] = memory
+        if self.choice.compiled:
+            self._run_compiled(shape, given, outs | kept)
+
+    def _run_compiled(self, shape: Shape, given: list[Value], made: dict[int, Array]) -> None:
+        program, kernel = self.program, self._kernel
+        axis = program.widest.bit_length() - 1
+        lead, length = self.of(program.widest, shape)[:axis], shape[axis]
+        arrays: list[Array] = []
+        outs: list[tuple[Array, int]] = []
+        for k, along in zip(kernel.values, [*kernel.along, *(True,) * len(kernel.values)], strict=False):
+            array = np.asarray(made[k] if k in made else given[k], dtype=np.float64)
+            array = array.reshape((1,) * (len(shape) - array.ndim) + array.shape)
+            if k < program.first and along and length > 1:
+                array = array if array.shape[axis] > 1 else np.broadcast_to(array, self.of(1 << axis, shape))
+                array = array if array.strides[axis] == array.itemsize else np.ascontiguousarray(array)
+            if along and length < machine_code.WIDTH:
+                outs += [(array, len(arrays))] if k >= program.first else []
+                array = np.take(array, np.minimum(np.arange(machine_code.WIDTH), length - 1), axis)
+            arrays.append(array)
+        seconds = math.prod(lead) * length * len(program.steps) * COMPILED
+        threads = workers() if seconds > THREADS else 1
+        kernel.run(_addresses(arrays, lead), max(length, machine_code.WIDTH), threads)
+        for out, place in outs:
+            out[...] = np.take(arrays[place], np.arange(length), axis)
+
+    @cached_property
+    def _kernel(self) -> machine_code.Kernel:
+        return machine_code.Kernel.of(self.program.bare, self.program.widest.bit_length() - 1)
+
+    @cached_property
+    def _schedule(self) -> Schedule:
+        return Schedule.before(self.program.bare) if self.choice.compiled else Schedule(self.program)
+
+    @cached_property
+    def _combinations(self) -> list[Combination]:
+        return combinations(self.program, cast(list[Value], self._given), self.shape)
+
+
+def choose(program: Program, shape: Shape) -> Choice:
+    """The back end that promises to take less time; it depends on the program and the batch alone."""
+    size = math.prod(n for axis, n in enumerate(shape) if program.widest >> axis & 1)
+    steps = len(program.steps)
+    numpy, compiling = NUMPY * size * steps, COMPILING * steps
+    told = f"{steps} steps on {size} entries by NumPy, about {_milliseconds(numpy)}"
+    if not machine_code.available():
+        return Choice(False, f"{told}; llvmlite (extra 'fast'), which would compile them, is not installed")
+    if not program.widest or shape[program.widest.bit_length() - 1] < LEAST:
+        return Choice(False, f"{told}; machine code takes {LEAST} entries or more along the last axis")
+    if steps > MOST:
+        return Choice(False, f"{told}; more than {MOST} steps take too long to compile")
+    if TIMES * numpy < compiling:
+        return Choice(False, f"{told}; compiling them would take about {_milliseconds(compiling)}")
+    return Choice(
+        True,
+        f"{steps} steps on {size} entries as machine code, about {_milliseconds(COMPILED * size * steps)} and once "
+        f"{_milliseconds(compiling)} to compile; NumPy would take about {_milliseconds(numpy)}",
+    )
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{1e3 * seconds:.2g} ms"
+
+
+def workers() -> int:
+    """Threads for machine code: as many as there are processors, or as OMP_NUM_THREADS says."""
+    asked = os.environ.get("OMP_NUM_THREADS", "")
+    if asked.isdigit():
+        return max(1, int(asked))
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _addresses(arrays: Sequence[Array], lead: Shape) -> machine_code.Addresses:
+    """Where each array begins, for each of the `lead` batch entries in turn, (rows, arrays)."""
+    offsets: dict[tuple[int, ...], machine_code.Addresses] = {}
+    strides = [tuple(s if n > 1 else 0 for s, n in _lead(array, len(lead))) for array in arrays]
+    for each in set(strides):
+        found = np.zeros(lead, dtype=np.int64)
+        for axis, stride in enumerate(each):
+            found += stride * np.arange(lead[axis]).reshape(-1, *(1,) * (len(lead) - 1 - axis))
+        offsets[each] = found.reshape(-1)
+    base = np.array([array.ctypes.data for array in arrays], dtype=np.int64)
+    table: machine_code.Addresses = np.stack([offsets[each] for each in strides], axis=-1) + base
+    return table
+
+
+def _lead(array: Array, count: int) -> Iterator[tuple[int, int]]:
+    return zip(array.strides[:count], array.shape[:count], strict=True)
+
+
+def _cut(value: Value | None, axis: int, indices: slice, shape: Shape) -> Value | None:
+    """The part of a number that belongs to a chunk, in double precision."""
+    if value is None:
+        return None
+    if not isinstance(value, np.ndarray):
+        return float(value)
+    mine = value[(slice(None),) * axis + (indices,)] if value.shape[axis] == shape[axis] else value
+    return mine.astype(np.float64, copy=False)

@@ -1,0 +1,186 @@
+"""A program run by NumPy: one call of a ufunc a step, in memory that is used over and over and stays in the cache."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from ..batch import Array, Shape
+from ..structure.parts import Value
+from .combination import Combination
+from .program import Operation, Program
+
+
+def _multiply_add(a: Value, b: Value, c: Value, out: Array) -> None:
+    np.add(np.multiply(a, b), c, out=out)
+
+
+_FUNCTIONS: dict[Operation, Callable[..., object]] = {
+    Operation.ADD: np.add,
+    Operation.SUBTRACT: np.subtract,
+    Operation.MULTIPLY: np.multiply,
+    Operation.DIVIDE: np.divide,
+    Operation.NEGATE: np.negative,
+    Operation.MINIMUM: np.minimum,
+    Operation.MAXIMUM: np.maximum,
+    Operation.MULTIPLY_ADD: _multiply_add,
+}
+# A place in memory: the axes over which it varies, and its number among those.
+_Place = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class _Call:
+    """One step: a function, its operands and what it makes; a matrix product where there is no function."""
+
+    function: Callable[..., object] | None
+    operands: tuple[int, ...]
+    out: int
+
+
+class Schedule:
+    """Which steps of a program are done, and where each puts its value: where one is that nothing needs any more.
+
+    Parameters
+    ----------
+    program
+        The program.
+    apart
+        The axes of steps that somebody else does, after these; None for nobody. Sums of products are then no longer
+        done together, as they may belong to both.
+    """
+
+    def __init__(self, program: Program, apart: int | None = None) -> None:
+        self.program, self.apart = program, apart
+        self.calls = list(self._apart() if apart is not None else self._calls())
+        self.places: dict[int, _Place] = {}
+        self._allot()
+
+    @staticmethod
+    @lru_cache(maxsize=64)
+    def before(program: Program) -> Schedule:
+        """What comes before the steps that vary over all axes, which somebody else does."""
+        return Schedule(program, program.widest)
+
+    @cached_property
+    def kept(self) -> set[int]:
+        """Values of these steps that are read afterwards."""
+        program, first = self.program, self.program.first
+        kept = set(program.outputs)
+        if self.apart is not None:
+            kept |= {k for at in program.made(self.apart) for k in program.steps[at].operands}
+        return {k for k in kept if k >= first and program.masks[k] != self.apart}
+
+    def _apart(self) -> Iterator[_Call]:
+        program = self.program
+        for k, step in enumerate(program.steps):
+            if program.masks[program.first + k] != self.apart:
+                yield _Call(_FUNCTIONS[step.operation], step.operands, program.first + k)
+
+    def _calls(self) -> Iterator[_Call]:
+        program = self.program
+        starts = {each.steps[0]: number for number, each in enumerate(program.products)}
+        inside = {k for each in program.products for k in range(*each.steps)}
+        for k, step in enumerate(program.steps):
+            if k in starts:
+                numbers = program.products[starts[k]].numbers
+                yield _Call(None, tuple(n for n in numbers if isinstance(n, int)), starts[k])
+            elif k not in inside:
+                yield _Call(_FUNCTIONS[step.operation], step.operands, program.first + k)
+
+    def _allot(self) -> None:
+        last = {k: turn for turn, call in enumerate(self.calls) for k in call.operands}
+        free: dict[int, list[int]] = {}
+        counts: dict[int, int] = {}
+        for turn, call in enumerate(self.calls):
+            # An operand that is not needed any more may be written over: step by step, its place stays in the cache.
+            for k in set(call.operands):
+                if last[k] == turn and k in self.places:
+                    free.setdefault(self.places[k][0], []).append(self.places[k][1])
+            if call.function is not None and call.out not in self.kept:
+                mask = self.program.masks[call.out]
+                waiting = free.get(mask)
+                if not waiting:
+                    counts[mask] = counts.get(mask, 0) + 1
+                self.places[call.out] = mask, waiting.pop() if waiting else counts[mask] - 1
+
+
+class Memory:
+    """Arrays for a schedule at one shape of the batch.
+
+    Parameters
+    ----------
+    schedule
+        What is to be done.
+    shape
+        The batch, or a chunk of it.
+    """
+
+    def __init__(self, schedule: Schedule, shape: Shape) -> None:
+        self.schedule, self.shape = schedule, shape
+        program = schedule.program
+        held: dict[_Place, Array] = {}
+        self._values: list[Value | None] = [*(None,) * program.given, *program.constants, *(None,) * len(program.steps)]
+        for k, place in schedule.places.items():
+            if place not in held:
+                held[place] = np.empty(self.of(place[0]))
+            self._values[k] = held[place]
+        self._stacks: dict[int, tuple[Array, Array]] = {}
+
+    def of(self, mask: int) -> Shape:
+        """The shape of what varies over these axes."""
+        return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape))
+
+    def run(self, given: Sequence[Value], outs: Mapping[int, Array], combinations: Sequence[Combination]) -> None:
+        """Do the steps.
+
+        Parameters
+        ----------
+        given
+            The given values, cut to the batch of this memory.
+        outs
+            By number: where to put the values of outputs, and of what is kept.
+        combinations
+            The matrix products, cut likewise.
+        """
+        values = self._values
+        values[: len(given)] = given
+        for k, out in outs.items():
+            values[k] = out
+        for call in self.schedule.calls:
+            if call.function is None:
+                self._multiply(call.out, combinations[call.out], outs)
+            elif len(call.operands) == 2:
+                a, b = call.operands
+                call.function(values[a], values[b], out=values[call.out])
+            else:
+                call.function(*map(values.__getitem__, call.operands), out=values[call.out])
+
+    def _multiply(self, index: int, combination: Combination, outs: Mapping[int, Array]) -> None:
+        product = self.schedule.program.products[index]
+        if index not in self._stacks:
+            lead, length = self.shape[:-1], self.shape[-1]
+            stack = np.empty((*lead, len(product.numbers), length))
+            self._stacks[index] = stack, np.empty((*lead, len(product.outs), length))
+        stack, sums = self._stacks[index]
+        for place, number in enumerate(product.numbers):
+            stack[..., place, :] = self._values[number] if isinstance(number, int) else number
+        combination.times(stack, sums)
+        for place, number in enumerate(product.outs):
+            if number in outs:
+                outs[number][...] = sums[..., place, :]
+            else:
+                self._values[number] = sums[..., place, :]
+
+
+def combinations(program: Program, given: Sequence[Value], shape: Shape) -> list[Combination]:
+    """The matrix products of a program, with the factors of the whole batch, which are among the given values."""
+    number: Callable[[int | float], Value] = lambda k: given[k] if isinstance(k, int) else k  # noqa: E731
+    out = []
+    for each in program.products:
+        rows = [{place: number(k) for place, k in row.items()} for row in each.factors]
+        out.append(Combination.of(rows, {k: k for k in range(len(each.numbers))}, shape))
+    return out

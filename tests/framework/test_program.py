@@ -1,0 +1,213 @@
+"""One list of operations, whoever runs it: NumPy and machine code give the same bits, and those of plain arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame
+from linkframe.framework.batch import Array
+from linkframe.framework.batched.block import Factor
+from linkframe.framework.program import calculation, machine_code
+from linkframe.framework.program.calculation import Calculation
+from linkframe.framework.program.program import Operation
+from linkframe.framework.program.recording import Recording, Term
+from linkframe.models import FourBar
+
+BACK_ENDS = [
+    pytest.param(False, id="NumPy"),
+    pytest.param(
+        True,
+        id="machine code",
+        marks=pytest.mark.skipif(not machine_code.available(), reason="llvmlite is not installed"),
+    ),
+]
+needs_llvm = pytest.mark.skipif(not machine_code.available(), reason="llvmlite is not installed")
+BINARY: list[Callable[[object, object], object]] = [
+    lambda a, b: a + b,
+    lambda a, b: a - b,
+    lambda a, b: a * b,
+    lambda a, b: a / b,
+    np.minimum,
+    np.maximum,
+]
+
+
+def run(recording: Recording, outputs: list[Term], shape: tuple[int, ...], compiled: bool, step: int) -> list[Array]:
+    """The outputs, made in chunks of `step` along the first axis."""
+    work = Calculation(recording, outputs, shape, compiled=compiled)
+    outs = [np.full(work.of(term.mask), 9.0) for term in outputs]
+    for start in range(0, shape[0], step):
+        part = slice(start, start + step)
+        with np.errstate(all="ignore"):
+            work.run(0, part, [out[part] if out.shape[0] > 1 else out for out in outs])
+    return outs
+
+
+# -- any arithmetic ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("compiled", BACK_ENDS)
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), shape=st.sampled_from([(5, 19), (23,), (3, 2, 16), (40, 1), (7, 3)]))
+def test_as_plain_arithmetic(compiled: bool, seed: int, shape: tuple[int, ...]) -> None:
+    """Thirty steps at random on numbers of all batch shapes, zeros, infinities and NaN among them."""
+    rng = np.random.default_rng(seed)
+    recording = Recording()
+    plain: list[object] = [0.0, 1.0, -1.0, 2.5]
+    for _ in range(6):
+        array = rng.normal(size=tuple(n if rng.random() < 0.6 else 1 for n in shape))
+        array[rng.random(array.shape) < 0.1] = rng.choice([0.0, -0.0, np.inf, np.nan])
+        plain.append(array)
+    terms = [recording.take(value) for value in plain]
+    with np.errstate(all="ignore"):
+        for _ in range(30):
+            step, a, b = BINARY[rng.integers(len(BINARY))], *rng.integers(len(plain), size=2)
+            if isinstance(terms[a], float) and isinstance(terms[b], float):
+                continue
+            plain.append(step(plain[a], plain[b]))
+            terms.append(step(terms[a], terms[b]))
+    wanted = [(term, value) for term, value in zip(terms, plain, strict=True) if isinstance(term, Term)]
+    found = run(recording, [term for term, _ in wanted], shape, compiled, 2)
+    for mine, (_, value) in zip(found, wanted, strict=True):
+        value = np.asarray(value)
+        # Products with a zero that is one for all time are zero, and nothing is added to them.
+        safe = np.isfinite(value)
+        np.testing.assert_array_equal(
+            np.broadcast_to(mine, shape)[np.broadcast_to(safe, shape)],
+            np.broadcast_to(value, shape)[np.broadcast_to(safe, shape)],
+        )
+
+
+@pytest.mark.parametrize("compiled", BACK_ENDS)
+@pytest.mark.parametrize("shape", [(4, 300), (700,), (3, 8)])
+def test_sums_of_products(compiled: bool, shape: tuple[int, ...]) -> None:
+    """To the rounding of their terms; known numbers that are one, factors that are zero or one, and single terms."""
+    rng = np.random.default_rng(2)
+    recording = Recording()
+    leading = (*shape[:-1], 1)
+    numbers = {k: rng.normal(size=shape) for k in range(5)} | {5: 1.0}
+    rows = [{k: rng.normal(size=leading) for k in range(6)}, {2: 1.0}, {0: -1.0, 3: 1.0, 5: 2.0}, {1: 3.0, 4: 0.0}]
+    sums = recording.products(rows, {k: recording.take(value) for k, value in numbers.items()})
+    found = run(recording, [term for term in sums if isinstance(term, Term)], shape, compiled, 3)
+    for row, mine in zip(rows, found, strict=True):
+        exact = sum(np.asarray(row[k], dtype=np.longdouble) * numbers[k] for k in row)
+        size = sum(np.abs(row[k] * numbers[k]) for k in row)
+        assert (np.abs(mine - exact) <= len(row) * 2.0**-53 * size).all()
+
+
+def test_what_is_written_down() -> None:
+    """Zeros and ones drop out, equal steps are taken once, and what no output needs is left away."""
+    recording = Recording()
+    a, b = recording.take(np.ones((3, 1))), recording.take(np.ones((1, 4)))
+    assert (a * 0.0, a + 0.0, a * 1.0, 0.0 / a) == (0.0, a, a, 0.0)
+    product = a * b
+    assert (b * a).number == product.number
+    unused = a - b
+    program, given = recording.program([product + product, -a])
+    assert [step.operation for step in program.steps] == [Operation.MULTIPLY, Operation.ADD, Operation.NEGATE]
+    assert (program.masks, given, unused.mask) == ((1, 2, 3, 3, 1), [0, 1], 3)
+
+
+# -- frames ------------------------------------------------------------------------------------------------------------
+
+RNG = np.random.default_rng(3)
+BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))
+
+
+def four_bar(shape: tuple[int, int], lengths: float = 1.0) -> Frame:
+    """Poses by samples of stiffness, clearance and load in space."""
+    poses, samples = shape
+    springs = 1e8 * RNG.uniform(0.9, 1.1, (samples, 6))
+    springs[:, 5] = 0.0
+    theta = np.radians(np.linspace(15.0, 165.0, poses))[:, None]
+    frame = FourBar(stiffness=springs, crank=0.1 / lengths).move(theta).frame()
+    frame.load("P", fy=RNG.normal(100.0, 5.0, samples), fz=10.0)
+    frame.offset("B", ux=1e-4 * RNG.normal(size=samples))
+    return frame
+
+
+def chain(samples: int) -> Frame:
+    """Three members of random modulus between nodes at random, the last behind a joint of random stiffness."""
+    at = np.arange(4)[:, None, None] * [1.0, 0.3, 0.2] + 0.05 * RNG.normal(size=(4, samples, 3))
+    bar = Beam(BAR.section, Material(E=RNG.uniform(1e11, 3e11, samples), nu=0.3))
+    frame = Frame()
+    for k in range(4):
+        frame.node(f"n{k}", at[k] if k in (1, 2) else at[k, 0])
+    frame.node("m2", at[2])
+    frame.add("a", bar, "n0", "n1")
+    frame.add("b", bar, "n1", "n2")
+    frame.add("c", bar, "m2", "n3")
+    frame.add("pin", Joint(stiffness=(1e6, 1e6, 1e6, 1e4, 1e4, 1e3)), "n2", "m2")
+    frame.fix("n0")
+    frame.load("n3", fy=1.0, fz=RNG.normal(size=samples))
+    return frame
+
+
+FRAMES: dict[str, Callable[[], Frame]] = {
+    "joints": lambda: four_bar((7, 200)),
+    "one pose": lambda: four_bar((1, 1300)),
+    "all": lambda: chain(1037),
+}
+
+
+@needs_llvm
+@pytest.mark.parametrize("name", FRAMES)
+def test_both_back_ends(name: str) -> None:
+    """All unknowns, margins, and what is asked a second time."""
+    plan = FRAMES[name]().solve().plan
+    for component in sorted(plan.excited):
+        block = plan.block(component)
+        rows = [{k: 1.0} for order in block.orders for k in order.pivots]
+        one, other = (Factor(block, 256, compiled=compiled) for compiled in (False, True))
+        for asked in (rows, rows[::-1], rows[:3]):
+            for mine, theirs in zip(one.values(asked), other.values(asked), strict=True):
+                scale = np.abs(np.asarray(mine)).max()
+                np.testing.assert_allclose(mine, theirs, rtol=0.0, atol=0.0 if name == "all" else 1e-14 * scale)
+        np.testing.assert_array_equal(one.margin(), other.margin())
+        assert ("by NumPy" in one.ran, "machine code" in other.ran) == (True, True)
+
+
+@needs_llvm
+def test_two_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same bits as one, by rows and along a single row."""
+    monkeypatch.setattr(calculation, "THREADS", 0.0)
+    for make in FRAMES.values():
+        plan = make().solve().plan
+        found = {}
+        for threads in ("1", "2"):
+            monkeypatch.setenv("OMP_NUM_THREADS", threads)
+            block = plan.block(min(plan.excited))
+            found[threads] = Factor(block, compiled=True).values([{k: 1.0} for k in block.orders[1].pivots])
+        for one, two in zip(found["1"], found["2"], strict=True):
+            np.testing.assert_array_equal(one, two)
+
+
+@needs_llvm
+def test_compiled_once_for_a_structure() -> None:
+    """Another frame with other lengths and samples compiles nothing."""
+    for lengths in (1.0, 1.1):
+        plan = four_bar((30, 1300), lengths).solve().plan
+        before = machine_code.Kernel.of.cache_info().misses
+        for name in plan.excited:
+            Factor(plan.block(name)).values([{plan.block(name).orders[1].pivots[0]: 1.0}])
+    assert machine_code.Kernel.of.cache_info().misses == before
+
+
+@pytest.mark.parametrize("installed", [True, False])
+def test_choice_is_told(installed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the size of the batch alone; without llvmlite all is done by NumPy."""
+    monkeypatch.setattr(machine_code, "available", lambda: installed)
+    if installed:
+        pytest.importorskip("llvmlite")
+    for shape, compiled in (((7, 200), False), ((30, 1300), installed)):
+        solution = four_bar(shape).solve()
+        assert "The last reading took" not in solution.explain()
+        solution.displacement("P")
+        told = solution.explain()
+        assert ("as machine code" in told) == compiled
+        assert ("llvmlite (extra 'fast')" in told) != installed
