@@ -32,9 +32,9 @@ class Equations:
 
     @cached_property
     def step(self) -> tuple[Program, Program]:
-        """(state, parameters) to the step of each unknown, and the determinants of the blocks."""
+        """(state, parameters) to the step of each unknown, and for arrays the determinants of the blocks."""
         if not self.linear.compact:
-            return self._composed(self.mechanism.newton, 0)
+            return self._composed(self.mechanism.newton, 0, signs=False)
         residual, jacobian, _ = self.mechanism.closing
         return self.mechanism.program([*self.linear.solve(jacobian, residual), *self.linear.determinants(jacobian)])
 
@@ -43,7 +43,7 @@ class Equations:
         """As `step`, with the velocity of each unknown per unit of each drive, drive by drive, in between."""
         count = len(self.mechanism.driven)
         if not self.linear.compact:
-            return self._composed(self.mechanism.full, count)
+            return self._composed(self.mechanism.full, count, signs=True)
         residual, jacobian, drives = self.mechanism.closing
         follow: list[Scalar] = []
         for k in range(count):
@@ -51,7 +51,17 @@ class Equations:
         step = self.linear.solve(jacobian, residual)
         return self.mechanism.program([*step, *follow, *self.linear.determinants(jacobian)])
 
-    def _composed(self, programs: tuple[Program, Program], drives: int) -> tuple[Program, Program]:
+    @cached_property
+    def step_of_one(self) -> Program:
+        """As `step` for floats, in the sums in which it is taken for arrays."""
+        return self.step[0] if self.linear.compact else self._step_by_blocks
+
+    def _step_by_blocks(self, state: Sequence[float], parameters: Sequence[float]) -> list[float]:
+        m = self.linear.rows
+        entries = self.mechanism.newton[0](state, parameters)
+        return self.linear.solve_one(entries[m:], entries[:m])
+
+    def _composed(self, programs: tuple[Program, Program], drives: int, *, signs: bool) -> tuple[Program, Program]:
         m, n = self.linear.rows, self.linear.columns
 
         def floats(state: Sequence[float], parameters: Sequence[float]) -> list[float]:
@@ -62,7 +72,8 @@ class Equations:
             right[:, 0] = entries[:m]
             right[:, 1:] = -np.array(entries[behind:]).reshape(m, drives)
             x = self.linear.solve_floats(jacobian, right)
-            return [*x.T.ravel().tolist(), *self.linear.determinants_of_floats(jacobian)]
+            found: list[float] = x.T.ravel().tolist()
+            return [*found, *self.linear.determinants_of_floats(jacobian)] if signs else found
 
         def arrays(state: Sequence[Value], parameters: Sequence[Value]) -> list[Value]:
             with np.errstate(all="ignore"):

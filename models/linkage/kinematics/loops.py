@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -55,6 +56,14 @@ class Closed:
     trusted: NDArray[np.bool_]
     converged: NDArray[np.bool_]
     determinants: list[Value]
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedOne:
+    """A closed position: its state, and the determinants of its equations."""
+
+    state: list[float]
+    determinants: list[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,6 +312,27 @@ class Loops:
         converged = np.asarray(before <= LAST_STEP)
         return Closed(state, trusted & converged, converged, list(found[n:]))
 
+    def close_one(self, state: list[float], parameters: Sequence[float]) -> ClosedOne | None:
+        """`close_all` of a single pose, in the same sums; None where it is not trusted."""
+        step_at, n = self.equations.step_of_one, self.columns
+        before = np.inf
+        try:
+            for _ in range(ITERATIONS):
+                found = step_at(state, parameters)
+                step = found[:n]
+                size = max(map(abs, step), default=0.0)
+                if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):
+                    return None
+                if before > 1e-5 and size > CONTRACTION * before:
+                    return None
+                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                before = size
+                if size <= LAST_STEP:
+                    return ClosedOne(state, found[n:])
+        except (ArithmeticError, np.linalg.LinAlgError):
+            pass
+        return None
+
     def poses(self, state: list[Value], parameters: Sequence[Value]) -> Poses:
         """`close` for all members of a batch: poses near the guesses `state`, as good as the next step needs them.
 
@@ -342,7 +372,8 @@ def _largest(step: Sequence[Value], shape: tuple[int, ...]) -> Array:
 
 
 def _unit(e: Sequence[Value]) -> list[Value]:
-    norm = sum((x * x for x in e), start=0.0) ** 0.5
+    square = sum((x * x for x in e), start=0.0)
+    norm = math.sqrt(square) if isinstance(square, float) else np.sqrt(square)
     return [x / norm for x in e]
 
 

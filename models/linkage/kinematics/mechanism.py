@@ -72,6 +72,7 @@ class Mechanism:
         self.starts: Any = None
         self._counting: dict[str, Mechanism] = {}
         self._described = linkage.alike()
+        self._checked = False
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
@@ -91,6 +92,18 @@ class Mechanism:
         self.driven = [self.columns.index((name, c)) for name, those in linkage.drives.items() for c in those]
         self.unknown = [k for k in range(len(self.columns)) if k not in self.driven]
         self._close()
+
+    def check_free(self) -> None:
+        """`LinkageDescription.check_free` of what was compiled: looked at once.
+
+        Raises
+        ------
+        FrameError
+            As there.
+        """
+        if not self._checked:
+            self.linkage.check_free()
+            self._checked = True
 
     def counting(self, joint: str) -> Mechanism:
         """The linkage as it was compiled, with the coordinates of a joint among its state."""
@@ -121,6 +134,8 @@ class Mechanism:
         body = self.bodies[link]
         arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
         components: list[Value] = [arm[..., k] if np.any(arm[..., k]) else 0.0 for k in range(3)]
+        if arm.ndim == 1:
+            components = arm.tolist()
         if place.ndim == 1:
             self._arms[key] = components
         return components

@@ -21,6 +21,7 @@ from .driven import check_driven
 from .drives import Drives
 from .march import OPEN
 from .members import Starts, own_starts
+from .one_pose import one_pose
 from .other_modes import least_gaps
 from .rays import along_rays, from_one
 from .start import leader
@@ -129,6 +130,11 @@ def assembled(
     if varies and mechanism.starts is None:
         mechanism.starts = own_starts(loops, parameters, varies)
     shape = np.broadcast_shapes(drives.shape, varies)
+    if not shape and not switch:
+        limit = max(CLOSED, loops.tolerance)
+        if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:
+            there, error, row = np.ones((), dtype=bool), np.array(one.error), np.array(one.row)
+            return Assembly(loops, parameters, shape, list(one.state), there, error, row, [], other_modes)
     found = _found(
         loops, nominal, start, mechanism.starts if varies else None, parameters, drives.states, shape, switch
     )

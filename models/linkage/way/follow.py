@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from .march import Track
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """What a `Guide` tells of its nodes, as plain numbers."""
+
+    s: list[float]
+    states: list[list[float]]
+    rates: list[list[float]]
+    signs: list[list[float]]
+    crossings: list[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +84,25 @@ class Guide:
         out: Array = (1.0 + 2.0 * t) * back * self.states[k] + t * back * h * self.rates[k]
         out += tt * (3.0 - 2.0 * t) * self.states[k + 1] + tt * (t - 1.0) * h * self.rates[k + 1]
         return out
+
+    def one(self, s: float) -> tuple[list[float], list[float]]:
+        """State and signs of the determinants at one s within the path and off its change points, as `at` and
+        `signs_at`."""
+        nodes = self._floats
+        k = min(max(bisect_right(nodes.s, s) - 1, 0), len(nodes.s) - 2)
+        h = nodes.s[k + 1] - nodes.s[k]
+        t = (s - nodes.s[k]) / h
+        tt, back = t * t, (1.0 - t) * (1.0 - t)
+        p, q = (1.0 + 2.0 * t) * back, t * back * h
+        u, v = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * h
+        ends = zip(nodes.states[k], nodes.rates[k], nodes.states[k + 1], nodes.rates[k + 1], strict=True)
+        crossed = any(nodes.s[k] < where < s for where in nodes.crossings)
+        return [(p * a + q * b) + (u * c + v * d) for a, b, c, d in ends], nodes.signs[k + 1 if crossed else k]
+
+    @cached_property
+    def _floats(self) -> Nodes:
+        signs: list[list[float]] = np.sign(self.determinants).tolist()
+        return Nodes(self.s.tolist(), self.states.tolist(), self.rates.tolist(), signs, self.crossings.tolist())
 
     def before(self, s: Array) -> NDArray[np.intp]:
         """The node before each s."""

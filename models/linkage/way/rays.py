@@ -29,13 +29,19 @@ def from_one(loops: Loops, parameters: Sequence[float], start: Pose, targets: Ar
     if loops.driven_balls:
         states = np.tile(np.array(start.state)[:, None], targets.shape[1])
         return along_rays(loops, parameters, states, targets)
-    if loops.derivatives is None or loops.derivatives[0] is not start:
-        loops.derivatives = start, Derivatives.of(loops, parameters, start)
-    common = loops.derivatives[1]
+    common = begins(loops, parameters, start)
     if targets.shape[1] == 1 and (pose := at_once(loops, parameters, start, common, targets[:, 0])):
         return np.array(pose.state)[:, None], np.ones(1, dtype=bool)
     states = np.tile(np.array(start.state)[:, None], targets.shape[1])
     return along_rays(loops, parameters, states, targets, common)
+
+
+def begins(loops: Loops, parameters: Sequence[float], start: Pose) -> Derivatives:
+    """How all paths begin at the reference configuration; kept with the loops."""
+    if loops.derivatives is None or loops.derivatives[0] is not start:
+        loops.derivatives = start, Derivatives.of(loops, parameters, start)
+    derivatives: Derivatives = loops.derivatives[1]
+    return derivatives
 
 
 def at_once(loops: Loops, parameters: Sequence[float], start: Pose, common: Derivatives, target: Array) -> Pose | None:

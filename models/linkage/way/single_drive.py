@@ -52,6 +52,18 @@ class SingleDrive:
         again = self._again(s) if np.abs(s).max(initial=0.0) > MANY else None
         return self._followed(s) if again is None else again
 
+    def guide_to(self, s: float) -> Guide:
+        """The guide both ways from the reference configuration, ahead or back as far as s where the path leads there.
+
+        Nodes do not depend on how far a path is followed, so that one that was followed farther before serves as well.
+        """
+        kept, key, none = self.loops.kept, (self.start, self.drive, self.switch), (None, None)
+        tracks = [kept.get(ahead, none)[1] for ahead in (True, False) if kept.get(ahead, none)[0] == key]
+        needs = (max(s, 0.0) + BEYOND, max(-s, 0.0) + BEYOND)
+        if len(tracks) < 2 or any(x.complete and x.end < need for x, need in zip(tracks, needs, strict=True)):
+            tracks = [self._track(sign, need) for sign, need in zip((1.0, -1.0), needs, strict=True)]
+        return self._guide(*tracks)
+
     def exactly(self, s: float) -> list[float] | None:
         """The state at one value of the drive, step by step from the node before it; None where that is lost."""
         track = self._track(1.0 if s >= 0.0 else -1.0, abs(s) + BEYOND)
