@@ -35,6 +35,9 @@ class Linear:
     ----------
     projection
         Combinations (n, m) of too many equations whose determinant tells in which sense the unknowns follow.
+    order
+        In which order the equations can be eliminated without a choice of pivots; None where they cannot, or nobody
+        has looked. Who knows one of their matrices puts it here.
     """
 
     def __init__(self, pattern: Pattern, rank: int | None = None) -> None:
@@ -42,6 +45,7 @@ class Linear:
         self.rows, self.columns = self.pattern.shape
         self.rank = min(self.rows, self.columns) if rank is None else rank
         self.projection: Array | None = None
+        self.order: Any = None
 
     @cached_property
     def compact(self) -> bool:

@@ -312,13 +312,15 @@ class Loops:
         converged = np.asarray(before <= LAST_STEP)
         return Closed(state, trusted & converged, converged, list(found[n:]))
 
-    def close_one(self, state: list[float], parameters: Sequence[float]) -> ClosedOne | None:
-        """`close_all` of a single pose, in the same sums; None where it is not trusted."""
+    def close_one(
+        self, state: list[float], parameters: Sequence[float], *, compiled: bool = True
+    ) -> ClosedOne | None:
+        """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
         step_at, n = self.equations.step_of_one, self.columns
         before = np.inf
         try:
             for _ in range(ITERATIONS):
-                found = step_at(state, parameters)
+                found = step_at(state, parameters, compiled=compiled)
                 step = found[:n]
                 size = max(map(abs, step), default=0.0)
                 if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):

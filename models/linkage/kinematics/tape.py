@@ -8,7 +8,7 @@ planar arithmetic. The tape becomes a Python function of straight-line code.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from types import CodeType
 from typing import Any
@@ -103,9 +103,21 @@ class Tape:
                 open_names += self._steps[name][1]
         lines = [f"def program({', '.join(f'a{k}' for k in range(len(inputs)))}):"]
         lines += [f" {', '.join(names)}, = a{k}" for k, names in enumerate(inputs) if names]
-        lines += [f" {name} = {text}" for name, (text, _) in self._steps.items() if name in needed]
+        in_order = sorted(needed, key=lambda name: int(name[1:]))
+        lines += _lines([(name, *self._steps[name]) for name in in_order], set(results))
         lines.append(f" return ({''.join(f'{name}, ' for name in results)})")
         return Programs("\n".join(lines))
+
+
+def _lines(steps: Sequence[tuple[str, str, tuple[str, ...]]], results: set[str]) -> Iterator[str]:
+    """Lines of a program, which let go of each number after its last use: arrays then take the place of those before
+    in the cache."""
+    last = {use: name for name, _, uses in steps for use in uses}
+    for name, text, uses in steps:
+        yield f" {name} = {text}"
+        done = [use for use in dict.fromkeys(uses) if use[:1] == "t" and last[use] == name and use not in results]
+        if done:
+            yield f" del {', '.join(done)}"
 
 
 class Programs(tuple[Program, Program]):

@@ -50,7 +50,7 @@ def one_pose(
         return None
     for place, value in zip(loops.driven_states, driven, strict=True):
         guess[place] = value
-    found = loops.close_one(guess, parameters)
+    found = loops.close_one(guess, parameters, compiled=len(moving) < 2)
     if found is None or not all(x * y >= 0.0 for x, y in zip(found.determinants, signs, strict=False)):
         return None
     error, row = open_by_one(loops, found.state, parameters)

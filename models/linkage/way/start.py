@@ -8,6 +8,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ..kinematics.elimination import order_of
 from ..kinematics.loops import Loops, Pose
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import nearest, open_by
@@ -73,7 +74,9 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
                 "draw it in another pose of the branch that is meant"
             )
         loops = Loops(mechanism, rank, tolerance)
-    loops.linear.project(jacobian_at(loops, state, nominal))
+    jacobian = jacobian_at(loops, state, nominal)
+    loops.linear.project(jacobian)
+    loops.linear.order = order_of(loops.linear, jacobian)
     start = loops.close(state, nominal)
     if start is None:
         raise FrameError("the linkage is drawn in a pose next to a singular one: draw it in another pose")
