@@ -1,8 +1,8 @@
 """Elimination written down on the tape: equations of any size solved entry by entry, in an order chosen beforehand.
 
-The order of pivots is taken from the equations of one pose, sparse ones first that are not small there (H. M. Markowitz,
-The elimination form of the inverse, Management Science 3 (1957) 255). At another pose the pivots may be small, which
-the program tells by `margin`: there the equations are to be solved with pivots of their own.
+The order of pivots is taken from the equations of one pose: the sparsest of those that are not small there
+(H. M. Markowitz, The elimination form of the inverse, Management Science 3 (1957) 255). At another pose pivots may be
+small. The program returns them, so that the equations can be solved with a choice of pivots there.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .tape import Scalar, Term
 # A pivot is at least this share of the largest entry of its row and column in the pose that gives the order.
 SHARE = 0.2
 # Most multiplications of an elimination that is written down.
-MOST = 4000
+MOST = 1500
 
 Pivots = list[tuple[int, int]]
 Matrix = list[list[Scalar]]
@@ -36,21 +36,16 @@ class Order:
 
 def order_of(linear: Linear, jacobian: Array) -> Order | None:
     """The order of elimination at one matrix (m, n); None where elimination without a choice does not serve."""
-    if linear.square:
-        parts = [jacobian[np.ix_(rows, columns)] for rows, columns in linear.blocks]
-        patterns = [linear.pattern[np.ix_(rows, columns)] for rows, columns in linear.blocks]
-    elif linear.rank == linear.rows < linear.columns and linear.rows:
-        acts = linear.pattern.astype(int)
-        parts, patterns = [jacobian @ jacobian.T], [acts @ acts.T > 0]
-    else:
+    if not linear.square:
         return None
-    found = [_pivots(part, pattern, diagonal=not linear.square) for part, pattern in zip(parts, patterns, strict=True)]
-    if any(each is None for each in found) or sum(each[2] for each in found if each) > MOST:
+    found = [_pivots(jacobian[np.ix_(*block)], linear.pattern[np.ix_(*block)]) for block in linear.blocks]
+    known = [each for each in found if each is not None]
+    if len(known) < len(found) or sum(work for _, _, work in known) > MOST:
         return None
-    return Order([each[0] for each in found if each], [each[1] for each in found if each])
+    return Order([pivots for pivots, _, _ in known], [sizes for _, sizes, _ in known])
 
 
-def _pivots(matrix: Array, pattern: NDArray[np.bool_], *, diagonal: bool) -> tuple[Pivots, list[float], int] | None:
+def _pivots(matrix: Array, pattern: NDArray[np.bool_]) -> tuple[Pivots, list[float], int] | None:
     """Pivots, their sizes, and the number of multiplications; None where the matrix is singular."""
     a, there = matrix.copy(), pattern.copy()
     rows, columns = list(range(len(a))), list(range(len(a)))
@@ -58,9 +53,6 @@ def _pivots(matrix: Array, pattern: NDArray[np.bool_], *, diagonal: bool) -> tup
     while rows:
         sub, fill = np.abs(a[np.ix_(rows, columns)]), there[np.ix_(rows, columns)]
         largest = np.maximum(sub.max(axis=0)[None, :], sub.max(axis=1)[:, None])
-        if diagonal:
-            # What is positive definite needs no other pivots, and stays symmetric.
-            largest = np.where(np.eye(len(rows)), 0.0, np.inf)
         fit = (sub >= SHARE * largest) & (sub > 0.0) & fill
         if not fit.any():
             return None
@@ -110,28 +102,18 @@ class Eliminated:
         self.pivots: list[Scalar] = []
         n = linear.columns
         whole = [list(entries[i * n : i * n + n]) for i in range(linear.rows)]
-        if not linear.square:
-            self._least_step(order, whole, rights)
-            return
         for (rows, columns), pivots, sizes in zip(linear.blocks, order.pivots, order.sizes, strict=True):
             block = [[whole[i][j] for j in columns] for i in rows]
             known = [
                 [_rest(right[i], whole[i], x) for i in rows] for right, x in zip(rights, self.solutions, strict=True)
             ]
-            found = self._solved(block, known, pivots, sizes, symmetric=False)
+            found = self._solved(block, known, pivots, sizes)
             for x, own in zip(self.solutions, found, strict=True):
                 for j, value in zip(columns, own, strict=True):
                     x[j] = value
 
-    def _least_step(self, order: Order, a: Matrix, rights: Sequence[Sequence[Scalar]]) -> None:
-        """The least x of too few equations: A' y of A A' y = r."""
-        normal = [[_dot(one, other) for other in a] for one in a]
-        found = self._solved(normal, [list(right) for right in rights], order.pivots[0], order.sizes[0], symmetric=True)
-        self.solutions = [[_dot([row[j] for row in a], y) for j in range(len(a[0]))] for y in found]
-        self.determinants = []
-
     def _solved(
-        self, block: Matrix, known: list[list[Scalar]], pivots: Pivots, sizes: list[float], *, symmetric: bool
+        self, block: Matrix, known: list[list[Scalar]], pivots: Pivots, sizes: list[float]
     ) -> list[list[Scalar]]:
         a, kept = [list(row) for row in block], []
         rows, columns = [i for i, _ in pivots], [j for _, j in pivots]
@@ -139,15 +121,13 @@ class Eliminated:
             inverse = 1.0 / a[i][j]
             self.pivots.append((1.0 / size) * a[i][j])
             kept.append((i, j, inverse))
-            for later, r in enumerate(rows[place + 1 :], start=place + 1):
+            for r in rows[place + 1 :]:
                 if _nothing(a[r][j]):
                     continue
                 factor = a[r][j] * inverse
-                for k in columns[place + 1 : later + 1 if symmetric else None]:
+                for k in columns[place + 1 :]:
                     if not _nothing(a[i][k]):
                         a[r][k] = a[r][k] - factor * a[i][k]
-                        if symmetric:
-                            a[k][r] = a[r][k]
                 for right in known:
                     right[r] = right[r] - factor * right[i]
         determinant: Scalar = _sign(pivots)

@@ -57,9 +57,7 @@ class Equations:
         step = self.linear.solve(jacobian, residual)
         return self.mechanism.program([*step, *follow, *self.linear.determinants(jacobian)])
 
-    def step_of_one(
-        self, state: Sequence[float], parameters: Sequence[float], *, compiled: bool = True
-    ) -> list[float]:
+    def step_of_one(self, state: Sequence[float], parameters: Sequence[float], *, compiled: bool = True) -> list[float]:
         """As `step` for floats, with the determinants, in the sums in which it is taken for arrays.
 
         Where these are to be compiled first, a single pose may do without, to rounding.

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....framework.batch import Array
+from ....framework.batch import Array, Shape
+from .blocks import MEMBERS, blocks, cut_all
 from .equations import Equations
 from .linear import Linear
 from .mechanism import Mechanism
@@ -289,8 +290,25 @@ class Loops:
 
         Each member stops at its own last step, so that its bits do not depend on its neighbours.
         """
+        shape = np.broadcast_shapes(*{np.shape(x) for x in (*state, *parameters)})
+        if math.prod(shape) <= MEMBERS:
+            return self._close_all(state, parameters, shape)
+        found, trusted = list(state), np.empty(shape, dtype=bool)
+        for place in self.unknown_states:
+            found[place] = np.empty(shape)
+        converged, determinants = np.empty(shape, dtype=bool), [np.empty(shape) for _ in range(self.linear.signs)]
+        for block in blocks(shape):
+            part, own = cut_all(state, block), cut_all(parameters, block)
+            here = self._close_all(part, own, np.broadcast_shapes(*{np.shape(x) for x in (*part, *own)}))
+            trusted[block], converged[block] = here.trusted, here.converged
+            for place in self.unknown_states:
+                np.asarray(found[place])[block] = here.state[place]
+            for whole, x in zip(determinants, here.determinants, strict=True):
+                whole[block] = x
+        return Closed(found, trusted, converged, list(determinants))
+
+    def _close_all(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Closed:
         program, n = self.equations.step[1], self.columns
-        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
         trusted = np.ones(shape, dtype=bool)
         moving: NDArray[np.bool_] = trusted
         before: Array | float = np.inf
@@ -312,9 +330,7 @@ class Loops:
         converged = np.asarray(before <= LAST_STEP)
         return Closed(state, trusted & converged, converged, list(found[n:]))
 
-    def close_one(
-        self, state: list[float], parameters: Sequence[float], *, compiled: bool = True
-    ) -> ClosedOne | None:
+    def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
         """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
         step_at, n = self.equations.step_of_one, self.columns
         before = np.inf

@@ -73,6 +73,7 @@ class Mechanism:
         self._counting: dict[str, Mechanism] = {}
         self._described = linkage.alike()
         self._checked = False
+        self._places: dict[tuple[str, str], Array] = {}
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
@@ -124,7 +125,10 @@ class Mechanism:
 
     def place(self, link: str, point: str) -> Array:
         """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
-        return place_of(self.linkage, self.tree.twins.get(link, link), point)
+        own = self.tree.twins.get(link, link), point
+        if own not in self._places:
+            self._places[own] = place_of(self.linkage, *own)
+        return self._places[own]
 
     def arm(self, link: str, place: Array) -> list[Value]:
         """Components of the vector from a link's reference point to a drawn place, in units of `size`."""
@@ -132,7 +136,7 @@ class Mechanism:
         if key in self._arms:
             return self._arms[key]
         body = self.bodies[link]
-        arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
+        arm = _along(body.drawn_axes, place - body.place) / self.size
         components: list[Value] = [arm[..., k] if np.any(arm[..., k]) else 0.0 for k in range(3)]
         if arm.ndim == 1:
             components = arm.tolist()
@@ -173,7 +177,7 @@ class Mechanism:
 
     def point_on(self, body: Body, place: Array) -> Vector:
         """A point fixed on a body that was drawn at `place`."""
-        arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
+        arm = _along(body.drawn_axes, place - body.place) / self.size
         return plus(body.origin, combine(body.axes, self.constant(arm)))
 
     def axes_on(self, body: Body, drawn: Array) -> list[Vector]:
@@ -378,6 +382,13 @@ def stacked(entries: tuple[Value, ...]) -> Array:
     if not entries:
         return np.zeros(0)
     return np.stack(np.broadcast_arrays(*entries), axis=-1)
+
+
+def _along(axes: Array, vectors: Array) -> Array:
+    """Components (..., 3) of vectors along axes, which are columns (..., 3, 3)."""
+    if axes.ndim == 2:
+        return np.asarray(vectors @ axes)
+    return np.asarray(np.einsum("...ji,...j->...i", axes, vectors))
 
 
 def _acts(entry: Scalar) -> bool:

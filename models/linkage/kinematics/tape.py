@@ -8,7 +8,7 @@ planar arithmetic. The tape becomes a Python function of straight-line code.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from types import CodeType
 from typing import Any
@@ -73,24 +73,25 @@ class Tape:
 
     def __init__(self) -> None:
         self._steps: dict[str, tuple[str, tuple[str, ...]]] = {}
-        self._known: dict[str, str] = {}
+        self._known: dict[tuple[str, tuple[str, ...]], str] = {}
 
     def step(self, operator: str, first: str, second: str) -> Term:
         """Write down ``first operator second``."""
-        return self._write(f"{first} {operator} {second}", (first, second))
+        return self._write(f"{{}} {operator} {{}}", (first, second))
 
     def call(self, function: str, argument: Scalar) -> Scalar:
         """Write down ``sin`` or ``cos`` of a number."""
         if isinstance(argument, float):
             return float(getattr(math, function)(argument))
-        return self._write(f"{function}({argument.name})", (argument.name,))
+        return self._write(f"{function}({{}})", (argument.name,))
 
-    def _write(self, text: str, uses: tuple[str, ...]) -> Term:
-        if text not in self._known:
+    def _write(self, form: str, uses: tuple[str, ...]) -> Term:
+        step = form, uses
+        if step not in self._known:
             name = f"t{len(self._steps)}"
-            self._known[text] = name
-            self._steps[name] = text, uses
-        return Term(self, self._known[text])
+            self._known[step] = name
+            self._steps[name] = step
+        return Term(self, self._known[step])
 
     def program(self, inputs: Sequence[Sequence[str]], outputs: Iterable[Scalar]) -> Programs:
         """The function of the tuples `inputs` that returns the tuple `outputs`: for floats, and for arrays."""
@@ -101,23 +102,30 @@ class Tape:
             if name in self._steps and name not in needed:
                 needed.add(name)
                 open_names += self._steps[name][1]
+        in_order = sorted(needed, key=lambda name: int(name[1:]))
+        steps, places = _placed([(name, *self._steps[name]) for name in in_order], set(results))
         lines = [f"def program({', '.join(f'a{k}' for k in range(len(inputs)))}):"]
         lines += [f" {', '.join(names)}, = a{k}" for k, names in enumerate(inputs) if names]
-        in_order = sorted(needed, key=lambda name: int(name[1:]))
-        lines += _lines([(name, *self._steps[name]) for name in in_order], set(results))
-        lines.append(f" return ({''.join(f'{name}, ' for name in results)})")
+        lines += steps
+        lines.append(f" return ({''.join(f'{places.get(name, name)}, ' for name in results)})")
         return Programs("\n".join(lines))
 
 
-def _lines(steps: Sequence[tuple[str, str, tuple[str, ...]]], results: set[str]) -> Iterator[str]:
-    """Lines of a program, which let go of each number after its last use: arrays then take the place of those before
-    in the cache."""
+def _placed(steps: Sequence[tuple[str, str, tuple[str, ...]]], results: set[str]) -> tuple[list[str], dict[str, str]]:
+    """Lines of a program, and the variable in which each number is at last.
+
+    A number that is not used again leaves its variable to the next, so that few arrays are there at a time: they stay
+    in the cache.
+    """
     last = {use: name for name, _, uses in steps for use in uses}
-    for name, text, uses in steps:
-        yield f" {name} = {text}"
-        done = [use for use in dict.fromkeys(uses) if use[:1] == "t" and last[use] == name and use not in results]
-        if done:
-            yield f" del {', '.join(done)}"
+    lines, places = [], dict[str, str]()
+    free: list[str] = []
+    for name, form, uses in steps:
+        text = form.format(*(places.get(use, use) for use in uses))
+        free += [places[use] for use in set(uses) if use in places and last[use] == name and use not in results]
+        places[name] = free.pop() if free else name
+        lines.append(f" {places[name]} = {text}")
+    return lines, places
 
 
 class Programs(tuple[Program, Program]):

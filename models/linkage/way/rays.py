@@ -48,12 +48,11 @@ def _in_one_step(
     states, reached = np.empty((len(begin), count)), np.zeros(count, dtype=bool)
     follow, determinants = common.follow[:, None], common.determinants[:, None]
     bound = TURN * (0.5 + float(np.abs(follow).max(initial=0.0)))
-    bend = common.bend.reshape(len(begin), -1)
     for first in range(0, count, TOGETHER):
         part = slice(first, first + TOGETHER)
         way = targets[:, part] - begin[loops.driven_states, None]
-        both = (way[:, None] * way).reshape(-1, way.shape[1])
-        guess = begin[:, None] + common.rate @ way + 0.5 * (bend @ both)
+        rate, bend = common.along(way)
+        guess = begin[:, None] + rate + 0.5 * bend
         guess[loops.driven_states] = targets[:, part]
         found = loops.poses(loops.unit(list(guess)), parameters)
         good = found.good & (np.sqrt((way**2).sum(axis=0)) <= FAR)

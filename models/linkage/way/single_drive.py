@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ..kinematics.loops import Loops, Pose
 from .ends import SHORT
 from .follow import Guide
-from .guess import NEAR, Guess, guess_of
+from .guess import NEAR, Guess
 from .march import BEYOND, March, Track, flips
 from .ray import Ray
 
@@ -111,7 +111,7 @@ class SingleDrive:
         guide = self._guide(ahead, back)
         around = {where: Guide.of(side, back) for where, side in _sides(ahead)}
         around |= {-where: Guide.of(ahead, side) for where, side in _sides(back)}
-        out = guess_of(guide.at(within), guide.signs_at(within, NEAR), guide.reached(within))
+        out = Guess(list(guide.entries(within)), list(guide.signs_at(within, NEAR)), guide.reached(within))
         out.s, out.guide, out.drive, out.around, out.switched = within, guide, self.drive, around, self.switch
         return out
 

@@ -32,7 +32,9 @@ def middle_first(mechanism: Mechanism) -> list[list[float]]:
     for value in mechanism.parameters:
         if isinstance(value, np.ndarray):
             away = away + ((value - value.mean()) / (value.std() or 1.0)) ** 2
-    order = np.argsort(away, axis=None, kind="stable")[:LEADERS]
+    flat_away, few = away.ravel(), min(LEADERS, away.size)
+    nearest_few = np.flatnonzero(flat_away <= np.partition(flat_away, few - 1)[few - 1])
+    order = nearest_few[np.argsort(flat_away[nearest_few], kind="stable")][:LEADERS]
     flat = [np.broadcast_to(x, shape).ravel()[order] for x in mechanism.parameters]
     return [[float(x[k]) for x in flat] for k in range(len(order))]
 
