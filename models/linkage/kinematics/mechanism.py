@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
@@ -306,6 +307,19 @@ class Mechanism:
         """(state, parameters) to the Jacobian of all rows by all velocity coordinates."""
         return self.tape.program(self._names, [entry for row in self._jacobian for entry in row])
 
+    @cached_property
+    def acting_places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Row, counted among those in `acting`, and column of each entry of their Jacobian that is not always zero."""
+        places = [(i, k) for i, row in enumerate(self.acting) for k, x in enumerate(self._jacobian[row]) if _acts(x)]
+        rows, columns = np.array(places, dtype=np.intp).reshape(-1, 2).T
+        return rows, columns
+
+    @cached_property
+    def acting_closure(self) -> tuple[Program, Program]:
+        """(state, parameters) to the residuals of the rows in `acting`, then the entries at `acting_places`."""
+        entries = [self._jacobian[self.acting[i]][k] for i, k in zip(*self.acting_places, strict=True)]
+        return self.program([*(self._residual[i] for i in self.acting), *entries])
+
     def pose_of(self, link: str) -> tuple[Program, Program]:
         """(state, parameters) to reference point and axes, twelve numbers, of a link."""
         if link not in self._poses:
@@ -313,9 +327,10 @@ class Mechanism:
             self._poses[link] = self.tape.program(self._names, [x for v in (body.origin, *body.axes) for x in v])
         return self._poses[link]
 
-    def joint_point(self, joint: str) -> tuple[Program, Program]:
-        """(state, parameters) to the point of a joint on its first link."""
-        return self.tape.program(self._names, self.frames[joint][1])
+    @cached_property
+    def joint_points(self) -> tuple[Program, Program]:
+        """(state, parameters) to the points of all joints on their first links, by name."""
+        return self.tape.program(self._names, [x for name in sorted(self.linkage.joints) for x in self.frames[name][1]])
 
     def joint_axes(self, pair: Pair) -> tuple[Program, Program]:
         """(state, parameters) to the axes x y z, nine numbers, of a joint that closes a loop, on its first link."""
