@@ -7,9 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
+from ....framework.batch import Array
+from .elimination import Eliminated
 from .linear import Linear
 from .mechanism import Mechanism
 from .tape import Program, Scalar, Value
+
+# An elimination is taken whose pivots are at least this share of what they were where their order was chosen.
+MARGIN = 1e-3
 
 
 class Equations:
@@ -25,52 +30,120 @@ class Equations:
 
     def __init__(self, mechanism: Mechanism, linear: Linear) -> None:
         self.mechanism, self.linear = mechanism, linear
+        self._programs: dict[int, tuple[tuple[Program, Program], int]] = {}
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; it composes its programs anew."""
-        return {"mechanism": self.mechanism, "linear": self.linear}
+        return {"mechanism": self.mechanism, "linear": self.linear, "_programs": {}}
 
     @cached_property
     def step(self) -> tuple[Program, Program]:
-        """(state, parameters) to the step of each unknown, and the determinants of the blocks."""
-        if not self.linear.compact:
-            return self._composed(self.mechanism.newton, 0)
+        """(state, parameters) to the step of each unknown, and for arrays the determinants of the blocks."""
         residual, jacobian, _ = self.mechanism.closing
-        return self.mechanism.program([*self.linear.solve(jacobian, residual), *self.linear.determinants(jacobian)])
+        if self.linear.compact:
+            return self.mechanism.program([*self.linear.solve(jacobian, residual), *self.linear.determinants(jacobian)])
+        return self._step_by_matrix, self._of_arrays(self.mechanism.newton, 0)
 
     @cached_property
     def pose(self) -> tuple[Program, Program]:
         """As `step`, with the velocity of each unknown per unit of each drive, drive by drive, in between."""
         count = len(self.mechanism.driven)
-        if not self.linear.compact:
-            return self._composed(self.mechanism.full, count)
         residual, jacobian, drives = self.mechanism.closing
+        if not self.linear.compact:
+            return self._pose_by_matrix, self._of_arrays(self.mechanism.full, count)
         follow: list[Scalar] = []
         for k in range(count):
             follow += [-1.0 * x for x in self.linear.solve(jacobian, drives[k::count])]
         step = self.linear.solve(jacobian, residual)
         return self.mechanism.program([*step, *follow, *self.linear.determinants(jacobian)])
 
-    def _composed(self, programs: tuple[Program, Program], drives: int) -> tuple[Program, Program]:
+    def step_of_one(self, state: Sequence[float], parameters: Sequence[float], *, compiled: bool = True) -> list[float]:
+        """As `step` for floats, with the determinants, in the sums in which it is taken for arrays.
+
+        Where these are to be compiled first, a single pose may do without, to rounding.
+        """
+        if self.linear.compact:
+            return list(self.step[0](state, parameters))
+        if self.linear.order is not None and compiled:
+            found, pivots = self._eliminated(0)
+            numbers = found[0](state, parameters)
+            if min(map(abs, numbers[-pivots:])) >= MARGIN:
+                return list(numbers[:-pivots])
+        m = self.linear.rows
+        entries = self.mechanism.newton[0](state, parameters)
+        return self.linear.solve_one(entries[m:], entries[:m])
+
+    # -- equations in blocks of more than two ------------------------------------------------------------------------
+
+    def _step_by_matrix(self, state: Sequence[float], parameters: Sequence[float]) -> list[float]:
+        return self._by_matrix(self.mechanism.newton[0](state, parameters), 0)[0]
+
+    def _pose_by_matrix(self, state: Sequence[float], parameters: Sequence[float]) -> list[float]:
+        entries = self.mechanism.full[0](state, parameters)
+        found, jacobian = self._by_matrix(entries, len(self.mechanism.driven))
+        return [*found, *self.linear.determinants_of_floats(jacobian)]
+
+    def _by_matrix(self, entries: Sequence[float], drives: int) -> tuple[list[float], Array]:
+        m, n = self.linear.rows, self.linear.columns
+        behind = m + m * n
+        jacobian = np.array(entries[m:behind]).reshape(m, n)
+        right = np.empty((m, 1 + drives))
+        right[:, 0] = entries[:m]
+        right[:, 1:] = -np.array(entries[behind:]).reshape(m, drives)
+        found: list[float] = self.linear.solve_floats(jacobian, right).T.ravel().tolist()
+        return found, jacobian
+
+    def _of_arrays(self, programs: tuple[Program, Program], drives: int) -> Program:
         m, n = self.linear.rows, self.linear.columns
 
-        def floats(state: Sequence[float], parameters: Sequence[float]) -> list[float]:
-            entries = programs[0](state, parameters)
+        def by_matrices(state: Sequence[Value], parameters: Sequence[Value]) -> list[Value]:
+            entries = programs[1](state, parameters)
             behind = m + m * n
-            jacobian = np.array(entries[m:behind]).reshape(m, n)
-            right = np.empty((m, 1 + drives))
-            right[:, 0] = entries[:m]
-            right[:, 1:] = -np.array(entries[behind:]).reshape(m, drives)
-            x = self.linear.solve_floats(jacobian, right)
-            return [*x.T.ravel().tolist(), *self.linear.determinants_of_floats(jacobian)]
+            jacobian, right = entries[m:behind], [entries[:m]]
+            right += [[-x for x in entries[behind + k :: drives]] for k in range(drives)]
+            out = [x for side in self.linear.solve_all(jacobian, right) for x in side]
+            return [*out, *self.linear.determinants(jacobian)]
 
         def arrays(state: Sequence[Value], parameters: Sequence[Value]) -> list[Value]:
             with np.errstate(all="ignore"):
-                entries = programs[1](state, parameters)
-                behind = m + m * n
-                jacobian, right = entries[m:behind], [entries[:m]]
-                right += [[-x for x in entries[behind + k :: drives]] for k in range(drives)]
-                out = [x for side in self.linear.solve_all(jacobian, right) for x in side]
-                return [*out, *self.linear.determinants(jacobian)]
+                if self.linear.order is None:
+                    return by_matrices(state, parameters)
+                program, pivots = self._eliminated(drives)
+                numbers = program[1](state, parameters)
+                found = list(numbers[:-pivots])
+                return _mended(found, numbers[-pivots:], by_matrices, state, parameters)
 
-        return floats, arrays
+        return arrays
+
+    def _eliminated(self, drives: int) -> tuple[tuple[Program, Program], int]:
+        """The program of `step`, or of `pose` with so many drives, with the pivots behind; and their number."""
+        if drives not in self._programs:
+            residual, jacobian, by_drives = self.mechanism.closing
+            rights = [residual, *([-1.0 * x for x in by_drives[k::drives]] for k in range(drives))]
+            found = Eliminated(self.linear, self.linear.order, jacobian, rights)
+            numbers = [x for solution in found.solutions for x in solution]
+            program = self.mechanism.program([*numbers, *found.determinants, *found.pivots])
+            self._programs[drives] = program, len(found.pivots)
+        return self._programs[drives]
+
+
+def _mended(
+    found: list[Value], pivots: Sequence[Value], anew: Program, state: Sequence[Value], parameters: Sequence[Value]
+) -> list[Value]:
+    """Results of an elimination, anew where its pivots are small."""
+    least = np.abs(pivots[0])
+    for pivot in pivots[1:]:
+        # NaN counts as small.
+        least = np.minimum(least, np.abs(pivot))
+    bad = ~(least >= MARGIN)
+    if not np.any(bad):
+        return found
+    shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
+    bad = np.broadcast_to(bad, shape)
+    own = [[np.broadcast_to(x, shape)[bad] if np.ndim(x) else x for x in entries] for entries in (state, parameters)]
+    out: list[Value] = []
+    for old, new in zip(found, anew(*own), strict=True):
+        whole = np.array(np.broadcast_to(old, shape))
+        whole[bad] = new
+        out.append(whole)
+    return out

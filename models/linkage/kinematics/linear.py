@@ -35,6 +35,9 @@ class Linear:
     ----------
     projection
         Combinations (n, m) of too many equations whose determinant tells in which sense the unknowns follow.
+    order
+        In which order the equations can be eliminated without a choice of pivots; None where they cannot, or nobody
+        has looked. Who knows one of their matrices puts it here.
     """
 
     def __init__(self, pattern: Pattern, rank: int | None = None) -> None:
@@ -42,6 +45,7 @@ class Linear:
         self.rows, self.columns = self.pattern.shape
         self.rank = min(self.rows, self.columns) if rank is None else rank
         self.projection: Array | None = None
+        self.order: Any = None
 
     @cached_property
     def compact(self) -> bool:
@@ -127,6 +131,35 @@ class Linear:
                     out[j] = x
             solved += columns
         return outs
+
+    def solve_one(self, entries: Sequence[float], right: Sequence[float]) -> list[float]:
+        """x of J x = r and the determinants, of one matrix, in the sums in which `solve` takes a stack of them.
+
+        Raises
+        ------
+        ZeroDivisionError, LinAlgError
+            If the matrix is singular.
+        """
+        if not self.square:
+            return list(map(float, [*self.solve(entries, right), *self.determinants(entries)]))
+        n = self.columns
+        out = [0.0] * n
+        solved: list[int] = []
+        determinants: list[float] = []
+        for rows, columns in self.blocks:
+            block = [[entries[i * n + j] for j in columns] for i in rows]
+            known = [self._known(entries, right, out, solved, i) for i in rows]
+            if len(rows) > 2:
+                matrix = np.array(block)
+                found = np.linalg.solve(matrix, np.array(known)[:, None])[:, 0].tolist()
+                determinants.append(float(np.linalg.det(matrix)))
+            else:
+                (found,) = _block(block, [known])
+                determinants.append(self._determinant(block))
+            for j, x in zip(columns, found, strict=True):
+                out[j] = x
+            solved += columns
+        return [*out, *determinants]
 
     def solve_floats(self, jacobian: Array, right: Array) -> Array:
         """X (n, k) of J X = R for one matrix J (m, n)."""

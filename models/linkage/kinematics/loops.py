@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -11,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....framework.batch import Array
+from ....framework.batch import Array, Shape
+from .blocks import MEMBERS, blocks, cut_all
 from .equations import Equations
 from .linear import Linear
 from .mechanism import Mechanism
@@ -55,6 +57,14 @@ class Closed:
     trusted: NDArray[np.bool_]
     converged: NDArray[np.bool_]
     determinants: list[Value]
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedOne:
+    """A closed position: its state, and the determinants of its equations."""
+
+    state: list[float]
+    determinants: list[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,8 +290,25 @@ class Loops:
 
         Each member stops at its own last step, so that its bits do not depend on its neighbours.
         """
+        shape = np.broadcast_shapes(*{np.shape(x) for x in (*state, *parameters)})
+        if math.prod(shape) <= MEMBERS:
+            return self._close_all(state, parameters, shape)
+        found, trusted = list(state), np.empty(shape, dtype=bool)
+        for place in self.unknown_states:
+            found[place] = np.empty(shape)
+        converged, determinants = np.empty(shape, dtype=bool), [np.empty(shape) for _ in range(self.linear.signs)]
+        for block in blocks(shape):
+            part, own = cut_all(state, block), cut_all(parameters, block)
+            here = self._close_all(part, own, np.broadcast_shapes(*{np.shape(x) for x in (*part, *own)}))
+            trusted[block], converged[block] = here.trusted, here.converged
+            for place in self.unknown_states:
+                np.asarray(found[place])[block] = here.state[place]
+            for whole, x in zip(determinants, here.determinants, strict=True):
+                whole[block] = x
+        return Closed(found, trusted, converged, list(determinants))
+
+    def _close_all(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Closed:
         program, n = self.equations.step[1], self.columns
-        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
         trusted = np.ones(shape, dtype=bool)
         moving: NDArray[np.bool_] = trusted
         before: Array | float = np.inf
@@ -302,6 +329,27 @@ class Loops:
                     break
         converged = np.asarray(before <= LAST_STEP)
         return Closed(state, trusted & converged, converged, list(found[n:]))
+
+    def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
+        """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
+        step_at, n = self.equations.step_of_one, self.columns
+        before = np.inf
+        try:
+            for _ in range(ITERATIONS):
+                found = step_at(state, parameters, compiled=compiled)
+                step = found[:n]
+                size = max(map(abs, step), default=0.0)
+                if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):
+                    return None
+                if before > 1e-5 and size > CONTRACTION * before:
+                    return None
+                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                before = size
+                if size <= LAST_STEP:
+                    return ClosedOne(state, found[n:])
+        except (ArithmeticError, np.linalg.LinAlgError):
+            pass
+        return None
 
     def poses(self, state: list[Value], parameters: Sequence[Value]) -> Poses:
         """`close` for all members of a batch: poses near the guesses `state`, as good as the next step needs them.
@@ -342,7 +390,8 @@ def _largest(step: Sequence[Value], shape: tuple[int, ...]) -> Array:
 
 
 def _unit(e: Sequence[Value]) -> list[Value]:
-    norm = sum((x * x for x in e), start=0.0) ** 0.5
+    square = sum((x * x for x in e), start=0.0)
+    norm = math.sqrt(square) if isinstance(square, float) else np.sqrt(square)
     return [x / norm for x in e]
 
 

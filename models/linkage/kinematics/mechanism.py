@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.cache import COMPILED, alike
@@ -73,6 +74,8 @@ class Mechanism:
         self.starts: Any = None
         self._counting: dict[str, Mechanism] = {}
         self._described = linkage.alike()
+        self._checked = False
+        self._places: dict[tuple[str, str], Array] = {}
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
@@ -93,6 +96,18 @@ class Mechanism:
         self.unknown = [k for k in range(len(self.columns)) if k not in self.driven]
         self._close()
 
+    def check_free(self) -> None:
+        """`LinkageDescription.check_free` of what was compiled: looked at once.
+
+        Raises
+        ------
+        FrameError
+            As there.
+        """
+        if not self._checked:
+            self.linkage.check_free()
+            self._checked = True
+
     def counting(self, joint: str) -> Mechanism:
         """The linkage as it was compiled, with the coordinates of a joint among its state."""
         if joint not in self._counting:
@@ -112,7 +127,10 @@ class Mechanism:
 
     def place(self, link: str, point: str) -> Array:
         """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
-        return place_of(self.linkage, self.tree.twins.get(link, link), point)
+        own = self.tree.twins.get(link, link), point
+        if own not in self._places:
+            self._places[own] = place_of(self.linkage, *own)
+        return self._places[own]
 
     def arm(self, link: str, place: Array) -> list[Value]:
         """Components of the vector from a link's reference point to a drawn place, in units of `size`."""
@@ -120,8 +138,10 @@ class Mechanism:
         if key in self._arms:
             return self._arms[key]
         body = self.bodies[link]
-        arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
+        arm = _along(body.drawn_axes, place - body.place) / self.size
         components: list[Value] = [arm[..., k] if np.any(arm[..., k]) else 0.0 for k in range(3)]
+        if arm.ndim == 1:
+            components = arm.tolist()
         if place.ndim == 1:
             self._arms[key] = components
         return components
@@ -159,7 +179,7 @@ class Mechanism:
 
     def point_on(self, body: Body, place: Array) -> Vector:
         """A point fixed on a body that was drawn at `place`."""
-        arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
+        arm = _along(body.drawn_axes, place - body.place) / self.size
         return plus(body.origin, combine(body.axes, self.constant(arm)))
 
     def axes_on(self, body: Body, drawn: Array) -> list[Vector]:
@@ -288,6 +308,19 @@ class Mechanism:
         """(state, parameters) to the Jacobian of all rows by all velocity coordinates."""
         return self.tape.program(self._names, [entry for row in self._jacobian for entry in row])
 
+    @cached_property
+    def acting_places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Row, counted among those in `acting`, and column of each entry of their Jacobian that is not always zero."""
+        places = [(i, k) for i, row in enumerate(self.acting) for k, x in enumerate(self._jacobian[row]) if _acts(x)]
+        rows, columns = np.array(places, dtype=np.intp).reshape(-1, 2).T
+        return rows, columns
+
+    @cached_property
+    def acting_closure(self) -> tuple[Program, Program]:
+        """(state, parameters) to the residuals of the rows in `acting`, then the entries at `acting_places`."""
+        entries = [self._jacobian[self.acting[i]][k] for i, k in zip(*self.acting_places, strict=True)]
+        return self.program([*(self._residual[i] for i in self.acting), *entries])
+
     def pose_of(self, link: str) -> tuple[Program, Program]:
         """(state, parameters) to reference point and axes, twelve numbers, of a link."""
         if link not in self._poses:
@@ -295,9 +328,10 @@ class Mechanism:
             self._poses[link] = self.tape.program(self._names, [x for v in (body.origin, *body.axes) for x in v])
         return self._poses[link]
 
-    def joint_point(self, joint: str) -> tuple[Program, Program]:
-        """(state, parameters) to the point of a joint on its first link."""
-        return self.tape.program(self._names, self.frames[joint][1])
+    @cached_property
+    def joint_points(self) -> tuple[Program, Program]:
+        """(state, parameters) to the points of all joints on their first links, by name."""
+        return self.tape.program(self._names, [x for name in sorted(self.linkage.joints) for x in self.frames[name][1]])
 
     def joint_axes(self, pair: Pair) -> tuple[Program, Program]:
         """(state, parameters) to the axes x y z, nine numbers, of a joint that closes a loop, on its first link."""
@@ -364,6 +398,13 @@ def stacked(entries: tuple[Value, ...]) -> Array:
     if not entries:
         return np.zeros(0)
     return np.stack(np.broadcast_arrays(*entries), axis=-1)
+
+
+def _along(axes: Array, vectors: Array) -> Array:
+    """Components (..., 3) of vectors along axes, which are columns (..., 3, 3)."""
+    if axes.ndim == 2:
+        return np.asarray(vectors @ axes)
+    return np.asarray(np.einsum("...ji,...j->...i", axes, vectors))
 
 
 def _acts(entry: Scalar) -> bool:

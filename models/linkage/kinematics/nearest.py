@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,6 +32,17 @@ def open_by(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -
             which[larger] = index
             np.maximum(largest, size, out=largest)
     return np.sqrt(square), which
+
+
+def open_by_one(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> tuple[float, int]:
+    """`open_by` of a single state, in the same sums."""
+    square, largest, which = 0.0, 0.0, 0
+    for index, row in enumerate(loops.mechanism.residual[0](state, parameters)):
+        size = abs(row)
+        square += size * size
+        if size > largest:
+            largest, which = size, index
+    return math.sqrt(square), which
 
 
 def nearest(

@@ -73,24 +73,25 @@ class Tape:
 
     def __init__(self) -> None:
         self._steps: dict[str, tuple[str, tuple[str, ...]]] = {}
-        self._known: dict[str, str] = {}
+        self._known: dict[tuple[str, tuple[str, ...]], str] = {}
 
     def step(self, operator: str, first: str, second: str) -> Term:
         """Write down ``first operator second``."""
-        return self._write(f"{first} {operator} {second}", (first, second))
+        return self._write(f"{{}} {operator} {{}}", (first, second))
 
     def call(self, function: str, argument: Scalar) -> Scalar:
         """Write down ``sin`` or ``cos`` of a number."""
         if isinstance(argument, float):
             return float(getattr(math, function)(argument))
-        return self._write(f"{function}({argument.name})", (argument.name,))
+        return self._write(f"{function}({{}})", (argument.name,))
 
-    def _write(self, text: str, uses: tuple[str, ...]) -> Term:
-        if text not in self._known:
+    def _write(self, form: str, uses: tuple[str, ...]) -> Term:
+        step = form, uses
+        if step not in self._known:
             name = f"t{len(self._steps)}"
-            self._known[text] = name
-            self._steps[name] = text, uses
-        return Term(self, self._known[text])
+            self._known[step] = name
+            self._steps[name] = step
+        return Term(self, self._known[step])
 
     def program(self, inputs: Sequence[Sequence[str]], outputs: Iterable[Scalar]) -> Programs:
         """The function of the tuples `inputs` that returns the tuple `outputs`: for floats, and for arrays."""
@@ -101,11 +102,30 @@ class Tape:
             if name in self._steps and name not in needed:
                 needed.add(name)
                 open_names += self._steps[name][1]
+        in_order = sorted(needed, key=lambda name: int(name[1:]))
+        steps, places = _placed([(name, *self._steps[name]) for name in in_order], set(results))
         lines = [f"def program({', '.join(f'a{k}' for k in range(len(inputs)))}):"]
         lines += [f" {', '.join(names)}, = a{k}" for k, names in enumerate(inputs) if names]
-        lines += [f" {name} = {text}" for name, (text, _) in self._steps.items() if name in needed]
-        lines.append(f" return ({''.join(f'{name}, ' for name in results)})")
+        lines += steps
+        lines.append(f" return ({''.join(f'{places.get(name, name)}, ' for name in results)})")
         return Programs("\n".join(lines))
+
+
+def _placed(steps: Sequence[tuple[str, str, tuple[str, ...]]], results: set[str]) -> tuple[list[str], dict[str, str]]:
+    """Lines of a program, and the variable in which each number is at last.
+
+    A number that is not used again leaves its variable to the next, so that few arrays are there at a time: they stay
+    in the cache.
+    """
+    last = {use: name for name, _, uses in steps for use in uses}
+    lines, places = [], dict[str, str]()
+    free: list[str] = []
+    for name, form, uses in steps:
+        text = form.format(*(places.get(use, use) for use in uses))
+        free += [places[use] for use in set(uses) if use in places and last[use] == name and use not in results]
+        places[name] = free.pop() if free else name
+        lines.append(f" {places[name]} = {text}")
+    return lines, places
 
 
 class Programs(tuple[Program, Program]):
@@ -119,12 +139,34 @@ class Programs(tuple[Program, Program]):
         arrays: dict[str, Any] = {"sin": np.sin, "cos": np.cos}
         exec(_compiled(source), scalar)
         exec(_compiled(source), arrays)
-        made = super().__new__(cls, (scalar["program"], arrays["program"]))
+        made = super().__new__(cls, (scalar["program"], of_one(scalar["program"], arrays["program"])))
         made.source = source
         return made
 
     def __reduce__(self) -> tuple[type[Programs], tuple[str]]:
         return Programs, (self.source,)
+
+
+def of_one(floats: Program, arrays: Program) -> Program:
+    """`arrays`, which leaves a batch of one entry to `floats`: an operation on numbers takes a tenth of the time."""
+
+    def program(*inputs: Sequence[Value]) -> Sequence[Value]:
+        depth = -1
+        for entries in inputs:
+            for x in entries:
+                if isinstance(x, np.ndarray):
+                    if x.size != 1:
+                        return arrays(*inputs)  # type: ignore[no-any-return]
+                    depth = max(depth, x.ndim)
+        try:
+            if depth < 0:
+                return floats(*inputs)  # type: ignore[no-any-return]
+            found = floats(*([x.item() if isinstance(x, np.ndarray) else x for x in entries] for entries in inputs))
+        except (ArithmeticError, ValueError):
+            return arrays(*inputs)  # type: ignore[no-any-return]
+        return [np.full((1,) * depth, x) for x in found]
+
+    return program
 
 
 @lru_cache(maxsize=256)

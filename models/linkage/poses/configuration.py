@@ -46,6 +46,8 @@ class Configurations:
     ----------
     dependent
         Singular values below this share of the largest count as zero.
+    row_units, units
+        What equations and joint coordinates are counted in: lengths in extents of the drawing.
     """
 
     def __init__(self, linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> None:
@@ -56,7 +58,8 @@ class Configurations:
         self.dependent = max(DEPENDENT, 10.0 * self.tolerance)
         self.parameters = [float(self.of_entry(number)) for number in self.mechanism.parameters]
         self._share = self.mechanism.size / extent(linkage)
-        self._row_units, self.units = (
+        self.row_units: Array
+        self.row_units, self.units = (
             np.array([self._share if component[0] == "u" else 1.0 for _, component in names])
             for names in (self.mechanism.rows, self.mechanism.columns)
         )
@@ -81,14 +84,14 @@ class Configurations:
     def jacobian(self, state: Array) -> Array:
         """Closing equations by joint coordinates, without unit, (m, n)."""
         m, n = len(self.mechanism.rows), len(self.mechanism.columns)
-        entries = self.mechanism.all_entries[0](tuple(state), self.parameters)
-        matrix: Array = np.array(entries, dtype=np.float64).reshape(m, n) * self._row_units[:, None] / self.units
+        entries = self.mechanism.all_entries[0](state.tolist(), self.parameters)
+        matrix: Array = np.array(entries, dtype=np.float64).reshape(m, n) * self.row_units[:, None] / self.units
         return matrix
 
     def gap(self, state: Array) -> Array:
         """By how much the closing equations are off, without unit, (m,)."""
-        off = np.array(self.mechanism.residual[0](tuple(state), self.parameters), dtype=np.float64)
-        return np.asarray(off * self._row_units)
+        off = np.array(self.mechanism.residual[0](state.tolist(), self.parameters), dtype=np.float64)
+        return np.asarray(off * self.row_units)
 
     def moved(self, state: Array, step: Array) -> Array:
         """State after a step (n,) of the joint coordinates."""
@@ -139,9 +142,7 @@ class Configurations:
     def places(self, state: Array) -> Array:
         """Reference points and axes of all links, without unit, (links, 12)."""
         links = self.mechanism.linkage.links
-        numbers = np.array([self.mechanism.pose_of(link)[0](tuple(state), self.parameters) for link in links]).reshape(
-            -1, 12
-        )
+        numbers = np.array(self.mechanism.poses[0](state.tolist(), self.parameters)).reshape(len(links), 12)
         numbers[:, :3] *= self._share
         return numbers
 
@@ -149,10 +150,9 @@ class Configurations:
         """Angular velocity, and velocity of the reference point, of all links by motions (n, k), (links, 6, k)."""
         links, still = self.mechanism.linkage.links, (0.0,) * len(self.units)
         out = np.zeros((len(links), 6, motions.shape[1]))
-        for i, link in enumerate(links):
-            program = self.mechanism.rates_of(link)[0]
-            for k, motion in enumerate(motions.T):
-                out[i, :, k] = program(tuple(state), self.parameters, tuple(motion / self.units), still)[:6]
+        for k, motion in enumerate(motions.T):
+            rates = self.mechanism.rates[0](state.tolist(), self.parameters, (motion / self.units).tolist(), still)
+            out[:, :, k] = np.array(rates).reshape(len(links), 12)[:, :6]
         out[:, 3:] *= self._share
         return out
 
@@ -175,7 +175,7 @@ class Configurations:
         for pair in self.mechanism.tree.cuts:
             places = [k for k, (name, component) in enumerate(rows) if name == pair.name and component[0] == "u"]
             if len(places) == 3:
-                axes = self.mechanism.joint_axes(pair)[0](tuple(state), self.parameters)
+                axes = self.mechanism.joint_axes(pair)[0](state.tolist(), self.parameters)
                 jacobian[places] = np.array(axes, dtype=np.float64).reshape(3, 3) @ jacobian[places]
         return jacobian
 

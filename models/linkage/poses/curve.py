@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +11,7 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from .configuration import ALIKE, DEPENDENT, FEW_DIGITS, Configurations, null_space
+from .sparse_steps import SparseSteps
 
 STEP = 0.05
 SHORTEST = 1e-6
@@ -33,10 +34,14 @@ BETWEEN = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A state on the way, and its tangent: unit rate of the joint coordinates, (n,)."""
+    """A state on the way, and its tangent: unit rate of the joint coordinates, (n,).
+
+    `entries` are those of the Jacobian there, as `SparseSteps` has them, where it led there.
+    """
 
     state: Array
     tangent: Array
+    entries: Array | None = None
 
     def turned(self, sign: float) -> Place:
         """The same place, looking the other way where `sign` is -1."""
@@ -103,6 +108,29 @@ class Curve:
             tangent = free[:, 0]
         return Place(self.space.drawn, tangent / np.linalg.norm(tangent))
 
+    @cached_property
+    def sparse(self) -> SparseSteps | None:
+        """Steps at a cost that grows with the linkage only, where one motion alone is possible."""
+        steps = SparseSteps(self.space, self.drive, self.locked)
+        alone = self.space.free(self.start.state, self.locked).shape[1] == 1
+        return steps if steps.regular and alone and not self.space.tolerance else None
+
+    def further(self, place: Place, step: float) -> Place | None:
+        """As `onwards`, to fewer digits where that is quicker."""
+        found = self.sparse and self.sparse.onwards(place.state, place.tangent, step)
+        return Place(found.state, found.tangent, found.entries) if found else self.onwards(place, step)
+
+    def near_singular(self, places: list[Place]) -> list[Place]:
+        """Places one behind the other beside which something may move with the drive held."""
+        if self.sparse is not None:
+            entries = [self.sparse.at(x.state)[1] if x.entries is None else x.entries for x in places]
+            return [places[k] for k in self.sparse.near_zero(np.array(entries))]
+        values = np.array([np.linalg.svd(self.held(place.state), compute_uv=False) for place in places])
+        least = values[:, self.rank - 1] / values[:, 0]
+        framed = np.concatenate([[np.inf], least, [np.inf]])
+        near = (least <= framed[:-2]) & (least <= framed[2:]) & (least < 0.5)
+        return [places[k] for k in np.flatnonzero(near)]
+
     def onwards(self, place: Place, step: float) -> Place | None:
         """The place a step further along the tangent; None where none is found."""
         aim = self.space.moved(place.state, step * place.tangent)
@@ -120,12 +148,12 @@ class Curve:
         back = [] if way.closes else self.walk(self.start.turned(-1.0)).places[:0:-1]
         return [*back, *way.places]
 
-    def walk(self, place: Place) -> Way:
-        """Places one behind the other, until the way closes, ends, or gets too long."""
+    def walk(self, place: Place, until: Callable[[Place], bool] | None = None) -> Way:
+        """Places one behind the other, until the way closes, ends, or gets too long, or to the first that is wanted."""
         start = here = self.seen(place)
         places, step, last, away = [place], STEP, 0.0, False
         while len(places) < LONGEST_WAY:
-            found = self.onwards(place, step)
+            found = self.further(place, step)
             there = here if found is None else self.seen(found)
             moved = np.abs(there - here).max()
             if found is None or moved > 4.0 * STEP:
@@ -142,6 +170,8 @@ class Curve:
                 return Way([*places, found], closes=True)
             away = away or distance > 4.0 * STEP
             places.append(found)
+            if until is not None and until(found):
+                break
             place, here, last, step = found, there, moved, min(STEP, 2.0 * step)
         return Way(places, closes=False)
 

@@ -131,7 +131,8 @@ def drive_range(
         As for `dead_points`.
     """
     curve = _curve(linkage, joint, coordinate, tolerance, entry)
-    low, high = (_end(curve, sign) for sign in (-1.0, 1.0))
+    high, round_again = _end(curve, 1.0)
+    low, _ = (None, True) if round_again else _end(curve, -1.0)
     return DriveRange(
         -np.inf if low is None else low.value,
         np.inf if high is None else high.value,
@@ -170,29 +171,27 @@ def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> Link
 
 def _singular_places(curve: Curve) -> list[Place]:
     """All places of the curve at which something moves with the drive held."""
-    places = curve.both_ways()
-    values = np.array([np.linalg.svd(curve.held(place.state), compute_uv=False) for place in places])
-    least = values[:, curve.rank - 1] / values[:, 0]
-    framed = np.concatenate([[np.inf], least, [np.inf]])
-    near = (least <= framed[:-2]) & (least <= framed[2:]) & (least < 0.5)
-    found = (curve.singular_place(places[k]) for k in np.flatnonzero(near))
+    found = map(curve.singular_place, curve.near_singular(curve.both_ways()))
     return [place for place in found if place is not None]
 
 
-def _end(curve: Curve, sign: float) -> DeadPoint | None:
-    """The dead point at which the drive turns back, begun from the drawing in one direction; None if it does not."""
+def _end(curve: Curve, sign: float) -> tuple[DeadPoint | None, bool]:
+    """The dead point at which the drive turns back, begun from the drawing in one direction; None if it does not.
+
+    And whether the way has come round to the drawing without one, so that there is none in the other direction either.
+    """
     start = curve.start
-    way = curve.walk(start.turned(sign))
+    way = curve.walk(start.turned(sign), until=lambda place: bool(sign * place.tangent[curve.drive] < 0.0))
     forwards = np.array([sign * place.tangent[curve.drive] for place in way.places])
     if forwards[0] < AT_REST and np.all(forwards[1:2] <= 0.0):
         # Drawn in a dead point: the drive goes one way only, by either motion.
-        return _dead_point(curve, start)
+        return _dead_point(curve, start), False
     back = np.flatnonzero(forwards[1:] < 0.0)
     if not back.size:
-        return _dead_point(curve, way.places[-1]) if way.stuck else _asymptote(curve, way)
+        return _dead_point(curve, way.places[-1]) if way.stuck else _asymptote(curve, way), way.closes
     before, after = way.places[back[0]], way.places[back[0] + 1]
     near = min((before, after), key=lambda place: abs(place.tangent[curve.drive]))
-    return _dead_point(curve, curve.singular_place(near) or near)
+    return _dead_point(curve, curve.singular_place(near) or near), False
 
 
 def _asymptote(curve: Curve, way: Way) -> DeadPoint | None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ..description.parts import GROUND
 from ..kinematics.mechanism import Mechanism
-from ..kinematics.tape import Value
+from ..kinematics.tape import Program, Value
 
 # A link or joint moves that has this share of the fastest's speed.
 MOVES = 1e-6
@@ -39,21 +39,21 @@ def moving_joints(
         [np.asarray(x)[:, None] if np.ndim(x) else x for x in entries] for entries in (state, parameters)
     )
 
-    def rows(program: object, *inputs: Sequence[Value]) -> Array:
-        found = program(*inputs)  # type: ignore[operator]
-        return np.stack([np.broadcast_to(x, shape) for x in found], axis=-1)
+    def rows(program: Program, each: int, *inputs: Sequence[Value]) -> list[Array]:
+        found = [np.broadcast_to(x, shape) for x in program(*inputs)]
+        return [np.stack(found[k : k + each], axis=-1) for k in range(0, len(found), each)]
 
     still = [0.0] * len(velocities)
     at = {GROUND: (np.zeros((*shape, 3)), np.zeros((*shape, 6)))}
-    for link in mechanism.linkage.links:
-        place = rows(mechanism.pose_of(link)[1], state, parameters)[..., :3]
-        at[link] = place, rows(mechanism.rates_of(link)[1], state, parameters, velocities, still)[..., :6]
+    places = rows(mechanism.poses[1], 12, state, parameters)
+    speeds = rows(mechanism.rates[1], 12, state, parameters, velocities, still)
+    for link, place, speed in zip(mechanism.linkage.links, places, speeds, strict=True):
+        at[link] = place[..., :3], speed[..., :6]
     least = MOVES * np.max([_size(speed) for _, speed in at.values()], axis=0)
     rates, holds = [], []
     names = sorted(mechanism.linkage.joints)
-    for name in names:
+    for name, point in zip(names, rows(mechanism.joint_points[1], 3, state, parameters), strict=True):
         joint = mechanism.linkage.joints[name]
-        point = rows(mechanism.joint_point(name)[1], state, parameters)
         first, second = (_velocity(*at[link], point) for link in (joint.first, joint.second))
         loose = [_size(at[link][1]) > least for link in (joint.first, joint.second)]
         rates.append(_size(second - first))

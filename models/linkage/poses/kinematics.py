@@ -82,13 +82,13 @@ class Kinematics:
             raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
         if not 0.0 <= tolerance < np.inf:
             raise FrameError(f"tolerance is {tolerance:g}: give a length, 0 or above")
-        linkage.check_free()
         mechanism = compiled(linkage)
+        mechanism.check_free()
         drives = given_drives(linkage, mechanism, values, rates, accelerations)
         found = assembled(mechanism, drives, branch == "switch", tolerance / mechanism.size, other_modes)
         return cls(linkage, mechanism, drives, found)
 
-    @property
+    @cached_property
     def shape(self) -> Shape:
         """Batch shape: the broadcast of drives, rates, accelerations and drawing."""
         return np.broadcast_shapes(self.drives.full_shape, self.assembly.shape)
@@ -406,8 +406,8 @@ class Kinematics:
 
     def _global(self, components: Sequence[Value], scale: float = 1.0) -> Array:
         """Vector (..., 3) in global axes from entries in the ground's axes."""
-        shape = np.broadcast_shapes(self.shape, *(np.shape(x) for x in components))
-        out = np.empty((*shape, 3))
+        arrays = [x.shape for x in components if isinstance(x, np.ndarray)]
+        out = np.empty((*(np.broadcast_shapes(self.shape, *arrays) if arrays else self.shape), 3))
         for k, x in enumerate(components):
             out[..., k] = x * scale
         if self.mechanism.upright:

@@ -19,8 +19,10 @@ from .along import Along, Found
 from .change_point import Patch
 from .driven import check_driven
 from .drives import Drives
+from .lanes import TOGETHER
 from .march import OPEN
 from .members import Starts, own_starts
+from .one_pose import one_pose
 from .other_modes import least_gaps
 from .rays import along_rays, from_one
 from .start import leader
@@ -129,6 +131,11 @@ def assembled(
     if varies and mechanism.starts is None:
         mechanism.starts = own_starts(loops, parameters, varies)
     shape = np.broadcast_shapes(drives.shape, varies)
+    if not shape and not switch:
+        limit = max(CLOSED, loops.tolerance)
+        if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:
+            there, error, row = np.ones((), dtype=bool), np.array(one.error), np.array(one.row)
+            return Assembly(loops, parameters, shape, list(one.state), there, error, row, [], other_modes)
     found = _found(
         loops, nominal, start, mechanism.starts if varies else None, parameters, drives.states, shape, switch
     )
@@ -247,12 +254,12 @@ def _on_rays(
         own = taken(parameters, closed)
         states[:, closed], reached[closed] = along_rays(loops, own, states[:, closed], targets[:, closed])
     states[loops.driven_states] = targets
-    found = loops.close_all(loops.unit(list(states)), parameters)
-    good = found.trusted
-    if good.all():
-        return found.state, reached
-    state: list[Value] = [np.where(good, x, y) for x, y in zip(found.state, states, strict=True)]
-    return state, reached
+    for block in blocks(reached.shape, TOGETHER):
+        part = states[:, block[0]]
+        found = loops.close_all(loops.unit(list(part)), cut_all(parameters, block))
+        for row, x in zip(part, found.state, strict=True):
+            np.copyto(row, x, where=found.trusted)
+    return list(states), reached
 
 
 def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> tuple[Array, NDArray[np.intp]]:

@@ -66,10 +66,11 @@ def _speeds(loops: Loops, parameters: Sequence[float], start: Pose) -> Speeds:
     free[mechanism.unknown] = right[loops.linear.rank :].T
     still = np.zeros((3, free.shape[1]))
     out: Speeds = {GROUND: (still, dict.fromkeys(linkage.points, still))}
-    for name, link in linkage.links.items():
-        pose = np.array(mechanism.pose_of(name)[0](tuple(start.state), parameters)).reshape(4, 3)
-        none = (0.0,) * len(free)
-        rates = np.array([mechanism.rates_of(name)[0](tuple(start.state), parameters, tuple(v), none) for v in free.T])
+    none = (0.0,) * len(free)
+    poses = np.array(mechanism.poses[0](start.state, parameters)).reshape(-1, 4, 3)
+    every = np.array([mechanism.rates[0](start.state, parameters, v, none) for v in free.T.tolist()])
+    for k, (name, link) in enumerate(linkage.links.items()):
+        pose, rates = poses[k], every.reshape(free.shape[1], len(linkage.links), 12)[:, k]
         omega, velocity, body = rates[:, :3], rates[:, 3:6], mechanism.bodies[name]
         at = {}
         for point in link.points:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -62,7 +63,7 @@ def given_drives(
     second: list[Array] = []
     for name, components in linkage.drives.items():
         pair = linkage.joint(name)
-        scales = np.array([mechanism.size if component[0] == "u" else 1.0 for component in components])
+        scales = [mechanism.size if component[0] == "u" else 1.0 for component in components]
         states += _states(pair, components, values.get(name), scales, shapes)
         for out, what, given in ((first, "rate", rates), (second, "acceleration", accelerations)):
             if name not in given:
@@ -72,8 +73,8 @@ def given_drives(
             joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
             shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
             out += list(np.moveaxis(array / scales, -1, 0))
-    shape = np.broadcast_shapes(*(state.shape for state in states))
-    full = np.broadcast_shapes(shape, *(x.shape for x in (*first, *second)))
+    shape = np.broadcast_shapes(*{state.shape for state in states})
+    full = np.broadcast_shapes(shape, *{x.shape for x in (*first, *second)})
     return Drives(states, first, second, shape, full)
 
 
@@ -96,10 +97,13 @@ def _components(what: str, value: ArrayLike, components: tuple[str, ...]) -> Arr
 
 
 def _states(
-    pair: Pair, components: tuple[str, ...], value: ArrayLike | None, scales: Array, shapes: dict[str, Shape]
+    pair: Pair, components: tuple[str, ...], value: ArrayLike | None, scales: list[float], shapes: dict[str, Shape]
 ) -> list[Array]:
-    chosen = [pair.kind.coordinates.index(component) for component in components]
     what = f"value of joint {pair.name!r}"
+    if isinstance(value, float) and pair.at.shape == (1,) and math.isfinite(value):
+        shapes[what] = ()
+        return [np.asarray((value - pair.at[0]) / scales[0])]
+    chosen = [pair.kind.coordinates.index(component) for component in components]
     if pair.kind.name == "spherical" and len(chosen) < 3:
         raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")
     given = pair.at[..., chosen] if value is None else _components(what, value, components)

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ..kinematics.blocks import blocks
 from .march import Track
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """What a `Guide` tells of its nodes, as plain numbers."""
+
+    s: list[float]
+    states: list[list[float]]
+    rates: list[list[float]]
+    signs: list[list[float]]
+    crossings: list[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +77,41 @@ class Guide:
 
     def at(self, s: Array) -> Array:
         """States (..., n) by the cubic through the neighbouring nodes; outside, that of the last node."""
+        return np.stack(self.entries(s), axis=-1)
+
+    def entries(self, s: Array) -> list[Array]:
+        """As `at`, by entries of the state, (...)."""
         if len(self.s) == 1:
-            return np.broadcast_to(self.states[0], (*np.shape(s), self.states.shape[1]))
-        s = np.clip(s, self.s[0], self.s[-1])
-        k, t, h = self._place(s)
-        tt, back = t * t, (1.0 - t) ** 2
-        out: Array = (1.0 + 2.0 * t) * back * self.states[k] + t * back * h * self.rates[k]
-        out += tt * (3.0 - 2.0 * t) * self.states[k + 1] + tt * (t - 1.0) * h * self.rates[k + 1]
+            return [np.broadcast_to(x, np.shape(s)) for x in self.states[0]]
+        out = [np.empty(np.shape(s)) for _ in self.states.T]
+        for block in blocks(np.shape(s)):
+            k, t, h = self._place(np.clip(s[block], self.s[0], self.s[-1]))
+            tt, back = t * t, (1.0 - t) ** 2
+            p, q = (1.0 + 2.0 * t) * back, t * back * h
+            u, v = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * h
+            after = k + 1
+            for whole, states, rates in zip(out, self.states.T, self.rates.T, strict=True):
+                whole[block] = (p * states[k] + q * rates[k]) + (u * states[after] + v * rates[after])
         return out
+
+    def one(self, s: float) -> tuple[list[float], list[float]]:
+        """State and signs of the determinants at one s within the path and off its change points, as `at` and
+        `signs_at`."""
+        nodes = self._floats
+        k = min(max(bisect_right(nodes.s, s) - 1, 0), len(nodes.s) - 2)
+        h = nodes.s[k + 1] - nodes.s[k]
+        t = (s - nodes.s[k]) / h
+        tt, back = t * t, (1.0 - t) * (1.0 - t)
+        p, q = (1.0 + 2.0 * t) * back, t * back * h
+        u, v = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * h
+        ends = zip(nodes.states[k], nodes.rates[k], nodes.states[k + 1], nodes.rates[k + 1], strict=True)
+        crossed = any(nodes.s[k] < where < s for where in nodes.crossings)
+        return [(p * a + q * b) + (u * c + v * d) for a, b, c, d in ends], nodes.signs[k + 1 if crossed else k]
+
+    @cached_property
+    def _floats(self) -> Nodes:
+        signs: list[list[float]] = np.sign(self.determinants).tolist()
+        return Nodes(self.s.tolist(), self.states.tolist(), self.rates.tolist(), signs, self.crossings.tolist())
 
     def before(self, s: Array) -> NDArray[np.intp]:
         """The node before each s."""
@@ -78,18 +119,20 @@ class Guide:
 
     def _place(self, s: Array) -> tuple[NDArray[np.intp], Array, Array]:
         k = self.before(s)
-        h = (self.s[k + 1] - self.s[k])[..., None]
-        return k, (s - self.s[k])[..., None] / h, h
+        h = self.s[k + 1] - self.s[k]
+        return k, (s - self.s[k]) / h, h
 
-    def signs_at(self, s: Array, near: float) -> Array:
-        """Signs of the determinants at s, (..., blocks); 0 where a change point is within `near`."""
+    def signs_at(self, s: Array, near: float) -> list[Array]:
+        """Signs of the determinants at s, (...) by block; 0 where a change point is within `near`."""
+        signs = np.sign(self.determinants)
         if len(self.s) == 1:
-            return np.broadcast_to(np.sign(self.determinants[0]), (*np.shape(s), self.determinants.shape[1]))
-        k, _, _ = self._place(np.clip(s, self.s[0], self.s[-1]))
-        out = np.sign(self.determinants[k])
+            return [np.broadcast_to(sign, np.shape(s)) for sign in signs[0]]
+        k = self.before(np.clip(s, self.s[0], self.s[-1]))
+        out = [np.array(each[k]) for each in signs.T]
         for where in self.crossings:
             j = int(np.clip(np.searchsorted(self.s, where) - 1, 0, len(self.s) - 2))
-            behind = (k == j) & (s > where)
-            out[behind] = np.sign(self.determinants[j + 1])
-            out[np.abs(s - where) < near] = 0.0
+            behind, beside = (k == j) & (s > where), np.abs(s - where) < near
+            for each, sign in zip(out, signs[j + 1], strict=True):
+                each[behind] = sign
+                each[beside] = 0.0
         return out

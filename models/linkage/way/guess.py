@@ -50,8 +50,3 @@ class Guess:
     around: dict[float, Guide] = field(default_factory=dict)
     switched: bool = False
     closed: bool = False
-
-
-def guess_of(states: Array, signs: Array, reached: NDArray[np.bool_]) -> Guess:
-    """Guess from states (..., n), signs (..., blocks), and where a path leads, (...)."""
-    return Guess(list(np.moveaxis(states, -1, 0)), list(np.moveaxis(signs, -1, 0)), reached)

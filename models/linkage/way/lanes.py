@@ -80,6 +80,21 @@ class Derivatives:
     rate: Array
     bend: Array
 
+    def along(self, way: Array) -> tuple[Array, Array]:
+        """First and second derivatives of the state (n, poses) along changes of the driven states (f, poses).
+
+        In the same sums for each pose, however many there are: a product of matrices takes others at its edges.
+        """
+        first, second = (np.zeros((len(self.rate), way.shape[1])) for _ in range(2))
+        part = np.empty_like(first)
+        for i, x in enumerate(way):
+            first += np.multiply(self.rate[:, i, None], x, out=part)
+            for j, y in enumerate(way[: i + 1]):
+                factor = self.bend[:, i, j, None] * (1.0 if i == j else 2.0)
+                if factor.any():
+                    second += np.multiply(factor, x * y, out=part)
+        return first, second
+
     @classmethod
     def of(cls, loops: Loops, parameters: Sequence[float], pose: Pose) -> Derivatives:
         """Those at a pose; the drives must not be balls."""
@@ -210,8 +225,7 @@ class Lanes:
             count = self.state.shape[1]
             self.follow = np.repeat(common.follow[:, None], count, axis=1)
             self.determinants = np.repeat(common.determinants[:, None], count, axis=1)
-            self.rate = common.rate @ self.direction
-            self.bend = np.einsum("nij,im,jm->nm", common.bend, self.direction, self.direction)
+            self.rate, self.bend = common.along(self.direction)
             return
         self.follow, self.determinants = self._told(loops.poses(list(state), own))
         self.rate = self._rates(self.state, self.follow, self.direction)

@@ -14,8 +14,8 @@ from ..kinematics.tape import Value
 from .ends import at_dead_points
 from .follow import Guide
 from .guess import NEAR
-from .lanes import FAR, Derivatives, followed
-from .march import LONGEST, March, Track, flips, follows
+from .lanes import FAR, TOGETHER, Derivatives, followed
+from .march import LONGEST, TURN, March, Track, flips, follows
 from .ray import Ray
 
 Mask = NDArray[np.bool_]
@@ -29,13 +29,49 @@ def from_one(loops: Loops, parameters: Sequence[float], start: Pose, targets: Ar
     if loops.driven_balls:
         states = np.tile(np.array(start.state)[:, None], targets.shape[1])
         return along_rays(loops, parameters, states, targets)
-    if loops.derivatives is None or loops.derivatives[0] is not start:
-        loops.derivatives = start, Derivatives.of(loops, parameters, start)
-    common = loops.derivatives[1]
+    common = begins(loops, parameters, start)
     if targets.shape[1] == 1 and (pose := at_once(loops, parameters, start, common, targets[:, 0])):
         return np.array(pose.state)[:, None], np.ones(1, dtype=bool)
-    states = np.tile(np.array(start.state)[:, None], targets.shape[1])
-    return along_rays(loops, parameters, states, targets, common)
+    states, reached = _in_one_step(loops, parameters, start, common, targets)
+    if not reached.all():
+        left = ~reached
+        begin = np.tile(np.array(start.state)[:, None], int(left.sum()))
+        states[:, left], reached[left] = along_rays(loops, parameters, begin, targets[:, left], common)
+    return states, reached
+
+
+def _in_one_step(
+    loops: Loops, parameters: Sequence[float], start: Pose, common: Derivatives, targets: Array
+) -> tuple[Array, Mask]:
+    """States (n, poses) at driven states (f, poses), and which of them one step leads to: as `at_once`, for many."""
+    begin, count = np.array(start.state), targets.shape[1]
+    states, reached = np.empty((len(begin), count)), np.zeros(count, dtype=bool)
+    follow, determinants = common.follow[:, None], common.determinants[:, None]
+    bound = TURN * (0.5 + float(np.abs(follow).max(initial=0.0)))
+    for first in range(0, count, TOGETHER):
+        part = slice(first, first + TOGETHER)
+        way = targets[:, part] - begin[loops.driven_states, None]
+        rate, bend = common.along(way)
+        guess = begin[:, None] + rate + 0.5 * bend
+        guess[loops.driven_states] = targets[:, part]
+        found = loops.poses(loops.unit(list(guess)), parameters)
+        good = found.good & (np.sqrt((way**2).sum(axis=0)) <= FAR)
+        for now, then in zip(found.follow, follow, strict=True):
+            good &= np.abs(now - then) <= bound
+        for now, then in zip(found.determinants, determinants, strict=True):
+            good &= now * then >= 0.0
+        reached[part] = good
+        for row, x in zip(states, found.state, strict=True):
+            row[part] = x
+    return states, reached
+
+
+def begins(loops: Loops, parameters: Sequence[float], start: Pose) -> Derivatives:
+    """How all paths begin at the reference configuration; kept with the loops."""
+    if loops.derivatives is None or loops.derivatives[0] is not start:
+        loops.derivatives = start, Derivatives.of(loops, parameters, start)
+    derivatives: Derivatives = loops.derivatives[1]
+    return derivatives
 
 
 def at_once(loops: Loops, parameters: Sequence[float], start: Pose, common: Derivatives, target: Array) -> Pose | None:

@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ..kinematics.loops import Loops, Pose
 from .ends import SHORT
 from .follow import Guide
-from .guess import NEAR, Guess, guess_of
+from .guess import NEAR, Guess
 from .march import BEYOND, March, Track, flips
 from .ray import Ray
 
@@ -51,6 +51,18 @@ class SingleDrive:
         """
         again = self._again(s) if np.abs(s).max(initial=0.0) > MANY else None
         return self._followed(s) if again is None else again
+
+    def guide_to(self, s: float) -> Guide:
+        """The guide both ways from the reference configuration, ahead or back as far as s where the path leads there.
+
+        Nodes do not depend on how far a path is followed, so that one that was followed farther before serves as well.
+        """
+        kept, key, none = self.loops.kept, (self.start, self.drive, self.switch), (None, None)
+        tracks = [kept.get(ahead, none)[1] for ahead in (True, False) if kept.get(ahead, none)[0] == key]
+        needs = (max(s, 0.0) + BEYOND, max(-s, 0.0) + BEYOND)
+        if len(tracks) < 2 or any(x.complete and x.end < need for x, need in zip(tracks, needs, strict=True)):
+            tracks = [self._track(sign, need) for sign, need in zip((1.0, -1.0), needs, strict=True)]
+        return self._guide(*tracks)
 
     def exactly(self, s: float) -> list[float] | None:
         """The state at one value of the drive, step by step from the node before it; None where that is lost."""
@@ -99,7 +111,7 @@ class SingleDrive:
         guide = self._guide(ahead, back)
         around = {where: Guide.of(side, back) for where, side in _sides(ahead)}
         around |= {-where: Guide.of(ahead, side) for where, side in _sides(back)}
-        out = guess_of(guide.at(within), guide.signs_at(within, NEAR), guide.reached(within))
+        out = Guess(list(guide.entries(within)), list(guide.signs_at(within, NEAR)), guide.reached(within))
         out.s, out.guide, out.drive, out.around, out.switched = within, guide, self.drive, around, self.switch
         return out
 

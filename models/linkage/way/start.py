@@ -8,6 +8,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ..kinematics.elimination import order_of
 from ..kinematics.loops import Loops, Pose
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import nearest, open_by
@@ -31,7 +32,9 @@ def middle_first(mechanism: Mechanism) -> list[list[float]]:
     for value in mechanism.parameters:
         if isinstance(value, np.ndarray):
             away = away + ((value - value.mean()) / (value.std() or 1.0)) ** 2
-    order = np.argsort(away, axis=None, kind="stable")[:LEADERS]
+    flat_away, few = away.ravel(), min(LEADERS, away.size)
+    nearest_few = np.flatnonzero(flat_away <= np.partition(flat_away, few - 1)[few - 1])
+    order = nearest_few[np.argsort(flat_away[nearest_few], kind="stable")][:LEADERS]
     flat = [np.broadcast_to(x, shape).ravel()[order] for x in mechanism.parameters]
     return [[float(x[k]) for x in flat] for k in range(len(order))]
 
@@ -73,7 +76,9 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
                 "draw it in another pose of the branch that is meant"
             )
         loops = Loops(mechanism, rank, tolerance)
-    loops.linear.project(jacobian_at(loops, state, nominal))
+    jacobian = jacobian_at(loops, state, nominal)
+    loops.linear.project(jacobian)
+    loops.linear.order = order_of(loops.linear, jacobian)
     start = loops.close(state, nominal)
     if start is None:
         raise FrameError("the linkage is drawn in a pose next to a singular one: draw it in another pose")

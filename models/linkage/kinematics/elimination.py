@@ -1,0 +1,172 @@
+"""Elimination written down on the tape: equations of any size solved entry by entry, in an order chosen beforehand.
+
+The order of pivots is taken from the equations of one pose: the sparsest of those that are not small there
+(H. M. Markowitz, The elimination form of the inverse, Management Science 3 (1957) 255). At another pose pivots may be
+small. The program returns them, so that the equations can be solved with a choice of pivots there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from .linear import Linear
+from .tape import Scalar, Term
+
+# A pivot is at least this share of the largest entry of its row and column in the pose that gives the order.
+SHARE = 0.2
+# Most multiplications of an elimination that is written down.
+MOST = 1500
+
+Pivots = list[tuple[int, int]]
+Matrix = list[list[Scalar]]
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """In which order blocks of equations are eliminated: of each its pivots, row and column, and their sizes."""
+
+    pivots: list[Pivots]
+    sizes: list[list[float]]
+
+
+def order_of(linear: Linear, jacobian: Array) -> Order | None:
+    """The order of elimination at one matrix (m, n); None where elimination without a choice does not serve."""
+    if not linear.square:
+        return None
+    found = [_pivots(jacobian[np.ix_(*block)], linear.pattern[np.ix_(*block)]) for block in linear.blocks]
+    known = [each for each in found if each is not None]
+    if len(known) < len(found) or sum(work for _, _, work in known) > MOST:
+        return None
+    return Order([pivots for pivots, _, _ in known], [sizes for _, sizes, _ in known])
+
+
+def _pivots(matrix: Array, pattern: NDArray[np.bool_]) -> tuple[Pivots, list[float], int] | None:
+    """Pivots, their sizes, and the number of multiplications; None where the matrix is singular."""
+    a, there = matrix.copy(), pattern.copy()
+    rows, columns = list(range(len(a))), list(range(len(a)))
+    pivots, sizes, work = [], [], 0
+    while rows:
+        sub, fill = np.abs(a[np.ix_(rows, columns)]), there[np.ix_(rows, columns)]
+        largest = np.maximum(sub.max(axis=0)[None, :], sub.max(axis=1)[:, None])
+        fit = (sub >= SHARE * largest) & (sub > 0.0) & fill
+        if not fit.any():
+            return None
+        cost = np.outer(fill.sum(axis=1) - 1, fill.sum(axis=0) - 1)
+        # Of equally sparse ones the largest, so that rounding does not choose.
+        least = fit & (cost == cost[fit].min())
+        i, j = np.unravel_index(int(np.argmax(np.where(least, np.round(sub, 6), -1.0))), sub.shape)
+        row, column = rows.pop(int(i)), columns.pop(int(j))
+        pivots.append((row, column))
+        sizes.append(float(abs(a[row, column])))
+        work += int(cost[i, j]) + int(fill[i].sum()) + int(fill[:, j].sum())
+        below = [r for r in rows if there[r, column]]
+        a[np.ix_(below, columns)] -= np.outer(a[below, column] / a[row, column], a[row, columns])
+        there[np.ix_(below, columns)] |= there[row, columns]
+    return pivots, sizes, work
+
+
+class Eliminated:
+    """Equations J x = r for several r, eliminated on the tape.
+
+    Parameters
+    ----------
+    linear
+        The equations.
+    order
+        Their order of elimination.
+    entries
+        Entries of J, row by row.
+    rights
+        Right sides.
+
+    Attributes
+    ----------
+    solutions
+        x of each right side.
+    determinants
+        As `Linear.determinants` has them.
+    pivots
+        All pivots, each as a share of its size in the pose that gave the order.
+    """
+
+    def __init__(
+        self, linear: Linear, order: Order, entries: Sequence[Scalar], rights: Sequence[Sequence[Scalar]]
+    ) -> None:
+        self.solutions: list[list[Scalar]] = [[0.0] * linear.columns for _ in rights]
+        self.determinants: list[Scalar] = []
+        self.pivots: list[Scalar] = []
+        n = linear.columns
+        whole = [list(entries[i * n : i * n + n]) for i in range(linear.rows)]
+        for (rows, columns), pivots, sizes in zip(linear.blocks, order.pivots, order.sizes, strict=True):
+            block = [[whole[i][j] for j in columns] for i in rows]
+            known = [
+                [_rest(right[i], whole[i], x) for i in rows] for right, x in zip(rights, self.solutions, strict=True)
+            ]
+            found = self._solved(block, known, pivots, sizes)
+            for x, own in zip(self.solutions, found, strict=True):
+                for j, value in zip(columns, own, strict=True):
+                    x[j] = value
+
+    def _solved(
+        self, block: Matrix, known: list[list[Scalar]], pivots: Pivots, sizes: list[float]
+    ) -> list[list[Scalar]]:
+        a, kept = [list(row) for row in block], []
+        rows, columns = [i for i, _ in pivots], [j for _, j in pivots]
+        for place, ((i, j), size) in enumerate(zip(pivots, sizes, strict=True)):
+            inverse = 1.0 / a[i][j]
+            self.pivots.append((1.0 / size) * a[i][j])
+            kept.append((i, j, inverse))
+            for r in rows[place + 1 :]:
+                if _nothing(a[r][j]):
+                    continue
+                factor = a[r][j] * inverse
+                for k in columns[place + 1 :]:
+                    if not _nothing(a[i][k]):
+                        a[r][k] = a[r][k] - factor * a[i][k]
+                for right in known:
+                    right[r] = right[r] - factor * right[i]
+        determinant: Scalar = _sign(pivots)
+        for i, j, _ in kept:
+            determinant = determinant * a[i][j]
+        self.determinants.append(determinant)
+        out = []
+        for right in known:
+            x: list[Scalar] = [0.0] * len(a)
+            for place, (i, j, inverse) in reversed(list(enumerate(kept))):
+                behind = columns[place + 1 :]
+                x[j] = (right[i] - _dot([a[i][k] for k in behind], [x[k] for k in behind])) * inverse
+            out.append(x)
+        return out
+
+
+def _rest(right: Scalar, row: Sequence[Scalar], x: Sequence[Scalar]) -> Scalar:
+    return right - _dot(row, x)
+
+
+def _dot(one: Sequence[Scalar], other: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0.0
+    for x, y in zip(one, other, strict=True):
+        if not (_nothing(x) or _nothing(y)):
+            total = total + x * y
+    return total
+
+
+def _nothing(x: Scalar) -> bool:
+    return not isinstance(x, Term) and x == 0.0
+
+
+def _sign(pivots: Pivots) -> float:
+    """Sign of the permutation that brings the pivots to the diagonal."""
+    k = len(pivots)
+    order = np.zeros((k, k))
+    for place, (i, _) in enumerate(pivots):
+        order[place, i] = 1.0
+    columns = np.zeros((k, k))
+    for place, (_, j) in enumerate(pivots):
+        columns[j, place] = 1.0
+    return float(round(np.linalg.det(order) * np.linalg.det(columns)))

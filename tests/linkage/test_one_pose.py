@@ -1,0 +1,94 @@
+"""One pose of a linkage: what a batch has there, whatever was asked before, in few calls."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from linkframe.models import Linkage
+
+from ..benchmarks.kinematics import delta, stewart
+
+
+def four_bar(crank: float, coupler: float, rocker: float, ground: float) -> Linkage:
+    """Drawn with the crank at 60 degrees, open."""
+    b = crank * np.exp(1j * np.pi / 3)
+    to = ground - b
+    along = (coupler**2 - rocker**2 + abs(to) ** 2) / (2.0 * abs(to))
+    d = b + to / abs(to) * (along + 1j * np.sqrt(coupler**2 - along**2))
+    linkage = Linkage(A=(0, 0), B=(b.real, b.imag), D=(d.real, d.imag), E=(ground, 0))
+    for name, ends in {"crank": "AB", "coupler": "BD", "rocker": "DE"}.items():
+        linkage.link(name, *ends)
+    links = ("ground", "crank", "coupler", "rocker", "ground")
+    for k, pin in enumerate("ABDE"):
+        linkage.revolute(pin, links[k], links[k + 1], drive=pin == "A")
+    return linkage
+
+
+CASES: dict[str, Callable[[], Linkage]] = {
+    "turns": lambda: four_bar(1.0, 2.5, 2.0, 3.0),
+    "ends in dead points": lambda: four_bar(2.0, 1.6, 1.7, 3.1),
+    "passes change points": lambda: four_bar(1.0, 3.0, 1.0, 3.0),
+    "nearly passes them": lambda: four_bar(1.0, 3.0, 1.0 + 1e-9, 3.0),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_the_pose_of_a_batch_in_any_order(name: str) -> None:
+    special = np.arange(-4, 5) * np.pi / 3
+    angles = np.concatenate([special, special - 1e-9, special - 0.02, special + 0.06, np.linspace(-40.0, 45.0, 12)])
+    many = CASES[name]().move(A=angles)
+    place, coordinate = many.position("D"), many.coordinate("D")
+    used, order = CASES[name](), np.random.default_rng(0).permutation(len(angles))
+    for k in order:
+        one = used.move(A=float(angles[k]))
+        assert one.state == many.state[k]
+        # Beside a change point some digits are lost.
+        np.testing.assert_allclose(one.position("D"), place[k], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(one.coordinate("D"), coordinate[k], rtol=0.0, atol=1e-11)
+    for k in order[:4]:
+        np.testing.assert_array_equal(
+            CASES[name]().move(A=angles[k]).position("D"), used.move(A=angles[k]).position("D")
+        )
+
+
+@pytest.mark.parametrize("robot", [delta, stewart])
+def test_robots_forget_where_they_were(robot: Callable[[int], tuple[Linkage, dict[str, np.ndarray]]]) -> None:
+    linkage, drives = robot(24)
+    many = linkage.move(drives)
+    places = many.position("P")
+    order = np.random.default_rng(1).permutation(24)
+    alone = {k: linkage.move({name: float(x[k]) for name, x in drives.items()}) for k in order}
+    np.testing.assert_allclose([alone[k].position("P") for k in range(24)], places, rtol=0.0, atol=1e-14)
+    fresh = robot(24)[0].move({name: float(x[7]) for name, x in drives.items()})
+    np.testing.assert_array_equal(fresh.position("P"), alone[7].position("P"))
+    np.testing.assert_array_equal(fresh.state, many.state[7])
+
+
+def test_rates_of_one_pose_are_those_of_a_batch() -> None:
+    linkage = four_bar(1.0, 2.5, 2.0, 3.0)
+    angles = np.linspace(0.0, 6.0, 7)
+    many = linkage.move(A=angles, rates={"A": 3.0}, accelerations={"A": -2.0})
+    for k, angle in enumerate(angles):
+        one = linkage.move(A=angle, rates={"A": 3.0}, accelerations={"A": -2.0})
+        for told in ("velocity", "acceleration"):
+            np.testing.assert_allclose(getattr(one, told)("D"), getattr(many, told)("D")[k], rtol=1e-13)
+
+
+def test_it_takes_few_calls() -> None:
+    linkage = four_bar(1.0, 2.5, 2.0, 3.0)
+    linkage.move(A=6.0).position("D")
+    calls = 0
+
+    def count(_frame: object, event: str, _argument: object) -> None:
+        nonlocal calls
+        calls += event in ("call", "c_call")
+
+    sys.setprofile(count)
+    try:
+        linkage.move(A=2.0).position("D")
+    finally:
+        sys.setprofile(None)
+    assert calls < 300
