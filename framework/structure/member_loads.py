@@ -9,6 +9,7 @@ import numpy as np
 
 from ..batch import Array, aligned, turned
 from ..loads import LineLoad, MemberLoad
+from ..shape_rules import strain_rows
 from .topology import Group, Index, Topology
 
 PointForces = Iterator[tuple[Array, Array]]
@@ -63,6 +64,29 @@ def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
     for x, force in forces:
         shapes = group.element.shape_functions(group.length[at], x)
         out = out + np.einsum("...ij,...i->...j", shapes, force)
+    return out
+
+
+def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
+    """End forces (n, ..., 12), local, that strain pieces as they do without forces; zero where they do not.
+
+    Parameters
+    ----------
+    group
+        Group of the pieces.
+    at
+        Positions of the pieces in the group (n,).
+    sizes
+        Whether the sizes of what is summed are wanted in place of the sum.
+    """
+    length = group.length[at]
+    out: Array = np.zeros((*length.shape, 12))
+    for fraction, weight in zip(*group.element.integration_points, strict=True):
+        held = group.element.held_forces(np.asarray(fraction))
+        if held is not None:
+            rows = strain_rows(*group.element.shape_rows(length, np.asarray(fraction)))
+            rows, held = (np.abs(rows), np.abs(held)) if sizes else (rows, held)
+            out = out + (weight * length)[..., None] * np.einsum("...ij,...i->...j", rows, held)
     return out
 
 
