@@ -53,7 +53,7 @@ class Examined(LineElement):
     @property
     def what(self) -> str:
         """How messages name it."""
-        return f"{type(self.own).__name__} of member {self.name!r}"
+        return f"{self.own.title} of member {self.name!r}"
 
     # -- description ------------------------------------------------------------------------------------------------
 

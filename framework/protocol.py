@@ -145,6 +145,11 @@ class LineElement(ABC):
         return self
 
     @property
+    def title(self) -> str:
+        """How messages name the element; its class by default."""
+        return type(self).__name__
+
+    @property
     def exact(self) -> bool:
         """Whether in statics one piece is exact, so that segments change nothing; by default it is not."""
         return False
@@ -523,6 +528,8 @@ def changed(described: Any, change: Change) -> Any:
         value = getattr(described, each.name)
         if isinstance(value, np.ndarray):
             value = change(value, each.metadata.get("trailing", 0))
+        elif hasattr(value, "cut"):
+            value = value.cut(change)
         elif is_dataclass(value):
             value = changed(value, change)
         object.__setattr__(twin, each.name, value)

@@ -102,7 +102,8 @@ def balanced_rows(rows: Real, length: Real) -> Real:
     """
     length = np.asarray(length)[..., None]
     start, end = rows[..., :6], rows[..., 6:]
-    rigid = end.copy()
+    shape = np.broadcast_shapes(end.shape, (*length.shape, 1))
+    rigid = np.array(np.broadcast_to(end, shape), dtype=np.result_type(end, length))
     rigid[..., 4] -= length * end[..., 2]
     rigid[..., 5] += length * end[..., 1]
     size = np.abs(start) + np.abs(end)
@@ -110,12 +111,12 @@ def balanced_rows(rows: Real, length: Real) -> Real:
     most = _ROUNDED * np.maximum(along, about / length)[..., None]
     arms = np.stack(np.broadcast_arrays(*(1.0 + 0.0 * length,) * 3, *(length,) * 3), axis=-1)
     still = (np.abs(start + rigid) <= most * arms).all(axis=-1)
-    out = rows.copy()
+    out = np.array(np.broadcast_to(rows, (*rigid.shape[:-1], 12)), dtype=rigid.dtype)
     out[..., :6] = np.where(still[..., None], -rigid, start)
     return out
 
 
-def section_springs(member: Law, length: Array) -> tuple[Array, Array]:
+def section_springs(member: Law, length: Real) -> tuple[Array, Array]:
     """A section law at the points of the quadrature as springs k (..., n) on deformations b (..., n, 12).
 
     Parameters
@@ -127,15 +128,14 @@ def section_springs(member: Law, length: Array) -> tuple[Array, Array]:
     """
     length = np.asarray(length)
     fractions, weights = member.integration_points
-    stiffness, rows = [], []
-    for fraction, weight in zip(fractions, weights, strict=True):
-        flexibility = member.section_flexibility(np.asarray(fraction))
-        resists = np.divide(1.0, flexibility, out=np.zeros(np.shape(flexibility)), where=flexibility > 0.0)
-        strains = strain_rows(*member.shape_rows(length, np.asarray(fraction)))
-        stiffness.append(resists * np.asarray(weight * length, dtype=np.float64)[..., None])
-        rows.append(strains)
-    k = np.concatenate(np.broadcast_arrays(*stiffness), axis=-1)
-    b = balanced_rows(np.concatenate(np.broadcast_arrays(*rows), axis=-2), length)
+    lead = (slice(None), *(None,) * max(0, length.ndim + 1 - fractions.ndim))
+    fractions, shares = fractions[lead], weights[lead] * length
+    flexibility = member.section_flexibility(fractions)
+    resists = np.divide(1.0, flexibility, out=np.zeros(np.shape(flexibility)), where=flexibility > 0.0)
+    k = np.moveaxis(np.asarray(shares, dtype=np.float64)[..., None] * resists, 0, -2)
+    rows = np.moveaxis(strain_rows(*member.shape_rows(length, fractions)), 0, -3)
+    k, rows = k.reshape(*k.shape[:-2], -1), rows.reshape(*rows.shape[:-3], -1, 12)
+    b = balanced_rows(rows, length)
     acts = (k != 0.0).reshape(-1, k.shape[-1]).any(axis=0) & (b != 0.0).reshape(-1, *b.shape[-2:]).any(axis=(0, 2))
     acts = acts if acts.any() else np.arange(len(acts)) == 0
     return k[..., acts], b[..., acts, :]

@@ -17,9 +17,10 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # The layers of framework, each of which may import from itself and from those before. A file that is named stands where
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
-    "numbers, names, errors": "errors clock states batch names dofs loads provenance orientation shape_rules",
+    "numbers, names, errors": "errors clock states batch names dofs provenance orientation shape_rules",
+    "loads": "added_forms loads",
     "members in scikit-fem": "scikit_fem/*",
-    "elements, and how they are examined": "clearances/contact protocol examined examination",
+    "elements, and how they are examined": "clearances/contact protocol composed formed examined examination",
     "description": "description",
     "structure": "structure/*",
     "elimination": "batched/* structure/assembly",

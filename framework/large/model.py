@@ -229,7 +229,7 @@ def _check(plan: Plan) -> None:
         if group.resists:
             name = plan.topology.pieces[group.pieces[0]].member
             if group.stands:
-                kind = type(plan.frame.members[name].element).__name__
+                kind = plan.frame.members[name].element.title
                 raise FrameError(
                     f"member {name!r} ({kind}) resists rigid motion, as what stands on something outside the frame "
                     "does: large displacement follows members that only their own deformation stresses: put springs "

@@ -75,7 +75,7 @@ def _at_ends(topology: Topology, group: Group, at: Index, x: Array, ends: Array)
 
 def _named(topology: Topology, group: Group, at: Index) -> str:
     piece = topology.pieces[group.pieces[at[0]]]
-    kind = type(topology.frame.members[piece.member].element).__name__
+    kind = topology.frame.members[piece.member].element.title
     return f"member {piece.member!r} ({kind})"
 
 

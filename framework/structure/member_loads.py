@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..added_forms import FormLoad
 from ..batch import Array, aligned, turned
 from ..loads import LineLoad, MemberLoad
 from ..shape_rules import strain_rows
@@ -81,12 +82,13 @@ def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
     """
     length = group.length[at]
     out: Array = np.zeros((*length.shape, 12))
-    for fraction, weight in zip(*group.element.integration_points, strict=True):
-        held = group.element.held_forces(np.asarray(fraction))
-        if held is not None:
-            rows = strain_rows(*group.element.shape_rows(length, np.asarray(fraction)))
-            rows, held = (np.abs(rows), np.abs(held)) if sizes else (rows, held)
-            out = out + (weight * length)[..., None] * np.einsum("...ij,...i->...j", rows, held)
+    fractions, weights = group.element.integration_points
+    lead = (slice(None), *(None,) * (length.ndim + 1 - fractions.ndim))
+    held = group.element.held_forces(fractions[lead])
+    if held is not None:
+        rows = strain_rows(*group.element.shape_rows(length, fractions[lead]))
+        rows, held = (np.abs(rows), np.abs(held)) if sizes else (rows, held)
+        out = out + np.sum((weights[lead] * length)[..., None] * np.einsum("...ij,...i->...j", rows, held), axis=0)
     return out
 
 
@@ -95,6 +97,8 @@ def _local(load: MemberLoad, level: Array) -> MemberLoad:
     if load.local:
         return load
     ndim = level.ndim - 2
+    if isinstance(load, FormLoad):
+        raise TypeError("a form acts in the member's own axes")
     if isinstance(load, LineLoad):
         start, end = (turned(level, aligned(side, ndim, 1)) for side in (load.start, load.end))
         return replace(load, start=start, end=end, local=True)
