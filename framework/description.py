@@ -317,7 +317,7 @@ class Description:
         >>> frame.solve().displacement("B")[:, 1].round(9)
         array([-0.003 , -0.0015])
         """
-        names = self._members_on(on)
+        names = self.members_on(on, "add_form")
         lengths = {name: self.length(name) for name in names}
         ndim = max(length.ndim for length in lengths.values())
         stacked = np.stack(np.broadcast_arrays(*(aligned(length, ndim) for length in lengths.values())))
@@ -363,6 +363,31 @@ class Description:
             Components ``ux uy uz rx ry rz``.
         """
         self._tie(master, (slave,), components(names), rigid=False)
+
+    def members_on(self, on: str | Sequence[str], what: str) -> list[str]:
+        """Names of the members that names of members and bodies stand for, each once.
+
+        Parameters
+        ----------
+        on
+            A member, a body (all members on it), ``"beam"`` for all members, or several of these.
+        what
+            What asks, for messages.
+        """
+        chosen: dict[str, None] = {}
+        for each in [on] if isinstance(on, str) else on:
+            name = plain(f"{what}: on", each)
+            if name in self.members:
+                chosen[name] = None
+                continue
+            if name != _ALL:
+                found(f"{what}: on", name, [*self.members, *self.bodies, _ALL])
+            for key, member in self.members.items():
+                if name == _ALL or self.nodes[member.start].body == name == self.nodes[member.end].body:
+                    chosen[key] = None
+        if not chosen:
+            raise FrameError(f"{what}: there is no member on {on!r}: add members first")
+        return list(chosen)
 
     # -- supports and loads -----------------------------------------------------------------------------------------
 
@@ -536,23 +561,6 @@ class Description:
 
     def _member(self, name: str, of: str = "") -> str:
         return found(f"{of} member".strip(), name, self.members)
-
-    def _members_on(self, on: str | Sequence[str]) -> list[str]:
-        """Names of the members that names of members and bodies stand for, each once."""
-        chosen: dict[str, None] = {}
-        for each in [on] if isinstance(on, str) else on:
-            name = plain("add_form: on", each)
-            if name in self.members:
-                chosen[name] = None
-                continue
-            if name != _ALL:
-                found("add_form: on", name, [*self.members, *self.bodies, _ALL])
-            for key, member in self.members.items():
-                if name == _ALL or self.nodes[member.start].body == name == self.nodes[member.end].body:
-                    chosen[key] = None
-        if not chosen:
-            raise FrameError(f"add_form: there is no member on {on!r}: add members first")
-        return list(chosen)
 
     def _join(self, given: Mapping[str, Shape]) -> None:
         """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
