@@ -9,16 +9,15 @@ from functools import cached_property
 import numpy as np
 
 from ..framework.errors import FrameError
+from ..framework.orientation import axes_towards, default_axes
 from ..framework.protocol import Array, LineElement, proven
 from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
 from .cross_section import CrossSection
 from .direction import BARS, DIRECTIONS, Direction, stamp_rows
-from .flexibility import Part, Six, UniformPart, tapered_part
+from .flexibility import Part, Six, UniformPart, spread_points, tapered_part
 from .material import Material
-from .orientation import axes_towards, default_axes
 from .parameters import Real, array_of, as_real, common_shape, given_state, require
 from .prismatic import bar_mass, plane_geometric, plane_mass
-from .quadrature import integrated_geometric, integrated_mass
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
@@ -137,6 +136,11 @@ class Beam(LineElement):
     def quadrature(self) -> int:
         """Gauss points that integrate a linear load times the shape functions to rounding."""
         return 3 if self.end is None else 40
+
+    @property
+    def integration_points(self) -> tuple[Array, Array]:
+        """Fractions and weights, (points, ...); those of a taper suit its flexibility, which is no polynomial."""
+        return super().integration_points if self.end is None else spread_points(self.section, self.end)
 
     def part(self, index: int, count: int) -> Beam:
         """One of `count` equal parts: its piece of the taper, and the releases of the ends that it keeps.
@@ -333,7 +337,7 @@ class Beam(LineElement):
         """
         length = as_real(length)
         if self.end is not None or self.releases:
-            return integrated_mass(replace(self, up=None), length)
+            return super().mass_matrix(np.asarray(length))
         inertia = self._inertia(0.0)
         matrix = np.zeros((*np.broadcast_shapes(np.shape(length), self.sections_shape), 12, 12))
         for i in BARS:
@@ -361,7 +365,7 @@ class Beam(LineElement):
         """
         length, axial = as_real(length), as_real(axial)
         if self.end is not None or self.releases:
-            return integrated_geometric(replace(self, up=None), length, axial)
+            return super().geometric_matrix(np.asarray(length), np.asarray(axial))
         shape = np.broadcast_shapes(np.shape(length), np.shape(axial), self.sections_shape)
         matrix = np.zeros((*shape, 12, 12))
         wagner = axial * (self.section.Iy + self.section.Iz) / self.section.A / length

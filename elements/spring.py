@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..framework.errors import FrameError
+from ..framework.orientation import default_axes
 from ..framework.protocol import Array, LineElement, proven
-from .orientation import default_axes
 from .parameters import Real, as_real, common_shape, not_negative, number
 
 ALONG, ACROSS = 0, (1, 2)

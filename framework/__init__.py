@@ -16,9 +16,11 @@ if TYPE_CHECKING:
     from .large.solution import LargeSolution
     from .matrices import FrameMatrices
     from .paraview.vtu import read_names
+    from .protocol import JointElement, LineElement, PointElement
     from .results.buckling import Buckling
     from .results.modes import Modes
     from .results.singular import FreeMotion
+    from .shape_rules import cubic_shapes, straight_shapes
     from .solution import Solution
     from .view import movie, picture
 
@@ -30,16 +32,21 @@ __all__ = [
     "FrameError",
     "FrameMatrices",
     "FreeMotion",
+    "JointElement",
     "LargeSolution",
+    "LineElement",
     "MechanismWarning",
     "Modes",
     "PathWarning",
+    "PointElement",
     "Sensitivity",
     "Solution",
     "SolutionState",
+    "cubic_shapes",
     "movie",
     "picture",
     "read_names",
+    "straight_shapes",
 ]
 
 # Elements need the protocol alone: a frame, and the solvers with it, are imported where they are first asked for.
@@ -50,13 +57,18 @@ _LATER = {
     "Frame": ".frame",
     "FrameMatrices": ".matrices",
     "FreeMotion": ".results.singular",
+    "JointElement": ".protocol",
     "LargeSolution": ".large.solution",
+    "LineElement": ".protocol",
     "Modes": ".results.modes",
+    "PointElement": ".protocol",
     "Sensitivity": ".error_bounds.sensitivity",
     "Solution": ".solution",
+    "cubic_shapes": ".shape_rules",
     "movie": ".view",
     "picture": ".view",
     "read_names": ".paraview.vtu",
+    "straight_shapes": ".shape_rules",
 }
 
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .batch import Array, Shape, joined, rotation, turned, unvaried, vector
+from .added_forms import AddedForm, FormLoad
+from .batch import Array, Shape, aligned, finite, joined, rotation, turned, unvaried, vector
 from .dofs import DISPLACEMENTS, FORCES, components, values
 from .errors import FrameError
 from .examination import examine_joint, examine_mass, examine_member
+from .formed import FormedElement
 from .loads import LineLoad, MemberLoad, PointLoad
 from .names import found, new, plain
 from .protocol import JointElement, LineElement, PointElement, is_proven
@@ -22,6 +24,9 @@ from .provenance import HasStatus, Told
 
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
 COINCIDENT = 1e-9
+
+# What stands for all members.
+_ALL = "beam"
 
 # What is held by name and may grow under that name.
 _GROWING = ("supports", "offsets", "loads", "member_loads")
@@ -255,6 +260,85 @@ class Description:
             self._join({f"mass {name!r}": element.shape})
             self.masses[name] = MassPoint(element, *nodes)
 
+    def add_form(
+        self,
+        form: object,
+        on: str | Sequence[str],
+        *,
+        into: str | None = None,
+        intorder: int | None = None,
+        **parameters: ArrayLike,
+    ) -> None:
+        """Add a scikit-fem form to members: an elastic foundation, an added mass, a strain by heat, a load.
+
+        The form is integrated over the shape functions of each member. It sees the displacement in the member's own
+        axes, ``u[0]`` to ``u[5]`` for ``ux uy uz rx ry rz``, its derivative along the member, ``u.grad[0]`` to
+        ``u.grad[5]``, and in ``w`` the parameters, the distance ``w.x[0]`` from the member's start and the length
+        ``w.h`` of its segment. It belongs to the members that there are when it is added, and takes part in statics,
+        modes, buckling, error bounds, sensitivity and, as long as a rigid motion costs no energy and nothing strains
+        the member, in large displacement.
+
+        Parameters
+        ----------
+        form
+            ``skfem.BilinearForm``, symmetric and positive semidefinite at each point, or ``skfem.LinearForm``.
+        on
+            A member, a body or a link (all members on it), ``"beam"`` for all members, or several of these.
+        into
+            Where it goes: a bilinear form into the ``stiffness`` (where None) or the ``mass``, a linear form into the
+            ``load``. Gravity does not weigh such a mass.
+        intorder
+            Order of integration as scikit-fem's, along each segment; that of the member's own matrices where None.
+        **parameters
+            What the form finds in ``w``, each a number or a batch of numbers.
+
+        Raises
+        ------
+        FrameError
+            If `on` names nothing, if the form fails, is not symmetric or not positive semidefinite, or if a parameter
+            is no finite number or does not fit the batch.
+
+        Examples
+        --------
+        A beam on an elastic foundation, pushed down evenly: it sinks by the load over the modulus.
+
+        >>> import skfem
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A", "ux", "uz", "rx", "ry")
+        >>> foundation = skfem.BilinearForm(lambda u, v, w: w.k * u[1] * v[1])
+        >>> frame.add_form(foundation, on="AB", k=[1e4, 2e4])
+        >>> frame.line_load("AB", fy=-30.0)
+        >>> frame.solve().displacement("B")[:, 1].round(9)
+        array([-0.003 , -0.0015])
+        """
+        names = self.members_on(on, "add_form")
+        lengths = {name: self.length(name) for name in names}
+        ndim = max(length.ndim for length in lengths.values())
+        stacked = np.stack(np.broadcast_arrays(*(aligned(length, ndim) for length in lengths.values())))
+        values = {name: finite(value, f"add_form: parameter {name}") for name, value in parameters.items()}
+        widened = self._widened({f"parameter {name} of a form": value.shape for name, value in values.items()})
+        added = AddedForm.of(form, into, stacked, values, intorder)
+        apart = added.placed and added.strains
+        made: dict[object, LineElement] = {}
+        for name in names:
+            member = self.members[name]
+            key = name if apart else id(member.element)
+            if key not in made:
+                made[key] = FormedElement.of(member.element, added, lengths[name] if apart else None)
+                if made[key] is not member.element:
+                    examine_member(name, made[key], self._chord(member.start, member.end))
+        self._shape, self._shapes = widened
+        for name in names:
+            member = self.members[name]
+            self.members[name] = replace(member, element=made[name if apart else id(member.element)])
+            if added.pushes:
+                self.member_loads.setdefault(name, []).append(FormLoad(added))
+
     def rigid(self, master: str, *slaves: str) -> None:
         """Join nodes by rigid links, exactly: they move as one body.
 
@@ -278,6 +362,31 @@ class Description:
             Components ``ux uy uz rx ry rz``.
         """
         self._tie(master, (slave,), components(names), rigid=False)
+
+    def members_on(self, on: str | Sequence[str], what: str) -> list[str]:
+        """Names of the members that names of members and bodies stand for, each once.
+
+        Parameters
+        ----------
+        on
+            A member, a body (all members on it), ``"beam"`` for all members, or several of these.
+        what
+            What asks, for messages.
+        """
+        chosen: dict[str, None] = {}
+        for each in [on] if isinstance(on, str) else on:
+            name = plain(f"{what}: on", each)
+            if name in self.members:
+                chosen[name] = None
+                continue
+            if name != _ALL:
+                found(f"{what}: on", name, [*self.members, *self.bodies, _ALL])
+            for key, member in self.members.items():
+                if name == _ALL or self.nodes[member.start].body == name == self.nodes[member.end].body:
+                    chosen[key] = None
+        if not chosen:
+            raise FrameError(f"{what}: there is no member on {on!r}: add members first")
+        return list(chosen)
 
     # -- supports and loads -----------------------------------------------------------------------------------------
 
@@ -453,13 +562,17 @@ class Description:
 
     def _join(self, given: Mapping[str, Shape]) -> None:
         """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
+        self._shape, self._shapes = self._widened(given)
+
+    def _widened(self, given: Mapping[str, Shape]) -> tuple[Shape, dict[Shape, str]]:
+        """The batch, and what was given in each shape, with the shapes of what one call gives."""
         whole, known = self._shape, self._shapes
         for name, shape in given.items():
             if shape and shape not in known:
                 for other, what in known.items():
                     joined(name, shape, {what: other})
                 whole, known = np.broadcast_shapes(whole, shape), {**known, shape: name}
-        self._shape, self._shapes = whole, known
+        return whole, known
 
     def _chord(self, start: str, end: str) -> Array:
         a, b = self.nodes[start], self.nodes[end]

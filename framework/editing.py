@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .added_forms import FormLoad
 from .batch import Shape, vector
 from .description import Description, JointLink, MassPoint, Member, Node, check_ideal
 from .dofs import DISPLACEMENTS, FORCES, values
 from .errors import FrameError
 from .examination import examine_joint, examine_mass
+from .formed import FormedElement
 from .loads import LineLoad
 from .names import plain
 from .protocol import JointElement, LineElement, PointElement, is_proven
@@ -28,8 +30,8 @@ class Editable(Description):
     def change(self, name: str | Sequence[str], new: Element | ArrayLike) -> None:
         """Put another element in place of a member, joint or mass, or move nodes.
 
-        Everything else stays: names, connections, supports and loads. The next solution finds what depends on these
-        alone, such as the order of elimination, ready.
+        Everything else stays: names, connections, supports, loads and forms added to a member. The next solution finds
+        what depends on these alone, such as the order of elimination, ready.
 
         Parameters
         ----------
@@ -120,6 +122,8 @@ class Editable(Description):
             )
         parts = held[kind]
         before = parts[name]
+        if isinstance(before.element, FormedElement) and isinstance(new, LineElement):
+            new = replace(before.element, own=new)
         kinds = self._fitting(name, before, new)
         parts[name] = replace(before, element=new)
         try:
@@ -157,6 +161,7 @@ class Editable(Description):
             each = [places[..., k, :] for k in range(len(nodes))]
         before, size = {node: self.nodes[node] for node in nodes}, self.size
         whole, known, reached = self._shape, self._shapes, self._reach(nodes)
+        formed = {name: part for name, part in self.members.items() if isinstance(part.element, FormedElement)}
         try:
             for node, place in zip(nodes, each, strict=True):
                 self.nodes[node] = Node(place, before[node].body)
@@ -169,6 +174,7 @@ class Editable(Description):
             )
         except FrameError:
             self.nodes.update(before)
+            self.members.update(formed)
             self.size, self._shape, self._shapes = size, whole, known
             raise
 
@@ -181,8 +187,12 @@ class Editable(Description):
         for name, member in self.members.items():
             if member.start in moved or member.end in moved:
                 self._check_length(name, member.start, member.end)
+                if isinstance(member.element, FormedElement) and member.element.length is not None:
+                    self.members[name] = replace(member, element=replace(member.element, length=self.length(name)))
                 member.element.check(self._chord(member.start, member.end))
                 for load in self.member_loads.get(name, ()):
+                    if isinstance(load, FormLoad):  # all along
+                        continue
                     end = (0.0 if load.span is None else load.span[1]) if isinstance(load, LineLoad) else load.at
                     if end > self._least_length(name):
                         told = f"a load on it reaches to {end:.6g}: move its ends less, or unload it first"

@@ -60,6 +60,7 @@ def examine_member(name: str, element: LineElement, chord: Array) -> None:
     _precision(some, along)
     _matrices(some, length)
     _fields(some, length)
+    _along(some)
     _cut(own, length[:1])
     if own.segments > 1:
         for index in (0, own.segments - 1):
@@ -71,6 +72,8 @@ def examine_member(name: str, element: LineElement, chord: Array) -> None:
 
 def _description(own: Examined) -> None:
     element, what = own.own, own.what
+    if not element.has_springs and type(element).section_flexibility is LineElement.section_flexibility:
+        raise FrameError(f"{what} has neither springs nor section_flexibility: give its class one of them")
     shape = element.shape
     if not isinstance(shape, tuple) or not all(isinstance(n, (int, np.integer)) and n >= 0 for n in shape):
         raise FrameError(f"{what}: shape is {shape!r}: give the batch shape, a tuple of whole numbers")
@@ -197,6 +200,19 @@ def _fields(own: Examined, length: Array) -> None:
         if np.any(np.abs(found[..., :3, :] - wanted) > _ALIKE * size):
             where = ("start", "end")[side]
             raise FrameError(f"{own.what}: shape_functions at the {where} do not give the displacement of that node")
+
+
+def _along(own: Examined) -> None:
+    """Whether the parts of a member are as the whole where they are given as the whole."""
+    if own.segments == 1 or (own.part(0, 2) is not own and getattr(own.part(0, 2), "own", None) is not own.own):
+        return
+    for method in ("section_flexibility", "section_inertia", "free_strain"):
+        here, there = (getattr(own, method)(np.array([fraction])) for fraction in (0.25, 0.75))
+        if here is not None and np.any(here != there):
+            raise FrameError(
+                f"{own.what}: {method} varies along the member, and part returns the whole: give its class a method "
+                "part(index, count), or one segment"
+            )
 
 
 def _cut(own: Examined, length: Array) -> None:

@@ -53,7 +53,7 @@ class Examined(LineElement):
     @property
     def what(self) -> str:
         """How messages name it."""
-        return f"{type(self.own).__name__} of member {self.name!r}"
+        return f"{self.own.title} of member {self.name!r}"
 
     # -- description ------------------------------------------------------------------------------------------------
 
@@ -89,6 +89,21 @@ class Examined(LineElement):
     def quadrature(self) -> int:
         """Gauss points for a linear load times the shape functions."""
         return self.own.quadrature
+
+    @property
+    def integration_points(self) -> tuple[Array, Array]:
+        """Fractions and weights by which matrices are integrated."""
+        return self.own.integration_points
+
+    @property
+    def sections_shape(self) -> Shape:
+        """Batch shape of what the section law varies with."""
+        return self.own.sections_shape
+
+    @property
+    def has_springs(self) -> bool:
+        """Whether the springs are the element's own and not those of its section law."""
+        return self.own.has_springs
 
     def part(self, index: int, count: int) -> LineElement:
         """One of `count` equal parts."""
@@ -177,9 +192,37 @@ class Examined(LineElement):
         """Displacement between the ends, (..., 6, 12)."""
         return self._asked("shape_functions", np.broadcast_shapes(np.shape(length), np.shape(x)), (6, 12), length, x)
 
+    def shape_gradients(self, length: Array, x: Array) -> Array:
+        """Derivative of the shape functions, (..., 6, 12)."""
+        return self._asked("shape_gradients", np.broadcast_shapes(np.shape(length), np.shape(x)), (6, 12), length, x)
+
+    def shape_rows(self, length: Array, fraction: Array) -> tuple[Array, Array]:
+        """Shape functions and their derivatives, (..., 6, 12) each."""
+        return self.own.shape_rows(length, fraction)
+
     def section_flexibility(self, fraction: Array) -> Array:
         """Strain and curvature per unit force, (..., 6)."""
         return self._asked("section_flexibility", np.shape(fraction), (6,), fraction)
+
+    def section_inertia(self, fraction: Array) -> Array:
+        """Inertia per length, (..., 6)."""
+        return self._asked("section_inertia", np.shape(fraction), (6,), fraction)
+
+    def section_sway(self, fraction: Array) -> Array:
+        """Weights of the work of a unit axial force, (..., 6)."""
+        return self._asked("section_sway", np.shape(fraction), (6,), fraction)
+
+    def free_strain(self, fraction: Array) -> Array | None:
+        """Strain and curvature without forces, (..., 6); None for none."""
+        if self.own.free_strain(fraction) is None:
+            return None
+        return self._asked("free_strain", np.shape(fraction), (6,), fraction)
+
+    def held_forces(self, fraction: Array) -> Array | None:
+        """Section forces that undo the free strain, with their sign turned, (..., 6); None for none."""
+        if self.own.free_strain(fraction) is None:
+            return None
+        return self._asked("held_forces", np.shape(fraction), (6,), fraction)
 
     def mass_per_length(self, fraction: Array) -> Array:
         """Mass per length, (...)."""

@@ -198,6 +198,46 @@ class Frame(InBulk):
         """scikit-fem's ``Dofs`` of `mesh`: six a node, ``ux uy uz rx ry rz``, nodes in the order of description."""
         return self._numbered.numbering
 
+    def basis(self, on: str | Sequence[str] = "beam", *, intorder: int = 6) -> Any:
+        """A scikit-fem ``Basis`` over members of one kind, on `mesh` and numbered as `dofs`.
+
+        Its fields are the displacement by the members' own shape functions, in their own axes, ``u[0]`` to ``u[5]``
+        for ``ux uy uz rx ry rz``, with the derivative along the member as ``u.grad``; the degrees of freedom are
+        global.
+
+        Parameters
+        ----------
+        on
+            A member, a body (all members on it), ``"beam"`` for all members, or several of these.
+        intorder
+            Order of integration; 6 is exact for two displacements of a prismatic beam.
+
+        Returns
+        -------
+        skfem.Basis
+            Of the first batch entry.
+
+        Raises
+        ------
+        FrameError
+            If `on` names nothing, or members of several kinds.
+
+        Examples
+        --------
+        >>> import skfem
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 3.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> along = skfem.LinearForm(lambda v, w: 2.0 * v[0])
+        >>> float(along.assemble(frame.basis("AB")).sum().round(9))
+        6.0
+        """
+        from .basis import frame_basis
+
+        return frame_basis(self, on, intorder)
+
     @property
     def _numbered(self) -> Topology:
         from .structure.topology import Topology
@@ -205,7 +245,7 @@ class Frame(InBulk):
         return Topology.of(self.copy(), cut=True)
 
     def matrices(self, entry: int | Sequence[int] = ()) -> FrameMatrices:
-        """Stiffness, mass and loads at one batch entry as sparse matrices in scikit-fem's numbering.
+        """Stiffness, mass, geometric stiffness and loads at one batch entry, sparse, in scikit-fem's numbering.
 
         Parameters
         ----------
@@ -215,7 +255,8 @@ class Frame(InBulk):
         Returns
         -------
         FrameMatrices
-            ``K M f`` over all displacements, supports as ``D x``, and ``T g`` of all that holds.
+            ``K M f`` over all displacements, supports as ``D x``, and ``T g`` of all that holds; ``Kg`` under the
+            loads is found when it is asked for.
 
         Raises
         ------

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .added_forms import FormLoad
 from .batch import Array
 
 # Of an array whose last axis is no batch axis.
@@ -64,4 +65,4 @@ class PointLoad:
         return [(np.clip(self.at, lower, upper), np.where(np.asarray(inside)[..., None], self.force, 0.0))]
 
 
-MemberLoad = LineLoad | PointLoad
+MemberLoad = LineLoad | PointLoad | FormLoad

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,10 @@ from .batch import Array, aligned, block_diagonal, one_entry, turned
 from .batched.plan import Plan
 from .description import Description
 from .errors import FrameError
+from .results.under_load import at_entry, geometric_stacks
+from .solution import Solution
 from .solvers.node_blocks import Stack, summed
+from .states import SolutionState
 from .structure.assembly import member_loads, nodal_loads
 from .structure.edge import ABOUT, ALONG, Edge
 from .structure.matrices import Matrices
@@ -47,6 +50,8 @@ class FrameMatrices:
         Numbers of the displacements that supports hold.
     x
         Their values, 0 elsewhere, (6 nodes,).
+    Kg
+        Geometric stiffness of the forces that the loads make in members, joints and rigid links, (6 nodes, 6 nodes).
     T, g
         All that holds, supports included: ``u = T q + g`` with as many q as there are ways to move.
 
@@ -78,6 +83,18 @@ class FrameMatrices:
     x: Array
     T: csr_matrix
     g: Array
+    _geometric: Callable[[], csr_matrix] = field(repr=False)
+
+    @cached_property
+    def Kg(self) -> csr_matrix:
+        """Geometric stiffness under the loads, (6 nodes, 6 nodes): where ``K + factor Kg`` is singular a frame buckles.
+
+        Raises
+        ------
+        FrameError
+            Where the loads move the frame without resistance.
+        """
+        return self._geometric()
 
     def condensed(self, matrix: csr_matrix | None = None) -> Condensed:
         """What ``skfem.solve`` takes to solve in the coordinates q, and to give u.
@@ -141,7 +158,36 @@ class _Assembly:
             x,
             self.sparse.spread(rows),
             g,
+            self._geometric,
         )
+
+    def _geometric(self) -> csr_matrix:
+        solution = Solution(self.plan.frame, self.plan)
+        if solution.own_state[self.entry] == SolutionState.MECHANISM:
+            raise FrameError(
+                f"matrices: the loads move the frame without resistance: {solution.mechanism(*self.entry)}"
+            )
+        where, state = next((at, state) for at, state in solution.bounds.states() if self._within(at))
+        local = tuple(k - part.indices(n)[0] for k, part, n in zip(self.entry, where, solution.shape, strict=True))
+        stacks: list[Stack] = []
+        for nodes, matrices in geometric_stacks(state):
+            here = at_entry(local, matrices) if self.entry else matrices
+            stacks.append((nodes, self._global(nodes, here).__getitem__))
+        return summed(stacks, self.everywhere)
+
+    def _within(self, where: tuple[slice, ...]) -> bool:
+        """Whether a part of the batch has the entry."""
+        sizes = self.plan.frame.shape
+        return all(k in range(*part.indices(n)) for k, part, n in zip(self.entry, where, sizes, strict=True))
+
+    def _global(self, nodes: Index, matrices: Array) -> Array:
+        """Matrices (n, 6 k, 6 k) in the axes of their nodes (n, k) as ones in global axes."""
+        axes = [self.plan.topology.axes(int(node)) for node in nodes.reshape(-1)]
+        each = np.stack([np.eye(3) if own is None else self._at(own, 2) for own in axes])
+        blocks = np.repeat(each.reshape(*nodes.shape, 3, 3), 2, axis=1)
+        turn = block_diagonal([blocks[:, k] for k in range(blocks.shape[1])])
+        out: Array = turn @ matrices @ np.swapaxes(turn, -1, -2)
+        return out
 
     @cached_property
     def topology(self) -> Topology:

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from .clearances.contact import law
 from .errors import FrameError
+from .orientation import default_axes
+from .shape_rules import gradients, section_springs, summed
 
 Array = NDArray[np.float64]
 # Changes a parameter; the number says how many of its last axes are no batch axes.
@@ -41,33 +43,121 @@ def is_proven(element: object) -> bool:
 class LineElement(ABC):
     """A straight member between two nodes: stiffness, mass and recovery in its own axes.
 
-    What an element returns is examined when it is added to a frame, see `linkframe.framework.examined`.
+    A subclass gives `shape`, `shape_functions` and what makes its stiffness: a section law, `section_flexibility`, or
+    `springs`. All else follows by default: matrices, loads and forces by quadrature of the shape functions and the
+    section law, as scikit-fem forms (`linkframe.elements.forms`) where they are assembled as a matrix. What has a
+    closed form overrides them, and so does an element whose axes, kind, mass or stress are others. What an element
+    returns is examined when it is added to a frame, see `linkframe.framework.examined`.
 
     Attributes
     ----------
     segments
-        Number of equal parts into which the framework cuts the member.
+        Number of equal parts into which the framework cuts the member; 1 by default.
     releases
-        Released end components as ``(end, component)``, end 0 or 1, component 0 to 5.
+        Released end components as ``(end, component)``, end 0 or 1, component 0 to 5; none by default.
+
+    Examples
+    --------
+    A bar that carries nothing but its axial force, by its section law.
+
+    >>> from dataclasses import dataclass
+    >>> import numpy as np
+    >>> from linkframe.framework import Frame, LineElement, straight_shapes
+    >>> @dataclass(frozen=True, eq=False)
+    ... class Bar(LineElement):
+    ...     EA: float
+    ...     shape = ()
+    ...
+    ...     def section_flexibility(self, fraction):
+    ...         return np.multiply.outer(np.ones(np.shape(fraction)), [1.0 / self.EA, 0, 0, 0, 0, 0])
+    ...
+    ...     def shape_functions(self, length, x):
+    ...         return straight_shapes(length, x)
+    >>> frame = Frame()
+    >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+    ...     frame.node(name, (x, 0.0, 0.0))
+    >>> frame.add("AB", Bar(1e6), "A", "B")
+    >>> frame.fix("A"); frame.load("B", fx=100.0)
+    >>> float(frame.solve().displacement("B")[0].round(12))
+    0.0002
     """
 
-    segments: int
-    releases: tuple[tuple[int, int], ...]
+    segments: int = 1
+    releases: tuple[tuple[int, int], ...] = ()
+
+    # -- what every element gives -----------------------------------------------------------------------------------
 
     @property
     @abstractmethod
     def shape(self) -> tuple[int, ...]:
         """Batch shape of the element's own parameters."""
 
-    @property
     @abstractmethod
-    def kind(self) -> Hashable:
-        """Equal for two elements that answer alike, so that one is asked for both; `self` where none other does."""
+    def shape_functions(self, length: Array, x: Array) -> Array:
+        """Displacement at distance `x` from the start for unit end displacements, (..., 6, 12).
+
+        At the ends the displacement, not always the rotation, is that of the nodes. Where the stiffness follows from a
+        section law they come in the precision of `length`, and hold every rigid motion.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        x
+            Distance from the start, (...).
+        """
+
+    def section_flexibility(self, fraction: Array) -> Array:
+        """Strain and curvature per unit ``N Vy Vz T My Mz`` at `fraction` of the length, (..., 6).
+
+        A component without flexibility deforms nothing. Of an element that gives `springs` zero by default, so that
+        its displacement between the nodes follows its ends.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        if not self.has_springs:
+            raise NotImplementedError
+        return np.zeros((*np.broadcast_shapes(np.shape(fraction), self.shape), 6))
+
+    def springs(self, length: Array) -> tuple[Array, Array]:
+        """The stiffness as any number n of springs k (..., n) on deformations b (..., n, 12).
+
+        ``K = sum_i k_i b_i b_i^T``. The deformations come in the precision of `length`, as do `axes` in that of the
+        chord: error bounds rest on it that a rigid motion costs no energy. A beam has six; where something outside the
+        frame holds the member, as a foundation does, springs resist its rigid motion. By default they are those of the
+        section law at the points of the quadrature.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        """
+        return section_springs(self, length)
+
+    # -- what it is -------------------------------------------------------------------------------------------------
 
     @property
-    @abstractmethod
+    def kind(self) -> Hashable:
+        """Equal for two elements that answer alike, so that one is asked for both; by default the element itself."""
+        return self
+
+    @property
+    def title(self) -> str:
+        """How messages name the element; its class by default."""
+        return type(self).__name__
+
+    @property
     def exact(self) -> bool:
-        """Whether in statics one piece is exact, so that segments change nothing."""
+        """Whether in statics one piece is exact, so that segments change nothing; by default it is not."""
+        return False
+
+    @property
+    def has_springs(self) -> bool:
+        """Whether `springs` is its own and not that of the section law."""
+        return type(self).springs is not LineElement.springs
 
     @property
     def roundings(self) -> float:
@@ -91,13 +181,34 @@ class LineElement(ABC):
         return np.zeros(())
 
     @property
-    @abstractmethod
     def quadrature(self) -> int:
-        """Gauss points that integrate a linear load times the shape functions to rounding."""
+        """Gauss points that integrate a linear load times the shape functions to rounding; by default for cubics."""
+        return 4
 
-    @abstractmethod
+    @property
+    def integration_points(self) -> tuple[Array, Array]:
+        """Fractions of the length and weights, (points, ...), by which matrices are integrated."""
+        points, weights = np.polynomial.legendre.leggauss(max(self.quadrature, 4))
+        return 0.5 * (1.0 + points), 0.5 * weights
+
+    @property
+    def sections_shape(self) -> tuple[int, ...]:
+        """Batch shape of what the section law varies with."""
+        return self.shape
+
     def part(self, index: int, count: int) -> LineElement:
-        """Part `index` of `count` equal parts, with the releases and taper that fall to it."""
+        """Part `index` of `count` equal parts, with the releases and taper that fall to it.
+
+        By default a part is as the whole; where the section law varies along the member, give its own method.
+
+        Parameters
+        ----------
+        index
+            Which part, from 0.
+        count
+            Number of parts.
+        """
+        return self
 
     def cut(self, change: Change) -> Self:
         """The element at some entries of its batch: with every parameter that is an array changed.
@@ -113,61 +224,186 @@ class LineElement(ABC):
         found: Self = changed(self, change)
         return found
 
-    @abstractmethod
-    def check(self, chord: Array) -> None:
-        """Raise FrameError where the member cannot lie along `chord` (..., 3)."""
+    def check(self, chord: Array) -> None:  # noqa: B027
+        """Raise FrameError where the member cannot lie along `chord` (..., 3); by default it can lie anyhow.
 
-    @abstractmethod
+        Parameters
+        ----------
+        chord
+            From the first node to the second, (..., 3).
+        """
+
     def axes(self, chord: Array) -> Array:
-        """Local axes as rows, (..., 3, 3), of a member along `chord` (..., 3)."""
+        """Local axes as rows, (..., 3, 3), of a member along `chord` (..., 3).
 
-    @abstractmethod
+        By default z is as near to global z as can be; a member along global z has its local y along global y.
+
+        Parameters
+        ----------
+        chord
+            From the first node to the second, (..., 3).
+        """
+        return default_axes(chord)
+
+    # -- matrices and forces ----------------------------------------------------------------------------------------
+
     def stiffness_matrix(self, length: Array) -> Array:
-        """Stiffness, (..., 12, 12)."""
+        """Stiffness, (..., 12, 12): the sum of its own springs, or the scikit-fem form of the section law.
 
-    @abstractmethod
-    def springs(self, length: Array) -> tuple[Array, Array]:
-        """The stiffness as any number n of springs k (..., n) on deformations b (..., n, 12).
-
-        ``K = sum_i k_i b_i b_i^T``. The deformations come in the precision of `length`, as do `axes` in that of the
-        chord: error bounds rest on it that a rigid motion costs no energy. A beam has six; where something outside the
-        frame holds the member, as a foundation does, springs resist its rigid motion.
+        Parameters
+        ----------
+        length
+            Length, (...).
         """
+        if not self.has_springs:
+            found: Array = _integrals().integrated_stiffness(self, length)
+            return found
+        stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
+        return summed(stiffness, rows)
 
-    @abstractmethod
     def mass_matrix(self, length: Array) -> Array:
-        """Consistent mass, (..., 12, 12)."""
+        """Consistent mass, (..., 12, 12), by the scikit-fem form of `section_inertia`.
 
-    @abstractmethod
-    def geometric_matrix(self, length: Array, axial: Array) -> Array:
-        """Geometric stiffness under the axial force `axial` (tension positive), (..., 12, 12)."""
-
-    @abstractmethod
-    def end_forces(self, length: Array, displacement: Array) -> Array:
-        """Stiffness times `displacement` (..., 12), by way of the deformations, (..., 12)."""
-
-    @abstractmethod
-    def shape_functions(self, length: Array, x: Array) -> Array:
-        """Displacement at distance `x` from the start for unit end displacements, (..., 6, 12).
-
-        At the ends the displacement, not always the rotation, is that of the nodes.
+        Parameters
+        ----------
+        length
+            Length, (...).
         """
+        found: Array = _integrals().integrated_mass(self, length)
+        return found
 
-    @abstractmethod
-    def section_flexibility(self, fraction: Array) -> Array:
-        """Strain and curvature per unit ``N Vy Vz T My Mz`` at `fraction` of the length, (..., 6)."""
+    def geometric_matrix(self, length: Array, axial: Array) -> Array:
+        """Geometric stiffness under the axial force `axial` (tension positive), (..., 12, 12), by `section_sway`.
 
-    @abstractmethod
+        Parameters
+        ----------
+        length
+            Length, (...).
+        axial
+            Axial force, (...), tension positive.
+        """
+        found: Array = _integrals().integrated_geometric(self, length, axial)
+        return found
+
+    def end_forces(self, length: Array, displacement: Array) -> Array:
+        """Stiffness times `displacement` (..., 12), by way of the deformations, (..., 12).
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        displacement
+            End displacements in local axes, (..., 12).
+        """
+        stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
+        pulls = stiffness * (rows @ np.asarray(displacement)[..., None])[..., 0]
+        out: Array = (pulls[..., None, :] @ rows)[..., 0, :]
+        return out
+
+    # -- along the member -------------------------------------------------------------------------------------------
+
+    def shape_gradients(self, length: Array, x: Array) -> Array:
+        """Derivative of `shape_functions` by `x`, (..., 6, 12).
+
+        By default that of a polynomial up to the seventh degree.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        x
+            Distance from the start, (...).
+        """
+        return gradients(self, np.asarray(length), np.asarray(x) / length)
+
+    def shape_rows(self, length: Array, fraction: Array) -> tuple[Array, Array]:
+        """Both `shape_functions` and `shape_gradients` at `fraction` of the length, (..., 6, 12) each.
+
+        Parameters
+        ----------
+        length
+            Length, (...).
+        fraction
+            Fraction of the length, (...).
+        """
+        return self.shape_functions(length, fraction * length), self.shape_gradients(length, fraction * length)
+
+    def section_inertia(self, fraction: Array) -> Array:
+        """Inertia per length with ``ux .. rz`` at `fraction` of the length, (..., 6); by default of translation alone.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        mass: Array = np.asarray(self.mass_per_length(fraction))[..., None] * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        return mass
+
+    def section_sway(self, fraction: Array) -> Array:
+        """Weights of ``ux' .. rz'`` squared in twice the work of a unit axial force, (..., 6).
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        across = np.array([0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        return np.broadcast_to(across, (*np.broadcast_shapes(np.shape(fraction), self.shape), 6))
+
     def mass_per_length(self, fraction: Array) -> Array:
-        """Mass per length at `fraction` of the length, (...)."""
+        """Mass per length at `fraction` of the length, (...); zero by default.
 
-    @abstractmethod
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        return np.zeros(np.broadcast_shapes(np.shape(fraction), self.shape))
+
+    def free_strain(self, fraction: Array) -> Array | None:
+        """Strain and curvature without forces at `fraction` of the length, (..., 6), such as by heat; None for none.
+
+        They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `held_forces` they load the
+        frame, and large displacement refuses them.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        return None
+
+    def held_forces(self, fraction: Array) -> Array | None:
+        """``N Vy Vz T My Mz`` that undo the free strain, with their sign turned, (..., 6); None for none.
+
+        By default the free strain divided by the section flexibility.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        """
+        strain = self.free_strain(fraction)
+        if strain is None:
+            return None
+        flexibility = self.section_flexibility(fraction)
+        strain, flexibility = np.broadcast_arrays(strain, flexibility)
+        return np.divide(strain, flexibility, out=np.zeros(strain.shape), where=flexibility > 0.0)
+
     def stress(self, fraction: Array, forces: Array) -> Array:
         """Least and greatest normal stress and greatest von Mises stress, (..., 3).
 
-        `forces` (..., 6) are ``N Vy Vz T My Mz`` at `fraction` of the length. An element without a section raises
-        FrameError.
+        `forces` (..., 6) are ``N Vy Vz T My Mz`` at `fraction` of the length. An element without a section, as by
+        default, raises FrameError.
+
+        Parameters
+        ----------
+        fraction
+            Fraction of the length, (...).
+        forces
+            ``N Vy Vz T My Mz`` there, (..., 6).
         """
+        raise FrameError(f"{type(self).__name__}: stress needs a section; ask for its forces")
 
 
 class JointElement(ABC):
@@ -274,6 +510,13 @@ class PointElement(ABC):
         """Mass in global axes, (..., 6, 6)."""
 
 
+def _integrals() -> Any:
+    """Quadrature in scikit-fem, which takes longer to load than all that describes a frame."""
+    from .scikit_fem import integrals
+
+    return integrals
+
+
 def changed(described: Any, change: Change) -> Any:
     """A dataclass with its arrays changed, and those of the dataclasses in it; its numbers are not checked again."""
     if not is_dataclass(described):
@@ -285,6 +528,8 @@ def changed(described: Any, change: Change) -> Any:
         value = getattr(described, each.name)
         if isinstance(value, np.ndarray):
             value = change(value, each.metadata.get("trailing", 0))
+        elif hasattr(value, "cut"):
+            value = value.cut(change)
         elif is_dataclass(value):
             value = changed(value, change)
         object.__setattr__(twin, each.name, value)

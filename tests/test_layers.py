@@ -17,14 +17,18 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # The layers of framework, each of which may import from itself and from those before. A file that is named stands where
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
-    "numbers, names, errors": "cache errors clock states batch names dofs loads provenance structure/parts",
+    "numbers, names, errors": (
+        "cache errors clock states batch names dofs provenance orientation shape_rules structure/parts"
+    ),
     "recorded calculations": "program/*",
-    "elements, and how they are examined": "clearances/contact protocol examined examination",
+    "loads": "added_forms loads",
+    "members in scikit-fem": "scikit_fem/*",
+    "elements, and how they are examined": "clearances/contact protocol composed formed examined examination",
     "description": "description editing bulk",
     "structure": "structure/*",
     "elimination": "batched/* structure/assembly",
     "linear algebra": "solvers/*",
-    "plan": "batched/unloaded batched/plan structure/matrices matrices",
+    "plan": "batched/unloaded batched/plan structure/matrices",
     "equations in extended precision": "error_bounds/*",
     "sparse solution": "solvers/freedom solvers/refinement solvers/stiffness solvers/sparse kept",
     "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",
@@ -38,6 +42,7 @@ LAYERS = {
     "stability of linear solutions": "results/under_load results/stability results/validity",
     "large displacement": "large/*",
     "linear solution": "explain solution results/buckling",
+    "members and matrices for scikit-fem": "basis matrices",
     "frame": "frame",
     "pictures": "pictures/* view",
     "public names": "__init__ */__init__",

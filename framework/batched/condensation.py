@@ -67,6 +67,7 @@ def loaded(topology: Topology) -> set[int]:
     if frame.weight is not None:
         return set(range(len(topology.number)))
     pieces = [piece for member in frame.member_loads for piece in topology.pieces_of[member]]
+    pieces += [piece for group in topology.groups if group.strained for piece in group.pieces.tolist()]
     return {topology.number[name] for name in frame.loads} | set(topology.ends[pieces].reshape(-1).tolist())
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..batch import Array
 from ..batched.plan import Plan
 from ..structure.assembly import member_loads, nodal_loads
-from ..structure.member_loads import applied_forces, weight_forces
+from ..structure.member_loads import applied_forces, strain_forces, weight_forces
 from ..structure.topology import Group, Index
 from .deformations import Springs
 from .kinematics import Change, Real, extended
@@ -94,7 +94,8 @@ def _sizes(plan: Plan, group: Group, positions: Index) -> Array:
     for position in positions.tolist():
         at = np.array([position])
         forces = [*weight_forces(plan.topology, group, at), *applied_forces(plan.topology, group, position)]
-        each.append(_summed(group, at, forces)[0])
+        strain = strain_forces(group, at, sizes=True)[0] if group.strained else 0.0
+        each.append(_summed(group, at, forces)[0] + strain)
     shape = np.broadcast_shapes(*(size.shape for size in each))
     return roundings * _ROUNDING * np.stack([np.broadcast_to(size, shape) for size in each])
 

@@ -220,10 +220,16 @@ def _check(plan: Plan) -> None:
                     "displacement put a joint there that is free in this component"
                 )
     for group in plan.topology.groups:
+        if group.strained:
+            name = plan.topology.pieces[group.pieces[0]].member
+            raise FrameError(
+                f"member {name!r} strains without forces, as by heat: large displacement follows members at rest "
+                "without strain: change their lengths in place of it, or stay with linear solutions"
+            )
         if group.resists:
             name = plan.topology.pieces[group.pieces[0]].member
             if group.stands:
-                kind = type(plan.frame.members[name].element).__name__
+                kind = plan.frame.members[name].element.title
                 raise FrameError(
                     f"member {name!r} ({kind}) resists rigid motion, as what stands on something outside the frame "
                     "does: large displacement follows members that only their own deformation stresses: put springs "

@@ -219,9 +219,9 @@ def _driven(state: Equilibrium, motions: Real) -> NDArray[np.bool_]:
 
 
 def _extent(statics: Statics) -> Real:
-    """Largest coordinate of a node, (...) with all batch axes."""
+    """Largest coordinate of a node, (...) with all batch axes; those within members lie between described ones."""
     topology, ndim = statics.plan.topology, len(statics.plan.frame.shape)
-    each = (np.max(np.abs(topology.position(node)), axis=-1) for node in range(len(topology.number)))
+    each = (np.max(np.abs(topology.position(node)), axis=-1) for node in range(len(topology.frame.nodes)))
     return aligned(reduce(np.maximum, each, np.zeros(())), ndim)
 
 

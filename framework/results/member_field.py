@@ -11,7 +11,7 @@ import numpy as np
 
 from ..batch import Array
 from ..errors import FrameError
-from ..structure.member_loads import applied_forces, equivalent, weight_forces
+from ..structure.member_loads import applied_forces, equivalent, strain_forces, weight_forces
 from ..structure.topology import Group, Index, Topology
 
 # Share of the length by which a station is at an end.
@@ -75,13 +75,15 @@ def _at_ends(topology: Topology, group: Group, at: Index, x: Array, ends: Array)
 
 def _named(topology: Topology, group: Group, at: Index) -> str:
     piece = topology.pieces[group.pieces[at[0]]]
-    kind = type(topology.frame.members[piece.member].element).__name__
+    kind = topology.frame.members[piece.member].element.title
     return f"member {piece.member!r} ({kind})"
 
 
 def end_loads(topology: Topology, group: Group, at: Index) -> Array:
     """End forces (n, ..., 12), local, that do the work of the loads on some pieces."""
     out = equivalent(group, at, weight_forces(topology, group, at))
+    if group.strained:
+        out = out + strain_forces(group, at)
     own = {i: _own_loads(topology, group, int(at[i])) for i in _loaded(topology, group, at)}
     out = np.array(np.broadcast_to(out, np.broadcast_shapes(out.shape, *(load.shape for load in own.values()))))
     for i, load in own.items():
@@ -130,7 +132,7 @@ def _check_held_between(topology: Topology, group: Group, at: Index, x: Array) -
 def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:
     """Pieces that carry a load: all whose own weight is all they carry together, each of the others by itself."""
     loaded = _loaded(topology, group, at)
-    if topology.frame.weight is not None:
+    if topology.frame.weight is not None or group.strained:
         plain = np.setdiff1d(np.arange(len(at)), np.array(loaded, dtype=np.int64))
         if len(plain):
             yield plain
@@ -175,6 +177,8 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
         for point, weight in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
             s = a + (b - a) * point
             strain = group.element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
+            free = group.element.free_strain(s / length)
+            strain = strain if free is None else strain + free
             out = out + (weight * (b - a))[..., None] * _carried(strain, x - s)
         lower = upper
     return out

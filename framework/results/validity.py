@@ -28,6 +28,8 @@ from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
 from ..states import SolutionState
 from ..structure.edge import GROUND
+from ..structure.member_loads import strain_forces
+from ..structure.topology import Group
 from .geometric import of_link
 from .link_forces import link_forces
 from .stability import Stability
@@ -67,6 +69,8 @@ def _of(part: Part) -> Real:
         tension = state.change(aligned(group.element.tension, ndim), 0)[..., None, None]
         along = tension * springs.level[..., 0, :]
         forces[..., :3], forces[..., 6:9] = forces[..., :3] - along, forces[..., 6:9] + along
+        if group.strained:
+            forces = forces - _strain_forces(state, group, springs)
         split = forces.reshape(*forces.shape[:-1], 4, 3)
         swung = np.cross(turn[..., None, :], split).reshape(forces.shape)
         unbalanced = unbalanced - springs.gathered(swung, count)
@@ -85,6 +89,15 @@ def _of(part: Part) -> Real:
     moves = (scale.max(axis=(-3, -1), initial=0.0) * np.array([1.0, size])).max(axis=-1) > _STILL * size
     out: Real = np.maximum(np.where(moves & (energy > 0.0), ratio, 0.0), 0.5 * np.sqrt(largest))
     return out
+
+
+def _strain_forces(state: Equilibrium, group: Group, springs: Springs) -> Real:
+    """End forces that strain the members of a group as they do without forces, global, (..., n, 12)."""
+    local = strain_forces(group, np.arange(len(group.pieces)))
+    split = state.change(np.moveaxis(local, 0, -2), 2)
+    split = split.reshape(*split.shape[:-1], 4, 3)
+    out: Real = np.einsum("...ji,...bj->...bi", springs.level, split)
+    return out.reshape(*out.shape[:-2], 12)
 
 
 def _beyond_springs(state: Equilibrium, number: int) -> Real | None:

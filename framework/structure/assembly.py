@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape, aligned, block_diagonal, turned
 from ..batched.condensation import Condensation
 from ..batched.stage import Forces, Matrix
-from .member_loads import applied_forces, equivalent, weight_forces
+from .member_loads import applied_forces, equivalent, strain_forces, weight_forces
 from .parts import Grid, Knowns, Value, add, combine, is_zero
 from .topology import Group, Index, Topology
 from .varying import Varying
@@ -156,8 +156,10 @@ def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
     """Equivalent end forces of the loads on members: group, positions in it (n,), local stack (n, ..., 12)."""
     frame = topology.frame
     for group in topology.groups:
+        everywhere = np.arange(len(group.pieces))
+        if group.strained:
+            yield group, everywhere, strain_forces(group, everywhere)
         if frame.weight is not None:
-            everywhere = np.arange(len(group.pieces))
             yield group, everywhere, equivalent(group, everywhere, weight_forces(topology, group, everywhere))
         if frame.member_loads:
             loaded = [k for k, piece in enumerate(group.pieces) if topology.pieces[piece].member in frame.member_loads]

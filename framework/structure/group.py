@@ -170,6 +170,11 @@ class Group:
         """Whether something outside the frame holds its pieces between their ends, as a foundation does."""
         return isinstance(self.element, Examined) and self.resists
 
+    @property
+    def strained(self) -> bool:
+        """Whether its pieces strain without forces, as by heat."""
+        return self.element.free_strain(np.zeros(())) is not None
+
     def part(self, part: slice | Index) -> Group:
         """Some of the pieces as a stack of their own."""
         return replace(

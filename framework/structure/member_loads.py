@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..added_forms import FormLoad
 from ..batch import Array, aligned, turned
 from ..loads import LineLoad, MemberLoad
+from ..shape_rules import strain_rows
 from .topology import Group, Index, Topology
 
 PointForces = Iterator[tuple[Array, Array]]
@@ -66,11 +68,37 @@ def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
     return out
 
 
+def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
+    """End forces (n, ..., 12), local, that strain pieces as they do without forces; zero where they do not.
+
+    Parameters
+    ----------
+    group
+        Group of the pieces.
+    at
+        Positions of the pieces in the group (n,).
+    sizes
+        Whether the sizes of what is summed are wanted in place of the sum.
+    """
+    length = group.length[at]
+    out: Array = np.zeros((*length.shape, 12))
+    fractions, weights = group.element.integration_points
+    lead = (slice(None), *(None,) * (length.ndim + 1 - fractions.ndim))
+    held = group.element.held_forces(fractions[lead])
+    if held is not None:
+        rows = strain_rows(*group.element.shape_rows(length, fractions[lead]))
+        rows, held = (np.abs(rows), np.abs(held)) if sizes else (rows, held)
+        out = out + np.sum((weights[lead] * length)[..., None] * np.einsum("...ij,...i->...j", rows, held), axis=0)
+    return out
+
+
 def _local(load: MemberLoad, level: Array) -> MemberLoad:
     """The load with its components in the local axes `level` (..., 3, 3), given as rows."""
     if load.local:
         return load
     ndim = level.ndim - 2
+    if isinstance(load, FormLoad):
+        raise TypeError("a form acts in the member's own axes")
     if isinstance(load, LineLoad):
         start, end = (turned(level, aligned(side, ndim, 1)) for side in (load.start, load.end))
         return replace(load, start=start, end=end, local=True)

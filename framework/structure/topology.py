@@ -143,7 +143,7 @@ class Topology:
         frame = self.frame
         weight = [] if frame.weight is None else [frame.weight]
         given = [array for loads in frame.member_loads.values() for load in loads for array in load.forces] + weight
-        if not given:
+        if not given and not any(group.strained for group in self.groups):
             return ()
         shapes = {array.shape[:-1] for array in given} | {group.stiffness_shape for group in self.groups}
         shapes |= {group.body.shape[:-2] for group in self.groups if group.body is not None}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material, Rectangle
-from linkframe.framework import Frame
+from linkframe.framework import Frame, FrameError
 from numpy.testing import assert_allclose
 
 BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3, density=7850.0), segments=4)
@@ -129,3 +129,14 @@ def test_frequencies_of_a_large_frame_that_floats() -> None:
     assert_allclose(found[7::2], found[6::2], rtol=1e-8)
     roots = np.array([4.730040744862704, 7.853204624095838])
     assert_allclose(found[6::2], roots**2 / (8.0 * np.pi) * np.sqrt(200e9 * 0.01**2 / 16.0 / 7850.0), rtol=1e-4)
+
+
+def test_buckling_of_a_mechanism_in_segments_is_refused() -> None:
+    """A free beam whose load accelerates it, with nodes within."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("AB", Beam(Circle(diameter=0.02), Material(E=2e11, nu=0.3), segments=3), "A", "B")
+    frame.load("B", fy=1.0)
+    with pytest.raises(FrameError, match="buckling: the frame is a mechanism"):
+        frame.buckling(1)

@@ -148,3 +148,55 @@ def test_a_screw_and_a_node_that_nothing_touches() -> None:
     assert_allclose(u, expected, rtol=1e-9, atol=1e-10 * np.abs(expected).max())
     assert set(by.mesh.boundaries) == {"A"}
     assert_array_equal(by.mesh.facets[0][by.mesh.boundaries["A"]], [1])
+
+
+def test_buckling_by_hand() -> None:
+    """The greatest of ``-Kg x = mu K x``, of a portal on a turned body with a joint, at an entry of a long batch."""
+    frame = portal()
+    frame.load("C", fx=np.zeros((2, 1)), fy=-np.array([[3e4], [5e4]]))
+    expected = frame.buckling(1).factors
+    for entry in ((0, 0), (1, 2)):
+        by = frame.matrices(entry)
+        stiffness, _, _, (_, back) = by.condensed()
+        taken = by.condensed(by.Kg)[1]
+        solver = skfem.solver_eigen_scipy_sym(k=1, which="LA", sigma=None)
+        mu, _ = skfem.solve(-taken, stiffness, np.zeros(len(by.f)), (np.arange(len(by.f)), back), solver=solver)
+        assert_allclose(1.0 / mu, expected[entry], rtol=1e-7)
+    assert abs(by.Kg - by.Kg.T).max() <= 1e-12 * abs(by.Kg).max()
+
+
+def test_geometric_stiffness_of_a_mechanism_is_refused() -> None:
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("AB", BAR, "A", "B")
+    frame.load("B", fy=1.0)
+    with pytest.raises(FrameError, match="the loads move the frame without resistance"):
+        frame.matrices().Kg  # noqa: B018
+
+
+def test_basis_is_public() -> None:
+    """Beams by name, all of one kind, and of several kinds, which are refused; a user's load by its form."""
+    frame = portal()
+    with pytest.raises(FrameError, match="basis: members on 'beam' are of 2 kinds, first in AB, DE"):
+        frame.basis()
+    with pytest.raises(FrameError, match="basis: on 'XY' is unknown"):
+        frame.basis("XY")
+    basis = frame.basis(["AB", "BC"], intorder=2)
+    alone = Frame()
+    for name in ("A", "B", "C"):
+        alone.node(name, frame.position(name))
+    alone.add("AB", BAR, "A", "B")
+    alone.add("BC", BAR, "B", "C")
+    by_form = stiffness.assemble(basis, rigidity=rigidity_of(BAR, basis))
+    K = alone.matrices().K
+    at = [*range(18), *range(30, 54)]
+    assert_allclose(by_form.toarray()[np.ix_(at, at)], K.toarray(), atol=1e-11 * np.abs(K).max())
+    warm = Frame()
+    warm.node("A", (0.0, 0.0, 0.0))
+    warm.node("B", (1.0, 0.0, 0.0))
+    batch = Beam(Rectangle(y=np.array([0.03, 0.04]), z=0.02), STEEL)
+    warm.add("AB", batch, "A", "B")
+    first = warm.basis("AB", intorder=2)
+    found = stiffness.assemble(first, rigidity=rigidity_of(first.elem.member, first))
+    assert_allclose(found.toarray(), warm.matrices(0).K.toarray(), atol=1e-9)

@@ -6,7 +6,7 @@ import numpy as np
 from skfem.mapping import Mapping
 from skfem.mesh import Mesh
 
-from ..framework.protocol import Array
+from ..batch import Array
 
 
 class ArcLengthMapping(Mapping):  # type: ignore[misc]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..framework.errors import FrameError
-from ..framework.protocol import Array
+from .batch import Array
+from .errors import FrameError
 
 PARALLEL = 1e-8
 

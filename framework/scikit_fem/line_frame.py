@@ -1,4 +1,4 @@
-"""Beams as a scikit-fem element: six components a node on a line mesh in space."""
+"""Members as a scikit-fem element: six components a node on a line mesh in space."""
 
 from __future__ import annotations
 
@@ -8,26 +8,28 @@ import numpy as np
 from skfem.element import DiscreteField, Element
 from skfem.refdom import RefLine
 
-from ..framework.protocol import Array
+from ..batch import Array
 from .arc_length import ArcLengthMapping, chosen
-from .shaped import ShapedBeam
+from .shaped import Shaped
 
 
 class ElementLineFrame(Element):  # type: ignore[misc]
-    """Beam with six degrees of freedom a node, global, on a line mesh with `ArcLengthMapping`.
+    """Member with six degrees of freedom a node, global, on a line mesh with `ArcLengthMapping`.
 
     Its field is the displacement in the local axes of the members, ``ux uy uz rx ry rz``, by the shape functions
-    of `beam`; ``u.grad`` is the derivative along the member. With it the matrices and loads of a frame
-    are ordinary scikit-fem forms, given in `forms`. State the order of integration: for a prismatic
+    of `member`; ``u.grad`` is the derivative along the member. With it the matrices and loads of a frame
+    are ordinary scikit-fem forms, given in `linkframe.elements.forms`. State the order of integration: for a prismatic
     beam 2 for stiffness, 4 for geometric stiffness, 6 for mass.
 
     Parameters
     ----------
-    beam : Beam
-        Gives the shape functions and the local axes.
+    member : LineElement
+        Beam, or another member, that gives the shape functions and the local axes.
     shape : tuple of int, optional
         Batch shape whose entries, in C order, are the elements of the mesh; by default (elements,).
-        Arrays in `beam` broadcast against it.
+        Arrays in `member` broadcast against it.
+    local : bool
+        Degrees of freedom in the members' own axes (True) instead of the global ones.
 
     Examples
     --------
@@ -48,13 +50,12 @@ class ElementLineFrame(Element):  # type: ignore[misc]
     doflocs = np.repeat([[0.0], [1.0]], 6, axis=0)
     refdom = RefLine
 
-    def __init__(self, beam: ShapedBeam, shape: tuple[int, ...] | None = None) -> None:
-        self.beam = beam
-        self.shape = shape
+    def __init__(self, member: Shaped, shape: tuple[int, ...] | None = None, *, local: bool = False) -> None:
+        self.member, self.shape, self.local = member, shape, local
         self._known: tuple[Any, Any, Any, Array, Array] | None = None
 
     def gbasis(self, mapping: ArcLengthMapping, X: Array, i: int, tind: Array | None = None) -> tuple[DiscreteField]:
-        """Field (6, elements, points) of one global degree of freedom of each element, and its derivative.
+        """Field (6, elements, points) of one degree of freedom of each element, and its derivative.
 
         Parameters
         ----------
@@ -78,14 +79,16 @@ class ElementLineFrame(Element):  # type: ignore[misc]
             shape = length.shape if self.shape is None else self.shape
             # points shared by all elements stay one column, whose sections are then evaluated once
             fraction = X[0].T.reshape(-1, *(shape if X.ndim == 3 else (1,) * len(shape)))
-            turn = np.zeros((len(length), 12, 12))
-            for k in range(0, 12, 3):
-                turn[:, k : k + 3, k : k + 3] = self.beam.axes(chord.reshape(*shape, 3)).reshape(-1, 3, 3)
-            values, slopes = (
-                np.ascontiguousarray(
-                    np.moveaxis(rows.reshape(len(fraction), -1, 6, 12) @ turn, (3, 2), (0, 1)).swapaxes(2, 3)
-                )
-                for rows in self.beam.shape_rows(length.reshape(shape), fraction)
+            each = (len(fraction), *shape, 6, 12)
+            local = (
+                np.broadcast_to(rows, each).reshape(len(fraction), -1, 6, 12)
+                for rows in self.member.shape_rows(length.reshape(shape), fraction)
             )
+            if not self.local:
+                turn = np.zeros((len(length), 12, 12))
+                for k in range(0, 12, 3):
+                    turn[:, k : k + 3, k : k + 3] = self.member.axes(chord.reshape(*shape, 3)).reshape(-1, 3, 3)
+                local = (rows @ turn for rows in local)
+            values, slopes = (np.ascontiguousarray(np.moveaxis(rows, (3, 2), (0, 1)).swapaxes(2, 3)) for rows in local)
             known = self._known = (mapping, X, tind, values, slopes)
         return known[3], known[4]
