@@ -18,7 +18,6 @@ from .material import Material
 from .orientation import axes_towards, default_axes
 from .parameters import Real, array_of, as_real, common_shape, require
 from .prismatic import bar_mass, plane_geometric, plane_mass
-from .quadrature import integrated_geometric, integrated_mass
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
@@ -330,6 +329,8 @@ class Beam(LineElement):
         """
         length = as_real(length)
         if self.end is not None or self.releases:
+            from .quadrature import integrated_mass  # scikit-fem takes long to load
+
             return integrated_mass(replace(self, up=None), length)
         inertia = self._inertia(0.0)
         matrix = np.zeros((*np.broadcast_shapes(np.shape(length), self.sections_shape), 12, 12))
@@ -358,6 +359,8 @@ class Beam(LineElement):
         """
         length, axial = as_real(length), as_real(axial)
         if self.end is not None or self.releases:
+            from .quadrature import integrated_geometric  # scikit-fem takes long to load
+
             return integrated_geometric(replace(self, up=None), length, axial)
         shape = np.broadcast_shapes(np.shape(length), np.shape(axial), self.sections_shape)
         matrix = np.zeros((*shape, 12, 12))

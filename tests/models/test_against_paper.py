@@ -9,16 +9,17 @@ from functools import cache
 import numpy as np
 import pytest
 from linkframe.models import FourBar
-from linkframe.models.four_bar import large_table, reactions
-from linkframe.models.four_bar.against_paper import points
 from linkframe.models.four_bar.clearance import clearance_map
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.readings import AVERAGED, offset_covariance, readings, run_std
-from linkframe.models.four_bar.report import report
-from linkframe.models.four_bar.result import Result, compute
-from linkframe.models.four_bar.table import as_csv, as_markdown, as_text, printed
 from linkframe.models.job.figures import ENVELOPE, draw_histograms, draw_trajectory
 from linkframe.models.job.tables import with_error
+from linkframe.models.paper import large_table, reactions
+from linkframe.models.paper.against_paper import points
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.printed import printed
+from linkframe.models.paper.readings import AVERAGED, offset_covariance, readings, run_std
+from linkframe.models.paper.report import report
+from linkframe.models.paper.result import Result, compute
+from linkframe.models.paper.table import as_csv, as_markdown, as_text
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 

@@ -10,7 +10,6 @@ import numpy as np
 from ....framework.batch import Array
 from ...job.tables import markdown, spent
 from ..statics.reactions import NONE
-from .remarks import remarks
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -57,8 +56,7 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
     paragraphs = [
         f"# {result.inputs.source.data.get('title', result.inputs.source.file.stem)}",
         *_summary(result),
-        *(f"**Note:** {note}" for note in remarks(result)),
-        *notes,
+        *(f"**Note:** {note}" for note in notes),
         "## The linkage",
         *_linkage(result),
         "## Table",

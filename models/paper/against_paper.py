@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..four_bar.clearance import clearance_map
+from ..four_bar.four_bar import FourBar
 from ..job.tables import markdown, readable
-from .clearance import clearance_map
-from .four_bar import FourBar
+from .formulas import equation_6, mean_direction
 from .inputs import Inputs
-from .paper import equation_6, mean_direction
+from .printed import ORIGIN, Printed, printed
 from .readings import readings
 from .result import SPECTRA, compute
-from .table import ORIGIN, Printed, printed
 
 if TYPE_CHECKING:
     from .result import Result

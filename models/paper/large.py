@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..four_bar.accuracy import Accuracy, accuracy
+from ..four_bar.study import Study, part_of
+from ..four_bar.tolerances import LOADS, per_joint, toleranced
 from ..job.parts import Parts
 from ..spread import Spread
-from .accuracy import Accuracy, accuracy
-from .study import Study, part_of
-from .tolerances import LOADS, per_joint, toleranced
 
 Array = NDArray[np.float64]
 

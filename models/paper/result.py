@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
 from ...framework.results.validity import LINEAR
+from ..four_bar.description import JOINTS, LINKS
+from ..four_bar.four_bar import FourBar, FourBarMotion
+from ..four_bar.kinetostatics import Kinetostatics, Link
+from ..four_bar.study import Study, monte_carlo
 from ..job.memory import check
 from ..job.parts import Parts
 from ..job.remarks import beyond_linear
 from ..job.stages import Advance
+from ..sampling import Distribution, Normal
 from ..spread import Spread
-from .description import JOINTS, LINKS
-from .four_bar import FourBar, FourBarMotion
 from .inputs import LENGTHS, Inputs
-from .kinetostatics import Kinetostatics, Link
 from .large import LargeSpread, large_parts, large_samples, taken
-from .study import Study, monte_carlo
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
-    from ..sampling import Distribution
 
 Array = NDArray[np.float64]
 
@@ -418,8 +418,6 @@ def four_bar(inputs: Inputs) -> FourBar:
 
 def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
     """Normal distributions (12) of what is uncertain; what has no deviation is left out."""
-    from scipy import stats
-
     each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
     spread = {name: (getattr(inputs, name), inputs.length_sd) for name in (*LINKS, "ground")}
     spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
@@ -429,4 +427,4 @@ def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
         angle = float(np.radians(inputs.contact)), float(np.radians(inputs.contact_sd))
         spread |= {f"contact{joint}": angle for joint in each}
     spread["fy"] = inputs.load, inputs.load_sd
-    return {name: stats.norm(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
+    return {name: Normal(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
