@@ -209,7 +209,9 @@ class Result:
 
     def steps(self, *, large: bool) -> Iterator[tuple[str, int]]:
         """Compute all that depends on samples, and tell after each part what it was, and how much of `work`."""
-        linear = ["rigid", "compliance", "clearance", "clearance_exact", "error_bound"]
+        linear = ["rigid", "compliance", "clearance", "clearance_exact"]
+        if large:
+            linear.append("error_bound")
         ways = {LINEAR_WAY: self.study.parts.steps(linear)}
         if large:
             ways[LARGE_WAY] = self.large_parts[0].steps(["rigid", "large", "large_passes"])
@@ -338,7 +340,7 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
     advance
         Told what is done, of `work(inputs)`, and how many more poses times samples of it.
     large
-        Whether large displacement is computed now, or when it is read.
+        Whether large displacement, error bounds and condition numbers are computed now, or when they are read.
 
     Returns
     -------
@@ -374,9 +376,9 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
         for way, more in result.steps(large=large):
             if advance is not None:
                 advance(way, more)
-        _ = result.pose, result.std, result.kappa, result.kappa_scaled, result.compliance
+        _ = result.pose, result.std, result.compliance
         if large:
-            _ = result.large.std
+            _ = result.kappa, result.kappa_scaled, result.large.std
     return result
 
 
