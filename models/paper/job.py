@@ -6,11 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..job import large_table
 from ..job.figures import draw_histograms, draw_trajectory
 from ..job.run import Job
 from ..job.stages import Advance
-from . import large_table, reactions
+from . import reactions
 from .drawing import draw_linkage
+from .passages import passages
 from .remarks import remarks
 from .report import report
 from .result import Result, compute, work
@@ -126,4 +128,4 @@ class FourBarJob(Job):
             paragraphs.append(
                 f"Where linear mechanics does not hold, beside the samples at large displacement:\n{table}"
             )
-        return "\n\n".join([*paragraphs, *large_table.passages(result), reactions.summary(result)])
+        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result)])

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...framework.errors import MechanismWarning
 from ..four_bar.accuracy import accuracy
+from ..job.large_table import told
 from ..job.remarks import beyond_size, without_result
-from .large_table import told
 from .result import four_bar
 
 if TYPE_CHECKING:

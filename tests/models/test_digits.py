@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from linkframe.models.paper.digits import as_markdown, certain_digits
+from linkframe.models.job.digits import as_markdown, certain_digits
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.result import Result, compute
 from linkframe.models.paper.table import as_text

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from linkframe.models import FourBar
 from linkframe.models.four_bar.accuracy import Accuracy, accuracy
+from linkframe.models.job.large_table import as_markdown, as_text
 from linkframe.models.paper.inputs import Inputs
-from linkframe.models.paper.large_table import as_markdown, as_text
 from linkframe.models.paper.remarks import remarks
 from linkframe.models.paper.result import Result, compute
 from linkframe.models.paper.table import as_csv

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models.command_line import main
-from linkframe.models.job import memory, output, parts, stages
+from linkframe.models.job import memory, outcome, output, parts, stages
 from linkframe.models.job.stages import Progress, Stages
 from linkframe.models.linkage.job import result as linkage
 from linkframe.models.linkage.job.inputs import read_inputs
-from linkframe.models.paper import against_paper, large
+from linkframe.models.paper import against_paper
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.remarks import remarks
 from linkframe.models.paper.result import BYTES, LARGE_WAY, LINEAR_WAY, Result, compute, work
@@ -53,7 +53,7 @@ def test_large_displacement_of_the_first_samples(monkeypatch: pytest.MonkeyPatch
     """Where there are very many: they are those of a run of fewer, and linear spreads are set beside them alike."""
     inputs = Inputs(poses=(30.0, 60.0, 30.0), samples=23)
     few = compute(inputs.but(samples=7))
-    monkeypatch.setattr(large, "MOST", 7)
+    monkeypatch.setattr(outcome, "MOST", 7)
     many = compute(inputs)
     assert many.samples.shape == (2, 23, 3)
     np.testing.assert_allclose(many.large.samples, few.large.samples, rtol=1e-9)
