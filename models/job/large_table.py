@@ -45,12 +45,11 @@ def rows(outcome: Outcome) -> Iterator[tuple[str, list[float], list[float], str]
 
     Those are the poses that can be assembled and at which linear mechanics does not hold.
     """
-    large = outcome.large
-    numbers = (outcome.mean, outcome.std, outcome.rigid + large.mean, large.std)
+    large, shown, step = outcome.large, list(outcome.axes), 1 if outcome.count > 1 else 2
+    numbers = (outcome.mean, outcome.std, outcome.rigid + large.mean, large.std)[::step]
     errors = (outcome.standard_error, outcome.std_standard_error, large.standard_error, large.std_standard_error)
-    shown = list(outcome.axes)
     needed = np.flatnonzero(outcome.assembled & (outcome.marked_status != "regular"))
-    values, doubts = (np.hstack([each[needed][:, shown] for each in columns]) for columns in (numbers, errors))
+    values, doubts = (np.hstack([each[needed][:, shown] for each in columns]) for columns in (numbers, errors[::step]))
     for row, pose in enumerate(needed):
         yield outcome.drives[pose], values[row].tolist(), doubts[row].tolist(), str(outcome.marked_status[pose])
 
@@ -68,15 +67,14 @@ def as_markdown(outcome: Outcome) -> str:
 
 
 def _heading(outcome: Outcome) -> list[str]:
-    names = (
-        f"{name}_{'xyz'[axis]} {way}" for way in ("linear", "large") for name in ("μ", "σ") for axis in outcome.axes
-    )
+    kinds = ("μ_", "σ_") if outcome.count > 1 else ("",)
+    names = (f"{name}{'xyz'[axis]} {way}" for way in ("linear", "large") for name in kinds for axis in outcome.axes)
     return [outcome.heading, *names, "status"]
 
 
 def _cells(outcome: Outcome) -> list[list[str]]:
     width = len(outcome.axes)
-    forms = (*["z.6f"] * width, *[".2e"] * width) * 2
+    forms = (*["z.6f"] * width, *[".2e"] * width * (outcome.count > 1)) * 2
     return [
         [drive, *(with_error(*each) for each in zip(values, doubts, forms, strict=True)), status]
         for drive, values, doubts, status in rows(outcome)

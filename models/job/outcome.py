@@ -101,6 +101,11 @@ class Outcome(ABC):
 
     @property
     @abstractmethod
+    def compliance(self) -> Array:
+        """Nominal displacement by the load, without clearance."""
+
+    @property
+    @abstractmethod
     def samples(self) -> Array:
         """Displacement from there, (poses, samples, 3)."""
 

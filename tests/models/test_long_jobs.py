@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models.command_line import main
-from linkframe.models.job import memory, outcome, output, parts, stages
+from linkframe.models.job import choices, memory, outcome, output, parts, stages
 from linkframe.models.job.stages import Progress, Stages
 from linkframe.models.linkage.job import result as linkage
 from linkframe.models.linkage.job.inputs import read_inputs
@@ -91,7 +91,7 @@ def test_the_report_compares_few_samples(monkeypatch: pytest.MonkeyPatch) -> Non
         return compute(inputs, large=large)
 
     monkeypatch.setattr(against_paper, "compute", counted)
-    monkeypatch.setattr(against_paper, "COMPARED", 10)
+    monkeypatch.setattr(choices, "COMPARED", 10)
     text = "".join(against_paper.points(result))
     assert asked == [(10, False)] * 6
     assert "with the same seed, of the first 10 samples" in text

@@ -29,6 +29,8 @@ joints.B.contact); without one the journal lies where equilibrium under the load
   sampler = "random"                  or "sobol", "lhs"
   nan_policy = "omit"                 samples without a result do not count; or "propagate": they leave their pose
                                       without statistics; "raise": they end the run
+  also = ["condition", "digits"]      further tables: condition numbers; certain digits; "large", large displacement
+                                      of all samples, each of which takes as long as hundreds by linear mechanics
 
   [run.drives.A]                      one table for each driven joint; [run.drives.A.uz] where several coordinates are
   start = 0.0
@@ -43,6 +45,9 @@ joints.B.contact); without one the journal lies where equilibrium under the load
   law = "norm"                        a distribution of scipy.stats, and its numbers
   loc = 1e-3                          about the number that the file has
   scale = 5e-5
+
+  [choices."the other side in the plane"]   any name: numbers of this file set otherwise, in a line of its own
+  "sections.flat.y" = 0.00635
 
   [tolerances.springs]
   of = ["joints.B.stiffness"]         all finite numbers of a list but 0, or one: joints.B.stiffness.ux, points.B.y

@@ -10,6 +10,7 @@ import numpy as np
 from ....framework.batch import Array
 from ...job.tables import markdown, spent
 from ..statics.reactions import NONE
+from .further import CONDITION, sections
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
         "## Table",
         TABLE.format(point=result.inputs.points[0]),
         as_markdown(result),
+        *([CONDITION] if "condition" in result.inputs.also else []),
+        *sections(result),
         "## Figures",
         *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
         "## In ParaView",
