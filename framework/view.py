@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 Colour = Literal["von_mises", "displacement"]
 
+SIZE = (1600, 1000)
 TITLES = {"von_mises": "von Mises stress", "displacement": "displacement"}
 INK = "#262a33"
 # How each thing looks; members take the colour of their values.
@@ -44,7 +45,7 @@ def picture(
     entry: Entry | None = None,
     scale: float | None = None,
     colour: Colour = "von_mises",
-    size: tuple[int, int] = (1600, 1000),
+    size: tuple[int, int] = SIZE,
 ) -> None:
     """Draw the deformed structure over the undeformed one.
 
@@ -75,10 +76,28 @@ def picture(
     """
     path = _checked(path, (".png", ".jpg"), scale, colour, size)
     shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour)
-    with whole_or_nothing(path.parent) as stage, quiet():
+    with whole_or_nothing(path.parent) as stage:
+        rendered(shown, stage / path.name, size, colour)
+
+
+def rendered(shown: Drawing, path: Path, size: tuple[int, int] = SIZE, colour: Colour = "von_mises") -> None:
+    """Render a drawing at its first pose; without OpenGL this ends the process, see `picture`.
+
+    Parameters
+    ----------
+    shown
+        The drawing.
+    path
+        Image to write, ``.png`` or ``.jpg``.
+    size
+        Width and height in pixels.
+    colour
+        What colours the members.
+    """
+    with quiet():
         plotter, _ = _plotted(shown, size, colour)
         with closing(plotter):
-            plotter.screenshot(stage / path.name)
+            plotter.screenshot(path)
 
 
 def movie(

@@ -11,9 +11,9 @@ from importlib.metadata import version
 from io import TextIOWrapper
 
 from ..framework.errors import FrameError
-from .four_bar import command as four_bar
 from .job.signals import Signals
 from .linkage.job import command as linkage
+from .paper import command as four_bar
 
 
 def parser() -> ArgumentParser:

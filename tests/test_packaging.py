@@ -40,7 +40,7 @@ def test_types_are_announced_to_type_checkers(package: str) -> None:
 
 
 def test_printed_table_is_installed() -> None:
-    assert files("linkframe.models.four_bar").joinpath("data/table1.csv").is_file()
+    assert files("linkframe.models.paper").joinpath("data/table1.csv").is_file()
 
 
 def test_one_version_everywhere() -> None:

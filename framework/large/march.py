@@ -50,7 +50,8 @@ class March:
         self.pressing = Pressing(self.search)
         self.count = int(np.prod(model.frame.shape, dtype=np.int64))
         pieces = sum(len(stack.ends) for stack in model.stacks)
-        self.chunk = max(1, _CACHE // max(1, 144 * pieces))
+        each = 144 if self.newton.flat is None else 36  # a member's stiffness in space, in the plane
+        self.chunk = max(1, _CACHE // max(1, each * pieces))
 
     def run(self) -> tuple[Found, History]:
         """Final equilibria and what happened on the way."""

@@ -7,13 +7,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from typing import Any
 
-PROBE = """
-import pyvista
-plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
-plotter.add_mesh(pyvista.Sphere())
-raise SystemExit(int(plotter.screenshot(None, return_img=True).std() == 0))
-"""
+PROBE = f"from {__name__} import renders; raise SystemExit(not renders())"
 
 REMEDY = (
     "3-D pictures need OpenGL, which this machine lacks; on Debian or Ubuntu install it with "
@@ -23,6 +19,16 @@ REMEDY = (
 
 class RenderingError(RuntimeError):
     """A picture cannot be made here; the message says what to install."""
+
+
+def renders() -> bool:
+    """Whether something small can be rendered off screen in this process; without OpenGL that ends it."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=[64, 64])
+    plotter.add_mesh(pyvista.Sphere())
+    image: Any = plotter.screenshot(None, return_img=True)
+    return bool(image.std() > 0.0)
 
 
 @cache

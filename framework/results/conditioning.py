@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
+from scipy.sparse.csgraph import connected_components
 
 from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
@@ -21,19 +22,23 @@ def usual(plan: Plan) -> Array:
     """2-norm condition number of K as structural programs assemble it, (...).
 
     Every node has its six global displacements, joints are 12 x 12 springs between duplicate nodes, held components
-    are struck out.
+    are struck out. The nodes of a joint that is ideal in all directions, such as a drive that holds, are one.
 
     Raises
     ------
     FrameError
-        Where a joint is ideal or a tie would need a penalty.
+        Where a joint is ideal in some directions only, or a tie would need a penalty.
     """
     frame, number = plan.frame, plan.topology.number
     if frame.ties:
         raise FrameError("condition_number: rigid links and ties have no usual assembly: use scaled_condition_number()")
-    stacks = [*_members(plan), *(_joint(plan, name) for name in frame.joints)]
-    held = {6 * number[node] + k for node, parts in frame.supports.items() for k in parts}
-    free = [k for k in range(6 * len(number)) if k not in held]
+    rigid = [joint for joint in frame.joints.values() if np.isinf(joint.element.stiffness).all()]
+    same = _same(len(number), [(number[joint.first], number[joint.second]) for joint in rigid])
+    apart = [name for name, joint in frame.joints.items() if joint not in rigid]
+    each = [*_members(plan), *(_joint(plan, name) for name in apart)]
+    stacks = [(6 * same[dofs // 6] + dofs % 6, stack) for dofs, stack in each]
+    held = {6 * same[number[node]] + k for node, parts in frame.supports.items() for k in parts}
+    free = [6 * node + k for node in np.unique(same) for k in range(6) if 6 * node + k not in held]
     if _sparse(plan):
         parts = [(dofs[:, ::6] // 6, stack.__getitem__) for dofs, stack in stacks]
         return _spread(plan, extremes(summed(parts, np.ones(len(number), dtype=bool))[free][:, free]))
@@ -47,6 +52,14 @@ def scaled(plan: Plan) -> Array:
         root = diags(1.0 / np.sqrt(matrix.diagonal()))
         return _spread(plan, extremes(csr_matrix(root @ matrix @ root)))
     return _ratio(plan, dense.scaled(dense.stiffness(plan))[0])
+
+
+def _same(count: int, pairs: list[tuple[int, int]]) -> Index:
+    """By node the one that stands for it, where pairs of nodes are the same."""
+    there = np.ones(len(pairs), dtype=bool)
+    graph = csr_matrix((there, tuple(np.array(pairs, dtype=np.int64).reshape(-1, 2).T)), (count, count))
+    labels = connected_components(graph, directed=False)[1]
+    return np.asarray(np.unique(labels, return_index=True)[1][labels])
 
 
 def _sparse(plan: Plan) -> bool:

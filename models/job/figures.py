@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..moments import Moments
+from ..sampling import Normal
 from .envelope import swept
 from .style import BLUE, GREY, INK, ORANGE, SKY, figure, styled
 
@@ -112,8 +113,6 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
     Figure
         One panel for each direction.
     """
-    from scipy import stats
-
     of, names = point
     drawn_on, panels = figure(3.8 * len(names), 3.2, ratios=(1.0,) * len(names))
     there = displacement[np.isfinite(displacement).all(axis=-1)]
@@ -125,7 +124,7 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
         mean, std = float(moments.mean), float(moments.std)
         axes.hist(values, bins="auto", density=True, color=SKY, ec="white", lw=0.8)
         grid = np.linspace(min(values.min(), mean - 3.5 * std), max(values.max(), mean + 3.5 * std), 400)
-        axes.plot(grid, stats.norm.pdf(grid, mean, std), color=BLUE, lw=1.6, label="normal fit")
+        axes.plot(grid, Normal(mean, std).pdf(grid), color=BLUE, lw=1.6, label="normal fit")
         ticks = values[:MOST_PATHS]
         axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
         axes.set_xlabel(_displacement(name, of), parse_math=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError, _ArgumentGroup
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,8 +10,11 @@ from pathlib import Path
 from ...framework.errors import FrameError
 from ...framework.paraview.files import whole_or_nothing
 
-# Files that each job writes in every run, and no other job does.
-SIGNS = {"four-bar": ("figure5.png", "table1.csv"), "run": ("mechanism.png", "table.csv")}
+# Files that each job writes in every run; no other job writes all of them.
+SIGNS = {"four-bar": ("table1.csv", "reactions.csv"), "run": ("table.csv", "reactions.csv")}
+
+# Which figures a job draws: none, those in the plane, or these and the picture in space.
+FIGURES = ("none", "2d", "all")
 
 
 @contextmanager
@@ -62,3 +65,22 @@ def folder(text: str) -> Path:
     if not text:
         raise ArgumentTypeError("is empty: give a folder; . is the one that you are in")
     return Path(text)
+
+
+def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, told: str = "") -> None:
+    """Add the options that say where results go, and which figures are drawn.
+
+    Parameters
+    ----------
+    parser
+        Where to add them.
+    out
+        Directory by default.
+    told
+        It in words, where `out` does not say it.
+    """
+    parser.add_argument("--out", type=folder, metavar="DIR", default=out, help=f"directory for the results{told}")
+    parser.add_argument(
+        "--figures", choices=FIGURES, default="all",
+        help="which are drawn: none, those in the plane, or these and the picture in space",
+    )  # fmt: skip

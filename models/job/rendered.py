@@ -1,22 +1,59 @@
-"""The picture in space, where the machine can make it."""
+"""The picture in space, where it is asked for and the machine can make it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ...framework.paraview.entries import Entry
+    from ...framework.pictures.apart import Artist
     from ...framework.solution import Solution
 
 
-def rendered(solution: Solution, path: Path, entry: Entry) -> list[str]:
-    """Draw a solved frame in space; what there is to tell where that cannot be done."""
-    from ...framework.pictures.rendering import RenderingError
-    from ...framework.view import picture
+class Picture:
+    """The picture in space of a job; made by `picture`.
 
-    try:
-        picture(solution, path, entry=entry)
-    except RenderingError as error:
-        return [f"Without the 3-D picture: {error}."]
-    return []
+    Parameters
+    ----------
+    artist
+        The process that makes it; None where it is not asked for.
+    """
+
+    def __init__(self, artist: Artist | None) -> None:
+        self._artist, self._begun = artist, False
+
+    def begin(self, solution: Solution, path: Path, entry: Entry) -> None:
+        """Begin to draw a solved frame."""
+        from ...framework.paraview.entries import one
+        from ...framework.pictures.drawing import drawing
+
+        if self._artist is not None:
+            self._begun = True
+            self._artist.draw(drawing(solution, one(solution.shape, entry, path.name), None, "von_mises"), path)
+
+    def wait(self) -> list[str]:
+        """Wait until it is drawn; what there is to tell where that cannot be done."""
+        from ...framework.pictures.rendering import RenderingError
+
+        if self._artist is None or not self._begun:
+            return []
+        try:
+            self._artist.wait()
+        except RenderingError as error:
+            return [f"Without the 3-D picture: {error}."]
+        return []
+
+
+@contextmanager
+def picture(wanted: bool) -> Iterator[Picture]:
+    """The picture in space; what makes it is made ready while the job computes what it shows."""
+    if not wanted:
+        yield Picture(None)
+        return
+    from ...framework.pictures.apart import Artist
+
+    with Artist() as artist:
+        yield Picture(artist)

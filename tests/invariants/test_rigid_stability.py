@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.elements import Beam, Circle, Joint, Material, PointMass, Section
 from linkframe.framework import Frame
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import compute
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.result import compute
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation

@@ -10,14 +10,14 @@ import pytest
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import FourBar, Linkage, accuracy, monte_carlo, read_linkage, write_linkage
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import Result as FourBarResult
-from linkframe.models.four_bar.result import compute as compute_four_bar
-from linkframe.models.four_bar.result import distributions, four_bar
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.report import report
 from linkframe.models.linkage.job.result import Result, compute
 from linkframe.models.linkage.job.table import as_text
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.result import Result as FourBarResult
+from linkframe.models.paper.result import compute as compute_four_bar
+from linkframe.models.paper.result import distributions, four_bar
 from numpy.testing import assert_allclose, assert_array_equal
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "four_bar.toml"

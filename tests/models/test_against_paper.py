@@ -9,16 +9,18 @@ from functools import cache
 import numpy as np
 import pytest
 from linkframe.models import FourBar
-from linkframe.models.four_bar import large_table, reactions
-from linkframe.models.four_bar.against_paper import points
 from linkframe.models.four_bar.clearance import clearance_map
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.readings import AVERAGED, offset_covariance, readings, run_std
-from linkframe.models.four_bar.report import report
-from linkframe.models.four_bar.result import Result, compute
-from linkframe.models.four_bar.table import as_csv, as_markdown, as_text, printed
 from linkframe.models.job.figures import ENVELOPE, draw_histograms, draw_trajectory
 from linkframe.models.job.tables import with_error
+from linkframe.models.paper import reactions
+from linkframe.models.paper.against_paper import points
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.passages import passages
+from linkframe.models.paper.printed import printed
+from linkframe.models.paper.readings import AVERAGED, offset_covariance, readings, run_std
+from linkframe.models.paper.report import report
+from linkframe.models.paper.result import Result, compute
+from linkframe.models.paper.table import as_csv, as_markdown, as_text
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
@@ -371,7 +373,7 @@ def test_samples_that_end_on_the_other_side_are_named() -> None:
     assert not passed[~result.singular][:, :].all(axis=1).any()
     assert not passed[result.singular].any()
     assert not passed[3:16].any()
-    told = [sentence for sentence in large_table.passages(result) if sentence.startswith("At 350°")]
+    told = [sentence for sentence in passages(result) if sentence.startswith("At 350°")]
     assert len(told) == 1
     assert "number 31 of samples.npz" in told[0]
     rest = np.delete(moved[:, :2], 31, axis=0).std(axis=0, ddof=1)

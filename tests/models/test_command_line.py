@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from linkframe.models.command_line import main, parser
-from linkframe.models.four_bar import job
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import compute
+from linkframe.models.paper import job
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.result import compute
 
 # What is told of a stage that takes longer than a second, and nothing else.
 PROGRESS = re.compile(
@@ -141,7 +141,8 @@ def test_interrupted_job_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
         raise KeyboardInterrupt
 
     monkeypatch.setattr(job, "report", interrupted)
-    assert main(["four-bar", "--poses", "30", "60", "10", "--samples", "5", "--out", str(tmp_path / "a" / "b")]) == 130
+    options = ["--poses", "30", "60", "10", "--samples", "5", "--figures", "none"]
+    assert main(["four-bar", *options, "--out", str(tmp_path / "a" / "b")]) == 130
     assert list(tmp_path.iterdir()) == []
 
 

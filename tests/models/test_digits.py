@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from linkframe.models.four_bar.digits import as_markdown, certain_digits
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import Result, compute
-from linkframe.models.four_bar.table import as_text
+from linkframe.models.job.digits import as_markdown, certain_digits
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.result import Result, compute
+from linkframe.models.paper.table import as_text
 
 pytestmark = pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWarning")
 

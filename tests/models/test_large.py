@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from linkframe.models import FourBar
 from linkframe.models.four_bar.accuracy import Accuracy, accuracy
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.large_table import as_markdown, as_text
-from linkframe.models.four_bar.remarks import remarks
-from linkframe.models.four_bar.result import Result, compute
-from linkframe.models.four_bar.table import as_csv
-from linkframe.models.four_bar.table import as_text as table_text
+from linkframe.models.job.large_table import as_markdown, as_text
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.remarks import remarks
+from linkframe.models.paper.result import Result, compute
+from linkframe.models.paper.table import as_csv
+from linkframe.models.paper.table import as_text as table_text
 from numpy.typing import NDArray
 
 

@@ -18,14 +18,14 @@ import pytest
 from linkframe.framework import FrameError
 from linkframe.framework.clock import tell, watched
 from linkframe.models.command_line import main
-from linkframe.models.four_bar import against_paper, job, large
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.remarks import remarks
-from linkframe.models.four_bar.result import BYTES, LARGE_WAY, LINEAR_WAY, Result, compute, work
-from linkframe.models.job import memory, output, parts, stages
+from linkframe.models.job import choices, memory, outcome, output, parts, stages
 from linkframe.models.job.stages import Progress, Stages
 from linkframe.models.linkage.job import result as linkage
 from linkframe.models.linkage.job.inputs import read_inputs
+from linkframe.models.paper import against_paper
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.remarks import remarks
+from linkframe.models.paper.result import BYTES, LARGE_WAY, LINEAR_WAY, Result, compute, work
 
 COMMAND = [sys.executable, "-c", "from linkframe.models.command_line import main; raise SystemExit(main())", "four-bar"]
 FILE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
@@ -54,7 +54,7 @@ def test_large_displacement_of_the_first_samples(monkeypatch: pytest.MonkeyPatch
     """Where there are very many: they are those of a run of fewer, and linear spreads are set beside them alike."""
     inputs = Inputs(poses=(30.0, 60.0, 30.0), samples=23)
     few = compute(inputs.but(samples=7))
-    monkeypatch.setattr(large, "MOST", 7)
+    monkeypatch.setattr(outcome, "MOST", 7)
     many = compute(inputs)
     assert many.samples.shape == (2, 23, 3)
     np.testing.assert_allclose(many.large.samples, few.large.samples, rtol=1e-9)
@@ -92,7 +92,7 @@ def test_the_report_compares_few_samples(monkeypatch: pytest.MonkeyPatch) -> Non
         return compute(inputs, large=large)
 
     monkeypatch.setattr(against_paper, "compute", counted)
-    monkeypatch.setattr(against_paper, "COMPARED", 10)
+    monkeypatch.setattr(choices, "COMPARED", 10)
     text = "".join(against_paper.points(result))
     assert asked == [(10, False)] * 6
     assert "with the same seed, of the first 10 samples" in text
@@ -218,12 +218,9 @@ def test_results_of_two_jobs_do_not_mix(job: str, other: str, tmp_path: Path) ->
     assert {path.name for path in tmp_path.iterdir()} == {mine[0], theirs[1]}
 
 
-def test_only_what_was_written_is_listed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(job, "rendered", lambda *_: [])
+def test_only_what_was_written_is_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "my notes.txt").write_text("mine", encoding="utf-8")
-    assert main(["four-bar", *FEW, "--out", str(tmp_path)]) == 0
+    assert main(["four-bar", *FEW, "--figures", "none", "--out", str(tmp_path)]) == 0
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("Written to"))
     assert "my notes" not in line
     names = line.split(": ")[1].split(", ")
@@ -240,11 +237,12 @@ def test_an_empty_folder_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_jobs_have_folders_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By default each file's results go apart."""
-    from linkframe.models.linkage.job import inputs, run
+    from linkframe.models.job import run
+    from linkframe.models.linkage.job import inputs
 
     found = []
     monkeypatch.setattr(inputs, "read_inputs", lambda file: file)
-    monkeypatch.setattr(run, "run", lambda _, out: found.append(out))
+    monkeypatch.setattr(run, "run", lambda _, out, figures: found.append(out))
     main(["run", "some/lift.toml"])
     main(["run", "some/lift.toml", "--out", "here"])
     assert found == [Path("results-lift"), Path("here")]
@@ -272,7 +270,7 @@ def test_a_signal_leaves_nothing(number: signal.Signals, code: int, tmp_path: Pa
 def test_a_closed_pipe_ends_quietly() -> None:
     read, write = os.pipe()
     os.close(read)
-    printing = "from linkframe.models.four_bar import job; job.run = lambda *_: print('x' * 100000); "
+    printing = "from linkframe.models.job import run; run.run = lambda *_: print('x' * 100000); "
     command = [sys.executable, "-c", printing + COMMAND[2], "four-bar"]
     ended = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, check=False)
     os.close(write)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from linkframe.framework.errors import FrameError
 from linkframe.models.command_line import main
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.remarks import beforehand, lost, remarks
-from linkframe.models.four_bar.result import compute
 from linkframe.models.job.remarks import beyond_size, named
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.remarks import beforehand, lost, remarks
+from linkframe.models.paper.result import compute
 
 FEW = {"poses": (80.0, 80.0, 1.0), "samples": 2}
 

@@ -8,10 +8,9 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from linkframe.framework import view
 from linkframe.models.command_line import main
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import compute
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.result import compute
 from numpy.testing import assert_allclose, assert_array_equal
 
 # The crank reaches 75.5 degrees: there coupler and rocker are in line, 0.35 long.
@@ -45,12 +44,9 @@ def test_poses_out_of_reach_are_marked_and_the_others_are_as_without_them() -> N
     assert 0 < len(turned) < len(result.path), "the path has gaps where it cannot go"
 
 
-def test_the_command_writes_all_that_there_is(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(view, "can_render", lambda: False)
+def test_the_command_writes_all_that_there_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sizes = [word for name, length in LENGTHS.items() for word in (f"--{name}", str(length))]
-    options = ["--samples", "3", "--poses", "60", "120", "30", "--out", str(tmp_path)]
+    options = ["--samples", "3", "--poses", "60", "120", "30", "--figures", "2d", "--out", str(tmp_path)]
     assert main(["four-bar", *sizes, *options]) == 0
     printed = capsys.readouterr().out
     assert "not assembled: gap 0.0405" in printed

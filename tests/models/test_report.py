@@ -11,16 +11,15 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from linkframe.framework import view
-from linkframe.framework.pictures import rendering
+from linkframe.framework.pictures import apart
 from linkframe.models.command_line import main
 from linkframe.models.four_bar import FourBar
-from linkframe.models.four_bar.figures import draw_linkage
-from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.paper import equation_6, mean_direction
-from linkframe.models.four_bar.result import compute
-from linkframe.models.four_bar.table import printed
 from linkframe.models.job.figures import draw_histograms, draw_trajectory
+from linkframe.models.paper.drawing import draw_linkage
+from linkframe.models.paper.formulas import equation_6, mean_direction
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.printed import printed
+from linkframe.models.paper.result import compute
 from numpy.testing import assert_allclose
 
 SINGULAR = "singular: coupler and rocker in line"
@@ -31,8 +30,7 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The default job on a machine that cannot render, and what it prints."""
     out = tmp_path_factory.mktemp("job") / "results"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rendering, "can_render", lambda: False)
-        patch.setattr(view, "can_render", lambda: False)
+        patch.setattr(apart, "PROGRAM", "raise SystemExit(1)")
         with redirect_stdout(StringIO()) as text:
             assert main(["four-bar", "--out", str(out)]) == 0
     return out, text.getvalue()
@@ -67,12 +65,13 @@ def test_the_report_names_the_arrays_that_are_in_the_files(job: tuple[Path, str]
     assert {"displacement", "solved"} <= named <= {*mesh.point_data, *mesh.cell_data}
 
 
-def test_a_second_run_replaces_the_first_and_leaves_the_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view, "can_render", lambda: False)
+def test_a_second_run_replaces_the_first_and_leaves_the_rest(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
     (tmp_path / "figure3d.png").write_text("old", encoding="utf-8")
-    for last, count in (("60", 4), ("40", 2)):
-        assert main(["four-bar", "--poses", "30", last, "10", "--samples", "5", "--out", str(tmp_path)]) == 0
+    for last, count, figures in (("60", 4, "2d"), ("40", 2, "none")):
+        options = ["--poses", "30", last, "10", "--samples", "5", "--figures", figures]
+        assert main(["four-bar", *options, "--out", str(tmp_path)]) == 0
+        assert (tmp_path / "figure6.png").exists() == (figures == "2d")
         assert len(list((tmp_path / "trajectory").glob("beams*.vtu"))) == count
     assert (tmp_path / "mine.txt").read_text(encoding="utf-8") == "mine"
     assert not (tmp_path / "figure3d.png").exists()
@@ -131,7 +130,7 @@ def test_other_linkages_are_not_laid_beside_the_printed_values(
 ) -> None:
     other = compute(Inputs(rocker=0.12, poses=(30.0, 90.0, 30.0), samples=10))
     assert not other.inputs.is_paper_linkage
-    from linkframe.models.four_bar.table import as_csv, as_text
+    from linkframe.models.paper.table import as_csv, as_text
 
     assert all(row["printed_mu_y"] == "" for row in csv.DictReader(as_csv(other).splitlines()))
     assert "│" not in as_text(other)

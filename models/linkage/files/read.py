@@ -26,7 +26,7 @@ SECTIONS: dict[str, type[CrossSection]] = {
 OWN = {"second": "universal", "pitch": "screw", "contact": "revolute"}
 TABLES = ("title", "points", "links", "joints", "springs", "loads", "gravity", "beams", "sections", "materials")
 # Tables of the job of `linkframe run`, which the linkage does not know.
-JOB = ("run", "tolerances")
+JOB = ("run", "tolerances", "choices")
 
 
 def read_linkage(path: str | Path) -> Linkage:
@@ -94,7 +94,7 @@ def read_linkage(path: str | Path) -> Linkage:
     Parameters
     ----------
     path
-        The file. Its tables ``run`` and ``tolerances`` belong to ``linkframe run``.
+        The file. Its tables ``run``, ``tolerances`` and ``choices`` belong to ``linkframe run``.
 
     Returns
     -------

@@ -58,14 +58,26 @@ class Source:
         by
             Where the tolerance stands that drew them, by where the number stands.
         """
+        twin = self.changed(samples)
+        twin.samples, twin.by = samples, by
+        return twin
+
+    def changed(self, values: Mapping[Path, float | Array]) -> Self:
+        """The file with other values in place of some of its numbers.
+
+        Parameters
+        ----------
+        values
+            By where the number stands.
+        """
         twin = copy.copy(self)
-        twin.data, twin.samples, twin.by = copy.deepcopy(self.data), samples, by
-        for place, values in samples.items():
+        twin.data = copy.deepcopy(self.data)
+        for place, value in values.items():
             *above, last = place
             here: Any = twin.data
             for key in above:
                 here = here[key]
-            here[last] = values
+            here[last] = value
         return twin
 
     def fail(self, path: Path, message: str) -> NoReturn:

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...job.output import folder
+from ...job.output import add_output
 
 if TYPE_CHECKING:
     from argparse import _SubParsersAction
@@ -29,6 +29,8 @@ joints.B.contact); without one the journal lies where equilibrium under the load
   sampler = "random"                  or "sobol", "lhs"
   nan_policy = "omit"                 samples without a result do not count; or "propagate": they leave their pose
                                       without statistics; "raise": they end the run
+  also = ["condition", "digits"]      further tables: condition numbers; certain digits; "large", large displacement
+                                      of all samples, each of which takes as long as hundreds by linear mechanics
 
   [run.drives.A]                      one table for each driven joint; [run.drives.A.uz] where several coordinates are
   start = 0.0
@@ -44,14 +46,18 @@ joints.B.contact); without one the journal lies where equilibrium under the load
   loc = 1e-3                          about the number that the file has
   scale = 5e-5
 
+  [choices."the other side in the plane"]   any name: numbers of this file set otherwise, in a line of its own
+  "sections.flat.y" = 0.00635
+
   [tolerances.springs]
   of = ["joints.B.stiffness"]         all finite numbers of a list but 0, or one: joints.B.stiffness.ux, points.B.y
   law = "norm"
   scale = "5 %"                       loc and scale in percent: deviation, as a share of each number"""
 
 WRITES = """\
-writes into DIR: table.csv, reactions.csv, mechanism.png, trajectory.png, reactions.png, histogram.png and samples.npz
-(with tolerances), figure3d.png (with beams, where rendering works), trajectory.pvd with its .vtu files, report.md"""
+writes into DIR: table.csv, reactions.csv, samples.npz (with tolerances), trajectory.pvd with its .vtu files, report.md;
+with --figures 2d mechanism.png, trajectory.png, reactions.png, histogram.png (with tolerances), and with --figures all
+figure3d.png as well (with beams, where rendering works)"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
@@ -64,15 +70,15 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="TOML file with the linkage")
-    parser.add_argument(
-        "--out", type=folder, metavar="DIR", help="directory for the results (default: results-NAME for NAME.toml)"
-    )
+    add_output(parser, None, " (default: results-NAME for NAME.toml)")
     parser.set_defaults(run=_start)
 
 
 def _start(options: Namespace) -> None:
     # Not before the options are known to be good: this imports all of the numerics.
+    from ...job.run import run
     from .inputs import read_inputs
-    from .run import run
+    from .run import LinkageJob
 
-    run(read_inputs(options.file), options.out or Path(f"results-{options.file.stem}"))
+    out = options.out or Path(f"results-{options.file.stem}")
+    run(LinkageJob(read_inputs(options.file)), out, options.figures)

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.errors import FrameError
 from ...moments import NAN_POLICIES
 from ...sampling import SAMPLERS, Distribution
 from ..files.read import linkage_of
 from ..files.source import Source, told
+from ..files.toml import Path as Place
 from ..linkage import Linkage
 from .effects import check_clearances, check_effects, check_single
+from .targets import numbers_at
 from .tolerances import Tolerance, tolerances, varied
 
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
-RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify")
+RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify", "also")
+# Further tables that a file may ask for.
+ALSO = ("condition", "digits", "large")
 MOST_POSES = 1_000_000
 GREATEST = float(np.finfo(np.float64).max)
 
@@ -48,6 +53,12 @@ class Drive:
         """From the unit to what the linkage takes."""
         return UNITS.get(self.unit, 1.0)
 
+    def at(self, pose: int) -> Drive:
+        """The drive at one of its poses; a single value holds for all."""
+        at = [np.atleast_1d(each) for each in (self.values, self.rate, self.acceleration)]
+        values, rate, acceleration = (each[[min(pose, len(each) - 1)]] for each in at)
+        return Drive(values, self.unit, rate, acceleration)
+
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
@@ -73,6 +84,10 @@ class Inputs:
         Value of the first drive at the pose that the figures show; None for one in the middle.
     magnify
         Factor on displacements in the figures; None for one that shows them.
+    also
+        Which of `ALSO` are wanted: condition numbers, certain digits, large displacement.
+    choices
+        Numbers of the file that are set otherwise, by where they stand, by the name of the choice.
     """
 
     source: Source
@@ -88,6 +103,19 @@ class Inputs:
     nan_policy: str = "omit"
     pose: float | None = None
     magnify: float | None = None
+    also: tuple[str, ...] = ()
+    choices: Mapping[str, Mapping[Place, float]] = field(default_factory=dict)
+
+    def chosen(self, pose: int, most: int) -> Iterator[tuple[str, Inputs]]:
+        """The inputs at one pose with at most so many samples, as they are and with each choice."""
+        for name, numbers in {"this run": {}, **self.choices}.items():
+            try:
+                inputs = inputs_of(self.source.changed(numbers))
+            except FrameError as error:
+                self.source.fail(("choices", name), f"is refused: {error}")
+            drives = {key: drive.at(pose) for key, drive in inputs.drives.items()}
+            samples = min(self.samples, most)
+            yield name, replace(inputs, drives=drives, pose=None, samples=samples, choices={}, also=())
 
     @property
     def first(self) -> Drive:
@@ -131,7 +159,11 @@ def read_inputs(path: Path) -> Inputs:
     FrameError
         With line and key of what is wrong.
     """
-    source = Source(path)
+    return inputs_of(Source(path))
+
+
+def inputs_of(source: Source) -> Inputs:
+    """What a file says, checked; see `read_inputs`."""
     linkage = linkage_of(source)
     if not isinstance(source.data.get("run", {}), dict):
         source.fail(("run",), "is not a table: give [run]")
@@ -167,6 +199,12 @@ def read_inputs(path: Path) -> Inputs:
     for key, among in (("branch", ("keep", "switch")), ("sampler", SAMPLERS), ("nan_policy", NAN_POLICIES)):
         if key in run:
             given[key] = source.text_at(("run", key), among)
+    if "also" in run:
+        given["also"] = tuple(source.texts(("run", "also")))
+        for index, each in enumerate(given["also"]):
+            if each not in ALSO:
+                source.fail(("run", "also", index), f"there is no further table {each!r}: choose of {', '.join(ALSO)}")
+    given["choices"] = _choices(source)
     laws = tolerances(source)
     check_effects(source, linkage, laws)
     check_clearances(source, linkage)
@@ -236,6 +274,21 @@ def _number(source: Source, path: tuple[str | int, ...], kind: type, wanted: str
     if not good or (path[-1] == "magnify" and value <= 0.0) or (path[-1] == "tolerance" and value < 0.0):
         source.fail(path, f"is {told(value)}: give {wanted}")
     return kind(value)  # type: ignore[no-any-return]
+
+
+def _choices(source: Source) -> dict[str, dict[Place, float]]:
+    """Numbers that the choices of a file set otherwise, by choice and where they stand."""
+    found: dict[str, dict[Place, float]] = {}
+    for name in source.names(("choices",)):
+        table = source.get(("choices", name))
+        if not isinstance(table, dict) or not table:
+            source.fail(("choices", name), 'give a table of numbers, such as "sections.flat.y" = 0.00635')
+        found[name] = {}
+        for key in table:
+            value = source.number(("choices", name, key))
+            numbers = numbers_at(source, ("choices", name, key), key, relative=False)[1]
+            found[name] |= dict.fromkeys(numbers, value)
+    return found
 
 
 def _loaded(linkage: Linkage) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 from ....framework.batch import Array
 from ...job.tables import markdown, spent
 from ..statics.reactions import NONE
-from .remarks import remarks
+from .further import CONDITION, sections
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -57,13 +57,14 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
     paragraphs = [
         f"# {result.inputs.source.data.get('title', result.inputs.source.file.stem)}",
         *_summary(result),
-        *(f"**Note:** {note}" for note in remarks(result)),
-        *notes,
+        *(f"**Note:** {note}" for note in notes),
         "## The linkage",
         *_linkage(result),
         "## Table",
         TABLE.format(point=result.inputs.points[0]),
         as_markdown(result),
+        *([CONDITION] if "condition" in result.inputs.also else []),
+        *sections(result),
         "## Figures",
         *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
         "## In ParaView",

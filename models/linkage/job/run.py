@@ -1,96 +1,103 @@
-"""The job of ``linkframe run``: check, compute, and then write everything or nothing."""
+"""The job of ``linkframe run``: its files and what a terminal shows of them."""
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ....framework.errors import MechanismWarning
-from ...job.output import results, written
-from ...job.rendered import rendered
-from ...job.stages import Stages
-from .figures import captions, draw
+from ...job.run import Job
+from ...job.stages import Advance
+from .figures import CAPTIONS, captions, draw
 from .inputs import Inputs
 from .remarks import remarks
 from .report import report
-from .result import compute, work
+from .result import Result, compute, work
 from .table import as_csv, as_text, reactions_csv
 
 if TYPE_CHECKING:
-    from .result import Result
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
-# What an earlier run may have left: of more poses, with tolerances, or where rendering works.
-EARLIER = ("figure3d.png", "histogram.png", "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
+    from ....framework.solution import Solution
+
+DRAWN = "In brackets: one standard error of sampling, in units of the last digit; all poses share the same draws."
 
 
-def run(inputs: Inputs, out: Path) -> None:
-    """Run the job and print its table.
+class LinkageJob(Job):
+    """The accuracy of the linkage in a file.
 
     Parameters
     ----------
     inputs
         What to compute.
-    out
-        Directory for the results; made if it does not exist. Files of an earlier run are replaced, others stay.
-
-    Raises
-    ------
-    FrameError
-        If no pose can be assembled, something cannot be solved, the samples do not fit the memory, or `out` cannot be
-        written or holds the results of another job; then nothing is written.
     """
-    stages = Stages(7 if inputs.tolerances else 6)
-    with results(out, "run", EARLIER) as stage, warnings.catch_warnings():
-        # Singular poses are part of the answer: their status says so.
-        warnings.simplefilter("ignore", MechanismWarning)
-        with stages("solution", work(inputs)) as advance:
-            result = compute(inputs, advance)
-        if inputs.tolerances:
-            with stages("samples"):
-                _save_samples(result, stage / "samples.npz")
-        with stages("tables"):
-            (stage / "table.csv").write_text(as_csv(result), encoding="utf-8")
-            (stage / "reactions.csv").write_text(reactions_csv(result), encoding="utf-8")
-        with stages("figures"):
-            for name, figure in draw(result).items():
-                figure.savefig(stage / name)
-        with stages("ParaView files"):
-            _save(result, stage / "trajectory.pvd")
-        with stages("3-D picture"):
-            notes = rendered(result.solution, stage / "figure3d.png", result.pose) if result.has_beams else []
-        with stages("report"):
-            pictures = {name: text for name, text in captions(result).items() if (stage / name).exists()}
-            text = report(result, pictures, notes, stages.seconds)
-            (stage / "report.md").write_text(text, encoding="utf-8")
-        stages.close()
-        files = written(stage)
-    _tell(result, out, files, notes, stages)
 
+    name = "run"
+    optional = (*CAPTIONS, "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
+    result: Result
 
-def _save_samples(result: Result, path: Path) -> None:
-    found = result.propagation
-    assert found is not None
-    arrays: dict[str, Any] = {"drive": result.drive, "displacement": found.samples}
-    np.savez_compressed(path, **arrays)
+    def __init__(self, inputs: Inputs) -> None:
+        self.inputs = inputs
 
+    @property
+    def has_beams(self) -> bool:
+        """Whether there is a beam to show in space."""
+        return any(link.beams for link in self.inputs.linkage.links.values())
 
-def _save(result: Result, path: Path) -> None:
-    times = result.drive if result.increasing else None
-    if result.has_beams:
-        result.solution.save(path, times=times, axis=0)
-    else:
-        result.motion.save(path, times=times)
+    @property
+    def work(self) -> Mapping[str, int]:
+        """Poses times samples to be computed."""
+        return work(self.inputs)
 
+    def compute(self, advance: Advance) -> None:
+        """Compute the accuracy."""
+        self.result = compute(self.inputs, advance)
 
-def _tell(result: Result, out: Path, files: list[str], notes: list[str], stages: Stages) -> None:
-    print(as_text(result))
-    if result.inputs.tolerances:
-        print(
-            "\nIn brackets: one standard error of sampling, in units of the last digit; all poses share the same draws."
-        )
-    for note in [*remarks(result), *notes]:
-        print(f"\n{note}")
-    print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")
+    @property
+    def solution(self) -> Solution:
+        """The loaded frame at all poses."""
+        return self.result.solution
+
+    @property
+    def entry(self) -> int:
+        """Which of its poses is shown."""
+        return self.result.pose
+
+    def tables(self) -> Mapping[str, str]:
+        """The table and the reactions."""
+        return {"table.csv": as_csv(self.result), "reactions.csv": reactions_csv(self.result)}
+
+    def samples(self) -> Mapping[str, NDArray[Any]]:
+        """Samples of the displacement; nothing without tolerances."""
+        found = self.result.propagation
+        return {} if found is None else {"drive": self.result.drive, "displacement": found.samples}
+
+    def figures(self) -> Iterator[tuple[str, Figure]]:
+        """The linkage, the path of its first point, histograms where there are tolerances, the reactions."""
+        yield from draw(self.result).items()
+
+    def captions(self) -> Mapping[str, str]:
+        """Captions by file."""
+        return captions(self.result)
+
+    def save(self, path: Path) -> None:
+        """Write the ParaView files, of the motion alone where no link has a beam."""
+        result = self.result
+        times = result.drive if result.increasing else None
+        if self.has_beams:
+            self.solution.save(path, times=times, axis=0)
+        else:
+            result.motion.save(path, times=times)
+
+    def remarks(self) -> list[str]:
+        """What the reader of the numbers should know."""
+        return remarks(self.result)
+
+    def report(self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
+        """The report in Markdown."""
+        return report(self.result, pictures, notes, seconds)
+
+    def summary(self) -> str:
+        """The table, and what its brackets hold."""
+        return "\n\n".join([as_text(self.result), *([DRAWN] if self.inputs.tolerances else [])])

@@ -10,6 +10,7 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ...job.tables import aligned, markdown, separated, with_error
+from .further import columns as further
 
 if TYPE_CHECKING:
     from .result import Result
@@ -20,6 +21,9 @@ AXES = "xyz"
 def as_csv(result: Result) -> str:
     """All points and all components at full precision."""
     names, columns = _columns(result)
+    for name, values in further(result).items():
+        names.append(name)
+        columns.append(values)
     numbers = np.column_stack(columns).tolist()
     rows = ([*row, status] for row, status in zip(numbers, result.told_status.tolist(), strict=True))
     return separated([*names, "status"], rows)

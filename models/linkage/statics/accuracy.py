@@ -71,6 +71,22 @@ class PointAccuracy:
         """Compliance and clearance together, (..., 6)."""
         return self._open.displacement(self.point)
 
+    @cached_property
+    def large(self) -> Array:
+        """Displacement and rotation by load and clearance at large displacement, (..., 6), also at singular poses.
+
+        The stable equilibrium to which the load leads from the rigid position; NaN where none was found.
+        """
+        found = self._frame.solve(large=True)
+        return np.where(found.converged[..., None], found.displacement(self.point), np.nan)
+
+    @property
+    def error_bound(self) -> Array:
+        """Bound on the numerical error of `total`, (..., 6); NaN where contacts are found in equilibrium."""
+        if self._open.clearances is not None:
+            return np.full((*self.shape, 6), np.nan)
+        return self._open.error_bound(self.point)
+
     @property
     def status(self) -> NDArray[np.str_]:
         """By pose: that of the frame's solution, (...)."""
@@ -80,6 +96,11 @@ class PointAccuracy:
     def state(self) -> States:
         """The same as numbers, (...): see `linkframe.framework.SolutionState`."""
         return self._open.state
+
+    @property
+    def closed(self) -> Solution:
+        """The loaded frame solved, clearances closed."""
+        return self._closed
 
     @property
     def solution(self) -> Solution:

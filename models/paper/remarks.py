@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...framework.errors import MechanismWarning
+from ..four_bar.accuracy import accuracy
+from ..job.large_table import told
 from ..job.remarks import beyond_size, without_result
-from .accuracy import accuracy
-from .large_table import told
 from .result import four_bar
 
 if TYPE_CHECKING:
+    from ..four_bar.study import Study
     from .inputs import Inputs
     from .result import Result
-    from .study import Study
 
 
 def remarks(result: Result) -> list[str]:

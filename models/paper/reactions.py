@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..four_bar.kinetostatics import REACTIONS
 from ..job.style import BLUE, GREY, INK, ORANGE, figure, styled
 from ..job.tables import markdown, readable, separated
-from .kinetostatics import REACTIONS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

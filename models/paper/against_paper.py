@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..four_bar.clearance import clearance_map
+from ..four_bar.four_bar import FourBar
+from ..job import choices
 from ..job.tables import markdown, readable
-from .clearance import clearance_map
-from .four_bar import FourBar
+from .formulas import equation_6, mean_direction
 from .inputs import Inputs
-from .paper import equation_6, mean_direction
+from .printed import ORIGIN, Printed, printed
 from .readings import readings
 from .result import SPECTRA, compute
-from .table import ORIGIN, Printed, printed
 
 if TYPE_CHECKING:
     from .result import Result
 
-# Samples that show what a choice changes.
-COMPARED = 2000
 # A printed offset that turns P by more than this many degrees is told of.
 TURNED = 1.0
 
@@ -223,36 +222,33 @@ def _singular(result: Result, table: Printed) -> Iterable[str]:
 
 def _silent(result: Result) -> Iterable[str]:
     inputs, angle = result.inputs, result.degrees[result.pose]
-    first = f", of the first {COMPARED} samples" if inputs.samples > COMPARED else ""
+    some = choices.first(inputs.samples)
     yield (
-        f"Each line changes one choice and keeps the rest, at θ = {angle:g}° with the same seed{first}; σ with its"
+        f"Each line changes one choice and keeps the rest, at θ = {angle:g}° with the same seed{some}; σ with its"
         f" standard error. κ, of the whole matrix and of its rows and columns in the plane (u_x, u_y and the rotation"
         f" about z of every node), is given at the mean inputs, and as its range over {min(inputs.samples, SPECTRA)}"
         " samples."
     )
     lines, ranges = [], []
     for name, change in _choices(inputs).items():
-        alone = inputs.but(poses=(angle, angle, 1.0), histogram_pose=None, samples=min(inputs.samples, COMPARED))
+        alone = inputs.but(
+            poses=(angle, angle, 1.0), histogram_pose=None, samples=min(inputs.samples, choices.COMPARED)
+        )
         other = compute(alone.but(**change), large=False)
-        flex, std, error = 1e6 * np.linalg.norm(other.compliance[0]), other.std[0], other.std_standard_error[0]
         whole, plane = (each[0] for each in other.sampled_kappa)
         ranges.append((whole.min(), whole.max()))
         lines.append(
-            [
-                name,
-                f"{flex:.2f}",
-                *(f"{1e3 * value:.3f} ± {1e3 * sd:.3f}" for value, sd in zip(std[:2], error[:2], strict=True)),
-                readable(other.kappa[0], ".3e"),
-                _range(whole),
-                readable(other.planar_kappa[0], ".3e"),
-                _range(plane),
-            ]
+            {
+                "choice": name,
+                "compliance, µm": choices.micrometres(other),
+                **dict(choices.deviations(other)),
+                "κ": readable(other.kappa[0], ".3e"),
+                "range of κ": _range(whole),
+                "κ in the plane": readable(other.planar_kappa[0], ".3e"),
+                "its range": _range(plane),
+            }
         )
-    yield markdown(
-        ["choice", "compliance, µm", "σ_x, mm", "σ_y, mm", "κ", "range of κ", "κ in the plane", "its range"],
-        lines,
-        left=1,
-    )
+    yield markdown(list(lines[0]), [list(line.values()) for line in lines], left=1)
     yield (
         "ν, and with it G, and the torsion constant J move nothing in a linkage that is loaded in its plane; only κ of"
         " the whole matrix knows of them."

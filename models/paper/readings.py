@@ -9,11 +9,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from .clearance import clearance_map
-from .description import JOINTS
-from .four_bar import FourBar, FourBarMotion
+from ..four_bar.clearance import clearance_map
+from ..four_bar.description import JOINTS
+from ..four_bar.four_bar import FourBar, FourBarMotion
 from .inputs import Inputs
-from .table import Printed
+from .printed import Printed
 
 Array = NDArray[np.float64]
 Maps = dict[str, Array]

@@ -2,40 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ..four_bar.accuracy import Accuracy, accuracy
+from ..four_bar.study import Study, part_of
+from ..four_bar.tolerances import LOADS, per_joint, toleranced
+from ..job.outcome import LargeSpread, taken
 from ..job.parts import Parts
-from ..spread import Spread
-from .accuracy import Accuracy, accuracy
-from .study import Study, part_of
-from .tolerances import LOADS, per_joint, toleranced
 
 Array = NDArray[np.float64]
-
-# Samples that are taken to large displacement, each of which takes as long as hundreds by linear mechanics.
-MOST = 2000
-
-
-@dataclass(frozen=True, eq=False)
-class LargeSpread(Spread):
-    """Displacement of P from its nominal position at large displacement, (poses, m, 3), NaN where it has none.
-
-    Attributes
-    ----------
-    passed
-        Samples in which coupler and rocker passed through one line, so that they stand near the other branch,
-        (poses, m).
-    """
-
-    passed: NDArray[np.bool_] = field(kw_only=True)
-
-
-def taken(samples: int) -> int:
-    """How many of the samples are taken to large displacement, the first ones."""
-    return min(samples, MOST)
 
 
 def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:

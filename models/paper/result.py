@@ -13,29 +13,26 @@ from numpy.typing import NDArray
 
 from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError, MechanismWarning
-from ...framework.results.validity import LINEAR
+from ..four_bar.description import JOINTS, LINKS
+from ..four_bar.four_bar import FourBar, FourBarMotion
+from ..four_bar.kinetostatics import Kinetostatics, Link
+from ..four_bar.study import Study, monte_carlo
 from ..job.memory import check
+from ..job.outcome import LargeSpread, Outcome, magnification, taken
 from ..job.parts import Parts
-from ..job.remarks import beyond_linear
 from ..job.stages import Advance
-from ..spread import Spread
-from .description import JOINTS, LINKS
-from .four_bar import FourBar, FourBarMotion
+from ..sampling import Distribution, Normal
 from .inputs import LENGTHS, Inputs
-from .kinetostatics import Kinetostatics, Link
-from .large import LargeSpread, large_parts, large_samples, taken
-from .study import Study, monte_carlo
+from .large import large_parts, large_samples
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
-    from ..sampling import Distribution
 
 Array = NDArray[np.float64]
 
-# Share of the true spread by which linear means and spreads may be off before a pose is marked.
-APART = 0.1
-# A spread below this share of the whole displacement is none to be measured by.
-SHARE = 0.02
+EPS = float(np.finfo(np.float64).eps)
+# Roundings in the position of a point by the closed form, for the sum of the lengths it is made of.
+CLOSED_FORM = 8.0
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
 # Samples whose condition numbers are told.
@@ -47,7 +44,7 @@ LINEAR_WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Outcome):
     """Outcome of the accuracy job; made by `compute`. Poses that are singular or cannot be assembled hold NaN.
 
     Attributes
@@ -65,6 +62,42 @@ class Result:
     def degrees(self) -> Array:
         """Drive angles, degrees, (poses,)."""
         return self.inputs.degrees
+
+    @property
+    def drives(self) -> list[str]:
+        """Drive angles in words, (poses,)."""
+        return [f"{angle:g}°" for angle in self.degrees]
+
+    @property
+    def heading(self) -> str:
+        """Name of the drive angle."""
+        return "θ"
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Components that are shown: those in the plane."""
+        return 0, 1
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return self.inputs.samples
+
+    @property
+    def nan_policy(self) -> str:
+        """What is done with samples without a result."""
+        return self.inputs.nan_policy
+
+    @property
+    def unknowns(self) -> int:
+        """Displacements of the frame's eight nodes."""
+        return 48
+
+    @property
+    def place_error(self) -> float:
+        """Bound on the numerical error of `rigid`."""
+        inputs = self.inputs
+        return CLOSED_FORM * EPS * (inputs.crank + inputs.ground + inputs.coupler + inputs.rocker)
 
     @property
     def motion(self) -> FourBarMotion:
@@ -117,35 +150,6 @@ class Result:
         """Estimated relative error of the compliance under the mean load by its being linear, (poses,)."""
         return self._everywhere(self.study.nominal.nonlinearity)
 
-    @property
-    def marked_status(self) -> NDArray[np.str_]:
-        """`status`, marked where what linear mechanics says does not hold, (poses,).
-
-        ``"beyond linear: off by 20 %"`` where that goes for the displacements under the mean load already, and
-        ``"beyond linear: off by 20 % of the spread"`` where the samples' mean and standard deviation differ from those
-        at large displacement.
-        """
-        by_load = self.regular & ~(self.nonlinearity < LINEAR)
-        by_spread = self.regular & (self.apart > APART)
-        loads = [beyond_linear(each) for each in self.nonlinearity]
-        spreads = [f"beyond linear: off by {100 * each:.2g} % of the spread" for each in self.apart]
-        return np.where(by_load, loads, np.where(by_spread, spreads, self.status))
-
-    @cached_property
-    def apart(self) -> Array:
-        """By how many true standard deviations mean and deviation of P are off for being linear, in x or y, (poses,).
-
-        What is true is large displacement; NaN where a pose has no statistics. A deviation that is less than a small
-        share of the whole displacement, as that in x where P moves along y, counts as that share.
-        """
-        moved, spread = self.large.mean[:, :2], self.large.std[:, :2]
-        same = Spread(self.samples[:, : self.large.n], self.inputs.nan_policy)
-        off = np.abs(same.mean[:, :2] - moved) + np.abs(same.std[:, :2] - spread)
-        whole = np.hypot(np.linalg.norm(moved, axis=1), np.linalg.norm(spread, axis=1))[:, None]
-        seen = np.maximum(spread, SHARE * whole)
-        apart: Array = np.divide(off, seen, out=np.zeros_like(off), where=seen > 0.0).max(axis=1)
-        return np.where(self.regular, apart, np.nan)
-
     @cached_property
     def error_bound(self) -> Array:
         """Bound on the numerical error of every sample at a pose, (poses, 3); NaN where there are none."""
@@ -175,6 +179,7 @@ class Result:
         Of the first samples, where there are very many.
         """
         found = large_samples(self.study, *self.large_parts)
+        assert found.passed is not None
         samples, passed = self._everywhere(found.samples), self._everywhere(found.passed, False)
         return LargeSpread(samples, found.nan_policy, passed=passed)
 
@@ -209,7 +214,9 @@ class Result:
 
     def steps(self, *, large: bool) -> Iterator[tuple[str, int]]:
         """Compute all that depends on samples, and tell after each part what it was, and how much of `work`."""
-        linear = ["rigid", "compliance", "clearance", "clearance_exact", "error_bound"]
+        linear = ["rigid", "compliance", "clearance", "clearance_exact"]
+        if large:
+            linear.append("error_bound")
         ways = {LINEAR_WAY: self.study.parts.steps(linear)}
         if large:
             ways[LARGE_WAY] = self.large_parts[0].steps(["rigid", "large", "large_passes"])
@@ -319,13 +326,8 @@ class Result:
         """Factor on displacements that makes the spread visible beside the path: 1, 2 or 5 times a power of ten."""
         if self.inputs.magnify is not None:
             return self.inputs.magnify
-        four_bar = self.inputs
-        largest = np.nanquantile(np.abs(self.samples), 0.9)
-        if largest == 0.0:
-            return 1.0
-        factor = DRAWN_SPREAD * max(four_bar.crank, four_bar.rocker) / largest
-        decade = 10.0 ** np.floor(np.log10(factor))
-        return float(max(1.0, decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= factor)))
+        longest = max(self.inputs.crank, self.inputs.rocker)
+        return magnification(np.abs(self.samples), DRAWN_SPREAD * longest)
 
 
 def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = True) -> Result:
@@ -338,7 +340,7 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
     advance
         Told what is done, of `work(inputs)`, and how many more poses times samples of it.
     large
-        Whether large displacement is computed now, or when it is read.
+        Whether large displacement, error bounds and condition numbers are computed now, or when they are read.
 
     Returns
     -------
@@ -374,9 +376,9 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
         for way, more in result.steps(large=large):
             if advance is not None:
                 advance(way, more)
-        _ = result.pose, result.std, result.kappa, result.kappa_scaled, result.compliance
+        _ = result.pose, result.std, result.compliance
         if large:
-            _ = result.large.std
+            _ = result.kappa, result.kappa_scaled, result.large.std
     return result
 
 
@@ -418,8 +420,6 @@ def four_bar(inputs: Inputs) -> FourBar:
 
 def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
     """Normal distributions (12) of what is uncertain; what has no deviation is left out."""
-    from scipy import stats
-
     each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
     spread = {name: (getattr(inputs, name), inputs.length_sd) for name in (*LINKS, "ground")}
     spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
@@ -429,4 +429,4 @@ def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
         angle = float(np.radians(inputs.contact)), float(np.radians(inputs.contact_sd))
         spread |= {f"contact{joint}": angle for joint in each}
     spread["fy"] = inputs.load, inputs.load_sd
-    return {name: stats.norm(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
+    return {name: Normal(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}

@@ -11,9 +11,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..job.output import folder
+from ..four_bar.closure import BRANCHES
+from ..job.output import add_output
 from ..moments import NAN_POLICIES
-from .closure import BRANCHES
 from .inputs import Inputs
 
 if TYPE_CHECKING:
@@ -27,8 +27,9 @@ and the spread of all of it under tolerances, at every pose. Without options it 
 SI units, angles in degrees."""
 
 WRITES = """\
-writes into DIR: table1.csv, reactions.csv, figure5.png, figure6.png, figure7.png, reactions.png, figure3d.png (where
-rendering works), trajectory.pvd with its .vtu files, samples.npz, report.md"""
+writes into DIR: table1.csv, reactions.csv, trajectory.pvd with its .vtu files, samples.npz, report.md; with
+--figures 2d figure5.png, figure6.png, figure7.png, reactions.png, and with --figures all figure3d.png as well (where
+rendering works)"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
@@ -139,7 +140,7 @@ def _run(group: _ArgumentGroup) -> None:
         "--magnify", type=positive, metavar="FACTOR", default=PAPER.magnify,
         help="factor on the displacements in figure 6; by default one that shows them",
     )  # fmt: skip
-    group.add_argument("--out", type=folder, metavar="DIR", default=Path("results"), help="directory for the results")
+    add_output(group, Path("results"))
 
 
 def _add(group: _ArgumentGroup, name: str, kind: Callable[[str], Any], metavar: str, text: str) -> None:
@@ -149,7 +150,8 @@ def _add(group: _ArgumentGroup, name: str, kind: Callable[[str], Any], metavar: 
 
 def _start(options: Namespace) -> None:
     # Not before the options are known to be good: this imports all of the numerics.
-    from .job import run
+    from ..job.run import run
+    from .job import FourBarJob
     from .remarks import beforehand
 
     names = [field.name for field in fields(Inputs)]
@@ -159,7 +161,7 @@ def _start(options: Namespace) -> None:
     inputs = Inputs(**given)
     for note in beforehand(inputs):
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
-    run(inputs, options.out)
+    run(FourBarJob(inputs), options.out, options.figures)
 
 
 def finite(text: str) -> float:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..job import digits, large_table
 from ..job.tables import markdown, spent
-from . import against_paper, digits, large_table, reactions
+from . import against_paper, reactions
+from .passages import passages
 from .readings import run_std
 from .table import about_errors, as_markdown
 
@@ -75,9 +77,9 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
         digits.EXPLAINED,
         digits.as_markdown(result),
         "### Large displacement",
-        large_table.EXPLAINED,
+        large_table.EXPLAINED.format(point="P", file="table1.csv"),
         large_table.as_markdown(result),
-        *large_table.passages(result),
+        *passages(result),
         "## Reactions and drive torque",
         reactions.EXPLAINED,
         reactions.as_markdown(result),

@@ -1,0 +1,156 @@
+"""A job of the command line: computed whole, then written, everything or nothing."""
+
+from __future__ import annotations
+
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ...framework.errors import MechanismWarning
+from .output import results, written
+from .rendered import picture
+from .stages import Advance, Stages
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from ...framework.solution import Solution
+
+
+class Job(ABC):
+    """What a job computes and writes; `run` runs it.
+
+    Attributes
+    ----------
+    name
+        Its subcommand.
+    optional
+        Patterns of files that a run may leave and another may not; those that this one does not write are removed.
+    """
+
+    name: ClassVar[str]
+    optional: ClassVar[tuple[str, ...]]
+
+    @property
+    @abstractmethod
+    def has_beams(self) -> bool:
+        """Whether there is a beam to show in space."""
+
+    @property
+    @abstractmethod
+    def work(self) -> Mapping[str, int]:
+        """How much there is of each thing to compute."""
+
+    @abstractmethod
+    def compute(self, advance: Advance) -> None:
+        """Compute all that can fail; `advance` is told how far it is."""
+
+    @property
+    @abstractmethod
+    def solution(self) -> Solution:
+        """The frame that is shown in space."""
+
+    @property
+    @abstractmethod
+    def entry(self) -> int:
+        """Which of its poses is shown."""
+
+    @abstractmethod
+    def tables(self) -> Mapping[str, str]:
+        """Text files by name."""
+
+    @abstractmethod
+    def samples(self) -> Mapping[str, NDArray[Any]]:
+        """What ``samples.npz`` holds; nothing where there are no samples."""
+
+    @abstractmethod
+    def figures(self) -> Iterator[tuple[str, Figure]]:
+        """Figures by the names of their files."""
+
+    @abstractmethod
+    def captions(self) -> Mapping[str, str]:
+        """Captions of the figures and of the picture in space, by file."""
+
+    @abstractmethod
+    def save(self, path: Path) -> None:
+        """Write the ParaView files."""
+
+    @abstractmethod
+    def report(self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
+        """The report in Markdown.
+
+        Parameters
+        ----------
+        pictures
+            Caption of each figure that was drawn, by file.
+        notes
+            What the reader should know of the run, such as what could not be drawn.
+        seconds
+            Time that each stage took.
+        """
+
+    @abstractmethod
+    def remarks(self) -> list[str]:
+        """What the reader of the numbers should know before using them."""
+
+    @abstractmethod
+    def summary(self) -> str:
+        """What a terminal shows: the table, and what explains it."""
+
+
+def run(job: Job, out: Path, figures: str = "all") -> None:
+    """Run a job and print its table.
+
+    Parameters
+    ----------
+    job
+        What to compute.
+    out
+        Directory for the results; made if it does not exist. Files of an earlier run are replaced, others stay.
+    figures
+        Which are drawn: ``"none"``, ``"2d"``, or with the picture in space ``"all"``.
+
+    Raises
+    ------
+    FrameError
+        If something cannot be computed, or `out` cannot be written or holds the results of another job; then nothing
+        is written.
+    """
+    space, plane = figures == "all" and job.has_beams, figures != "none"
+    stages = Stages(4 + space + plane)
+    with results(out, job.name, job.optional) as stage, picture(space) as drawn, warnings.catch_warnings():
+        # Singular poses are part of the answer: their status says so.
+        warnings.simplefilter("ignore", MechanismWarning)
+        with stages("solution", job.work) as advance:
+            job.compute(advance)
+        if space:
+            drawn.begin(job.solution, stage / "figure3d.png", job.entry)
+        with stages("tables and samples"):
+            for name, text in job.tables().items():
+                (stage / name).write_text(text, encoding="utf-8")
+            samples: Mapping[str, Any] = job.samples()
+            if samples:
+                np.savez_compressed(stage / "samples.npz", **samples)
+        if plane:
+            with stages("figures"):
+                for name, figure in job.figures():
+                    figure.savefig(stage / name)
+        with stages("ParaView files"):
+            job.save(stage / "trajectory.pvd")
+        notes = []
+        if space:
+            with stages("3-D picture"):
+                notes = drawn.wait()
+        with stages("report"):
+            notes = [*job.remarks(), *notes]
+            pictures = {name: text for name, text in job.captions().items() if (stage / name).exists()}
+            (stage / "report.md").write_text(job.report(pictures, notes, stages.seconds), encoding="utf-8")
+        stages.close()
+        files = written(stage)
+    print("\n\n".join([job.summary(), *notes]))
+    print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")

@@ -1,0 +1,187 @@
+"""The first point of a file's linkage, as the tables that any job has show it."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError, MechanismWarning
+from ...job.outcome import LargeSpread, Mask, Outcome, taken
+from ...job.parts import cuts, one_by_one
+from ...sampling import draw
+from ...spread import Spread
+from .computed import Computed
+
+# What is counted.
+LARGE_WAY = "at large displacement"
+
+
+@dataclass(frozen=True, eq=False)
+class PointOutcome(Outcome):
+    """The first point to report.
+
+    Attributes
+    ----------
+    result
+        What the job computed.
+    """
+
+    result: Computed
+
+    @property
+    def drives(self) -> list[str]:
+        """Values of the first drive in words."""
+        return [self.result.where(pose).partition(" = ")[2] for pose in range(self.result.poses)]
+
+    @property
+    def heading(self) -> str:
+        """The first drive."""
+        return next(iter(self.result.inputs.drives))
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Components that are shown."""
+        return self.result.shown
+
+    @property
+    def count(self) -> int:
+        """Number of samples; 1 without tolerances."""
+        return self.result.inputs.samples if self.result.inputs.tolerances else 1
+
+    @property
+    def nan_policy(self) -> str:
+        """What is done with samples without a result."""
+        return self.result.inputs.nan_policy
+
+    @cached_property
+    def _shape(self) -> tuple[int, int]:
+        return self.result.poses, 3
+
+    def _whole(self, values: Array) -> Array:
+        """Values (poses, 3 or more), which may not vary with the pose, as (poses, 3)."""
+        return np.array(np.broadcast_to(values[..., :3], self._shape))
+
+    @property
+    def assembled(self) -> Mask:
+        """Poses that can be assembled."""
+        return np.broadcast_to(self.result.motion.is_assembled, self._shape[:1])
+
+    @cached_property
+    def regular(self) -> Mask:
+        """Poses at which motion and frame are regular, and the samples have statistics."""
+        frame = np.broadcast_to(self.result.main.status == "regular", self._shape[:1])
+        known = np.isfinite(self.mean).all(axis=-1)
+        return np.asarray(frame & known & np.broadcast_to(self.result.motion.is_regular, self._shape[:1]))
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """Why a pose has no result, or ``"regular"``."""
+        return np.where(self.regular, "regular", self.result.told_status)
+
+    @property
+    def nonlinearity(self) -> Array:
+        """Estimated relative error of the nominal displacement by its being linear."""
+        return np.broadcast_to(self.result.solution.nonlinearity(), self._shape[:1])
+
+    @property
+    def rigid(self) -> Array:
+        """Position with rigid links and no clearance."""
+        return self._whole(self.result.main.rigid)
+
+    @property
+    def compliance(self) -> Array:
+        """Nominal displacement without clearance."""
+        return self._whole(self.result.main.compliance)
+
+    @cached_property
+    def _spread(self) -> Spread:
+        point = self.result.inputs.points[0]
+        return self.result.spread.get(point) or Spread(self._whole(self.result.main.total)[:, None])
+
+    @property
+    def samples(self) -> Array:
+        """Displacement, (poses, samples, 3)."""
+        return self._spread.samples
+
+    @property
+    def mean(self) -> Array:
+        """Mean position."""
+        return np.asarray(self.rigid + self._spread.mean)
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation of the position."""
+        return self._spread.std
+
+    @property
+    def standard_error(self) -> Array:
+        """Standard error of `mean`."""
+        return self._spread.standard_error
+
+    @property
+    def std_standard_error(self) -> Array:
+        """Standard error of `std`."""
+        return self._spread.std_standard_error
+
+    @property
+    def error_bound(self) -> Array:
+        """Bound on the numerical error of every sample; NaN where contacts are found in equilibrium."""
+        return self.result.error_bound
+
+    @property
+    def place_error(self) -> float:
+        """None is known of a position that was iterated."""
+        return np.nan
+
+    @cached_property
+    def kappa(self) -> Array:
+        """Condition number as usually assembled; NaN where a joint is ideal in some directions, or nodes are tied."""
+        try:
+            found = self.result.main.closed.condition_number()
+        except FrameError:
+            return np.full(self._shape[0], np.nan)
+        return np.broadcast_to(found, self._shape[:1])
+
+    @cached_property
+    def kappa_scaled(self) -> Array:
+        """Scaled condition number of the matrix that is solved."""
+        return np.broadcast_to(self.result.main.closed.scaled_condition_number(), self._shape[:1])
+
+    @property
+    def unknowns(self) -> int:
+        """Displacements of the frame's nodes."""
+        return 6 * len(self.result.solution.frame.nodes)
+
+    @cached_property
+    def closes(self) -> Mask:
+        """Poses at which all samples that are taken to large displacement can be assembled."""
+        return np.asarray(np.isfinite(self._large[1]).all(axis=(1, 2)))
+
+    @cached_property
+    def large(self) -> LargeSpread:
+        """Displacement from the nominal position at large displacement, (poses, m, 3)."""
+        moved, places = self._large
+        return LargeSpread(moved + places - self.rigid[:, None], self.nan_policy.replace("raise", "propagate"))
+
+    @cached_property
+    def _large(self) -> tuple[Array, Array]:
+        """Displacements at large displacement and rigid positions of the first samples, (poses, m, 3) each."""
+        inputs = self.result.inputs
+        point, m = inputs.points[0], taken(self.count)
+        draws = draw(inputs.laws, inputs.samples, inputs.rng, inputs.sampler) if inputs.tolerances else {}
+        moved, places = np.empty((2, self.result.poses, m, 3))
+        for cut in one_by_one(cuts(self.result.poses, m, soon=True) if m > 1 else [slice(0, 1)]):
+            self.result.advance(LARGE_WAY, 0)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MechanismWarning)
+                varied = inputs.varied({name: values[cut] for name, values in draws.items()})
+                motion = self.result.move(varied, column=True)
+                found = motion.accuracy(point, inertia=inputs.moves)
+                moved[:, cut], places[:, cut] = found.large[..., :3], found.rigid
+            self.result.advance(LARGE_WAY, self.result.poses * (cut.stop - cut.start))
+        return moved, places

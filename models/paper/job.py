@@ -1,0 +1,131 @@
+"""The job of ``linkframe four-bar``: its files and what a terminal shows of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..job import large_table
+from ..job.figures import draw_histograms, draw_trajectory
+from ..job.run import Job
+from ..job.stages import Advance
+from . import reactions
+from .drawing import draw_linkage
+from .passages import passages
+from .remarks import remarks
+from .report import report
+from .result import Result, compute, work
+from .table import about_errors, as_csv, as_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from ...framework.solution import Solution
+    from .inputs import Inputs
+
+CAPTIONS = {
+    "figure5.png": "Figure 5: the linkage at θ = {pose:g}°, its drive clamped.",
+    "figure6.png": "Figure 6: path of P, samples, and their envelope: the boundary of what they sweep from pose to"
+    " pose; displacements × {magnify:g}; right, to scale at {pose:g}°.",
+    "figure7.png": "Figure 7: displacement of P from its rigid position at θ = {pose:g}°, with normal fits.",
+    "reactions.png": "Size of the forces in the joints, and torque of the drive, under the mean load.",
+    "figure3d.png": "The loaded linkage at θ = {pose:g}° in space.",
+}
+PRINTED = "Right of the bar: the values printed in the paper, under the headings that fit them; see report.md."
+
+
+class FourBarJob(Job):
+    """The accuracy of a four-bar, the paper's by default.
+
+    Parameters
+    ----------
+    inputs
+        What to compute.
+    """
+
+    name = "four-bar"
+    optional = (*CAPTIONS, "trajectory/*.vtu")
+    has_beams = True
+    result: Result
+
+    def __init__(self, inputs: Inputs) -> None:
+        self.inputs = inputs
+
+    @property
+    def work(self) -> Mapping[str, int]:
+        """Poses times samples to be computed."""
+        return work(self.inputs)
+
+    def compute(self, advance: Advance) -> None:
+        """Compute the accuracy."""
+        self.result = compute(self.inputs, advance)
+
+    @property
+    def solution(self) -> Solution:
+        """The linkage at the mean inputs."""
+        return self.result.solution
+
+    @property
+    def entry(self) -> int:
+        """Which of its poses is shown."""
+        return self.result.entry
+
+    def tables(self) -> Mapping[str, str]:
+        """Table 1 and the reactions."""
+        return {"table1.csv": as_csv(self.result), "reactions.csv": reactions.as_csv(self.result)}
+
+    def samples(self) -> Mapping[str, NDArray[Any]]:
+        """Samples of the inputs and of the displacement of P."""
+        result = self.result
+        return {
+            "theta": result.inputs.theta,
+            "rigid": result.rigid,
+            "displacement": result.samples,
+            "displacement_large": result.large.samples,
+            "status": result.status,
+            "kappa": result.kappa,
+            "kappa_scaled": result.kappa_scaled,
+            **{f"input_{name}": value for name, value in result.draws.items()},
+        }
+
+    def figures(self) -> Iterator[tuple[str, Figure]]:
+        """The paper's Figures 5 to 7, and the reactions."""
+        result, pose, theta = self.result, self.result.pose, self.inputs.theta
+        points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
+        where = f"θ = {result.degrees[pose]:g}°"
+        yield "figure5.png", draw_linkage(points, (0.0, self.inputs.load), theta[pose])
+        path = result.path, result.rigid, result.samples
+        yield "figure6.png", draw_trajectory(*path, result.magnify, pose, where)
+        yield "figure7.png", draw_histograms(result.samples[pose], where)
+        yield "reactions.png", reactions.draw_reactions(result.degrees, result.forces)
+
+    def captions(self) -> Mapping[str, str]:
+        """Captions by file."""
+        words = {"pose": self.result.degrees[self.result.pose], "magnify": self.result.magnify}
+        return {name: text.format(**words) for name, text in CAPTIONS.items()}
+
+    def save(self, path: Path) -> None:
+        """Write the ParaView files; time is the drive angle in degrees."""
+        self.solution.save(path, times=self.result.degrees[self.result.assembled])
+
+    def remarks(self) -> list[str]:
+        """What the reader of the numbers should know."""
+        return remarks(self.result)
+
+    def report(self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
+        """The report in Markdown."""
+        return report(self.result, pictures, notes, seconds)
+
+    def summary(self) -> str:
+        """Table 1, large displacement where it is needed, and the greatest reactions."""
+        result = self.result
+        paragraphs = [as_text(result), about_errors(result)]
+        if self.inputs.is_paper_linkage:
+            paragraphs.append(PRINTED)
+        if table := large_table.as_text(result):
+            paragraphs.append(
+                f"Where linear mechanics does not hold, beside the samples at large displacement:\n{table}"
+            )
+        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result)])
