@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import copy
-import functools
-import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from ..cache import ORDERS, Bounded
+from ..cache import Bounded
 from ..clock import timed
 from ..description import Description
 from ..solvers.graph import Graph
 from ..solvers.method import Method
 from ..structure.assembly import force_entries
-from ..structure.parts import Grid, Parts, Row, Value, unknowns
+from ..structure.parts import Grid, Parts, Row, unknowns
 from ..structure.topology import Group, Index
 from ..structure.tree import Tree
 from ..structure.varying import Varying
 from .block import Block
 from .condensation import Chain, Condensation, chains, loaded
-from .order import Order, Pattern, link, order
-from .progress import Springs
 from .stage import Forces, Matrix
 from .unloaded import Chained, Unloaded
 
@@ -212,86 +209,12 @@ class Plan:
         """A component assembled, with its elimination orders."""
         if component not in self._blocks:
             with timed(self.times, "elimination order"):
-                self._blocks[component] = self._assembled(component)
+                bare, own = self.chained.block(component)
+                forces = {a: parts for a, parts in self.forces.items() if a in own}
+                self._blocks[component] = replace(bare, forces=forces, knowns=self.knowns.values)
         return self._blocks[component]
 
     def _coupled(self, dof: int) -> list[int]:
         """Unknowns in a nodal displacement."""
         node, k = divmod(dof, 6)
         return unknowns(self.tree.row(node, k))
-
-    def _assembled(self, component: int) -> Block:
-        unknown = {k for k in self.members_of(component) if k // 6 not in self.condensed.nodes}
-        rows = {6 * node + k: row for node, rows in self.tree.rows.items() for k, row in enumerate(rows) if row}
-        ends = {a: row for a, row in rows.items() if any(self.component[k] == component for k in unknowns(row)[:1])}
-        inner = sorted(k for k in unknown if k // 6 not in self.tree.rows)
-        own = set(inner) | set(ends)
-        ends |= {b: rows[b] for a in own for b in self.matrix.get(a, {}) if b not in own and b in rows}
-        held = own | set(ends)
-        matrix = {a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in held} for a in own}
-        for a in own:
-            matrix[a].setdefault(a, {})
-        for b in set(ends) - own:
-            matrix[b] = {a: matrix[a][b] for a in own if b in matrix[a]} | {b: {}}
-        springs = [
-            (s.row, s.stiffness)
-            for s in self.tree.springs
-            if any(self.component[k] == component for k in unknowns(s.row)[:1])
-        ]
-        forces = {a: self.forces[a] for a in own if a in self.forces}
-        varying = self.varying.within(own, held)
-        pattern: Pattern = {}
-        for a, row in matrix.items():
-            for b, parts in row.items():
-                if parts or (a == b and a not in ends):
-                    link(pattern, a, b, _union(parts))
-        for entry in varying.entries if varying else ():
-            link(pattern, *entry.at, entry.mask)
-        orders = _orders(self.grid, pattern, inner, ends, springs, unknown)
-        scale = {a: self.scale(a) if a in own else {} for a in matrix}
-        return Block(self.grid, orders, matrix, scale, forces, ends, springs, self.knowns.values, varying)
-
-
-def _orders(
-    grid: Grid, pattern: Pattern, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
-) -> tuple[Order, Order]:
-    """Orders of both stages of an elimination; frames of one topology have them in common."""
-    mask = grid.mask
-    left = sorted(unknown.difference(inner))
-    ends = {a: _masks(row, mask) for a, row in rows.items()}
-    sprung = [(_masks(row, mask), mask(stiffness)) for row, stiffness in springs]
-    key = (
-        grid.shape,
-        tuple((a, tuple(row.items())) for a, row in pattern.items()),
-        tuple(inner),
-        tuple(left),
-        tuple((a, tuple(row.items())) for a, row in ends.items()),
-        tuple((tuple(row.items()), over) for row, over in sprung),
-    )
-
-    def ordered() -> tuple[Order, Order]:
-        first = order(pattern, inner, grid)
-        reduced: Pattern = {k: {k: 0} for k in left}
-        for a, coupled in pattern.items():
-            for b, over in coupled.items():
-                _link_rows(reduced, ends[a], ends[b], over)
-        for spring, over in sprung:
-            _link_rows(reduced, spring, spring, over)
-        return first, order(reduced, list(reduced), grid)
-
-    found: tuple[Order, Order] = ORDERS.found(key, ordered, sum(map(len, pattern.values())))
-    return found
-
-
-def _masks(row: Row, mask: Callable[[Value], int]) -> dict[int, int]:
-    return {k: mask(row[k]) for k in unknowns(row)}
-
-
-def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
-    for i, first in left.items():
-        for j, second in right.items():
-            link(pattern, i, j, over | first | second)
-
-
-def _union(parts: Parts) -> int:
-    return functools.reduce(operator.or_, parts, 0)

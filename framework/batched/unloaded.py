@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import functools
+import operator
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from ..cache import ORDERS
 from ..description import Description
 from ..solvers.graph import Graph
 from ..solvers.method import LARGE, Method, choose
 from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
-from ..structure.parts import Grid, Knowns, Parts, Row, add, unknowns
+from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import Tree
 from ..structure.varying import Varying
+from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
+from .order import Order, Pattern, link, order
+from .progress import Springs
 from .stage import Matrix
 
 # Unknowns up to which connected components are found without matrices.
@@ -113,6 +120,7 @@ class Chained:
     def __init__(self, unloaded: Unloaded, chains: list[Chain]) -> None:
         self.unloaded = unloaded
         self.chains = chains
+        self._blocks: dict[int, tuple[Block, set[int]]] = {}
         self.condensed = Condensation(unloaded.topology, chains)
 
     @cached_property
@@ -200,6 +208,88 @@ class Chained:
         """Pairs of DOF numbers that members couple, (pairs, 2)."""
         pairs = [(a, b) for a, row in self.matrix.items() for b in row]
         return np.concatenate([np.array(pairs, dtype=np.int64).reshape(-1, 2), self.condensed.coupled])
+
+    def block(self, component: int) -> tuple[Block, set[int]]:
+        """A component assembled, with its elimination orders, without loads; and the DOFs whose loads are its own."""
+        if component not in self._blocks:
+            self._blocks[component] = self._assembled(component)
+        return self._blocks[component]
+
+    def _assembled(self, component: int) -> tuple[Block, set[int]]:
+        tree = self.unloaded.tree
+        unknown = {k for k in self.members[component] if k // 6 not in self.condensed.nodes}
+        rows = {6 * node + k: row for node, rows in tree.rows.items() for k, row in enumerate(rows) if row}
+        ends = {a: row for a, row in rows.items() if any(self.component[k] == component for k in unknowns(row)[:1])}
+        inner = sorted(k for k in unknown if k // 6 not in tree.rows)
+        own = set(inner) | set(ends)
+        ends |= {b: rows[b] for a in own for b in self.matrix.get(a, {}) if b not in own and b in rows}
+        held = own | set(ends)
+        matrix = {a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in held} for a in own}
+        for a in own:
+            matrix[a].setdefault(a, {})
+        for b in set(ends) - own:
+            matrix[b] = {a: matrix[a][b] for a in own if b in matrix[a]} | {b: {}}
+        springs = [
+            (s.row, s.stiffness)
+            for s in tree.springs
+            if any(self.component[k] == component for k in unknowns(s.row)[:1])
+        ]
+        varying = self.unloaded.varying.within(own, held)
+        pattern: Pattern = {}
+        for a, row in matrix.items():
+            for b, parts in row.items():
+                if parts or (a == b and a not in ends):
+                    link(pattern, a, b, _union(parts))
+        for entry in varying.entries if varying else ():
+            link(pattern, *entry.at, entry.mask)
+        orders = _orders(self.unloaded.grid, pattern, inner, ends, springs, unknown)
+        scale = {a: self.scale(a) if a in own else {} for a in matrix}
+        return Block(self.unloaded.grid, orders, matrix, scale, {}, ends, springs, [], varying), own
+
+
+def _orders(
+    grid: Grid, pattern: Pattern, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
+) -> tuple[Order, Order]:
+    """Orders of both stages of an elimination; frames of one topology have them in common."""
+    mask = grid.mask
+    left = sorted(unknown.difference(inner))
+    ends = {a: _masks(row, mask) for a, row in rows.items()}
+    sprung = [(_masks(row, mask), mask(stiffness)) for row, stiffness in springs]
+    key = (
+        grid.shape,
+        tuple((a, tuple(row.items())) for a, row in pattern.items()),
+        tuple(inner),
+        tuple(left),
+        tuple((a, tuple(row.items())) for a, row in ends.items()),
+        tuple((tuple(row.items()), over) for row, over in sprung),
+    )
+
+    def ordered() -> tuple[Order, Order]:
+        first = order(pattern, inner, grid)
+        reduced: Pattern = {k: {k: 0} for k in left}
+        for a, coupled in pattern.items():
+            for b, over in coupled.items():
+                _link_rows(reduced, ends[a], ends[b], over)
+        for spring, over in sprung:
+            _link_rows(reduced, spring, spring, over)
+        return first, order(reduced, list(reduced), grid)
+
+    found: tuple[Order, Order] = ORDERS.found(key, ordered, sum(map(len, pattern.values())))
+    return found
+
+
+def _masks(row: Row, mask: Callable[[Value], int]) -> dict[int, int]:
+    return {k: mask(row[k]) for k in unknowns(row)}
+
+
+def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
+    for i, first in left.items():
+        for j, second in right.items():
+            link(pattern, i, j, over | first | second)
+
+
+def _union(parts: Parts) -> int:
+    return functools.reduce(operator.or_, parts, 0)
 
 
 def _geometry(frame: Description) -> int:

@@ -65,9 +65,12 @@ def force_entries(topology: Topology, knowns: Knowns) -> Forces:
             add(forces.setdefault(dof, {}).setdefault(source, {}), grid.mask(value), value)
 
     for node, k, value in component_loads(topology):
-        unit = _in_node(topology, node, np.eye(6)[k])
+        global_axes = topology.axes(node) is None
         for key, factor in knowns.row(grid.value(value)).items():
-            for c, share in enumerate(grid.components(unit)):
+            if global_axes:
+                put(6 * node + k, -1 - key, factor)
+                continue
+            for c, share in enumerate(grid.components(_in_node(topology, node, np.eye(6)[k]))):
                 put(6 * node + c, -1 - key, combine([(factor, share)]))
     for node, vector in mass_loads(topology):
         for c, share in enumerate(grid.components(_in_node(topology, node, vector))):

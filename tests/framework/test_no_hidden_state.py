@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.batched import plan as plan_module
+from linkframe.framework.batched import unloaded
 from linkframe.framework.cache import COMPILED, ORDERS, SOLVED, Bounded, Leases, alike
 from linkframe.models import Linkage
 
@@ -153,13 +153,13 @@ def test_threads_find_what_one_alone_finds(kind: str) -> None:
 def test_another_frame_of_the_topology_orders_nothing_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other lengths, other stiffness, other sections, another load: the orders are those of the first."""
     made: list[object] = []
-    ordered = plan_module.order
+    ordered = unloaded.order
 
     def counting(*given: object) -> object:
         made.append(given)
         return ordered(*given)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(plan_module, "order", counting)
+    monkeypatch.setattr(unloaded, "order", counting)
     ORDERS.clear()
     first = bent().solve().displacement("D")
     count = len(made)
