@@ -118,6 +118,12 @@ class Beam(LineElement):
         return self.section, self.material, self.end, up, self.shear, self.releases
 
     @property
+    def family(self) -> Hashable | None:
+        """Equal for beams of sections of one form that are alike in all but numbers."""
+        end = None if self.end is None else self.end.form
+        return Beam, self.section.form, end, self.up is None, self.shear, self.releases
+
+    @property
     def exact(self) -> bool:
         """One piece is exact in statics: its shape functions solve the beam's equations."""
         return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -61,6 +62,11 @@ class Section(CrossSection):
             if value is not NOT_GIVEN:
                 object.__setattr__(self, each.name, positive("Section", each.name, value))
         common_shape("Section", {name: np.shape(value) for name, value in self.sizes().items()})
+
+    @property
+    def form(self) -> Hashable:
+        """Sections of which the same properties are given."""
+        return type(self), tuple(self.sizes())
 
     def sizes(self) -> dict[str, Real]:
         """The properties that were given, by name."""

@@ -7,13 +7,14 @@ element are in its local axes, start node before end node, each ``ux uy uz rx ry
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .batch import aligned
 from .clearances.contact import law
 from .errors import FrameError
 from .orientation import default_axes
@@ -23,6 +24,7 @@ Array = NDArray[np.float64]
 # Changes a parameter; the number says how many of its last axes are no batch axes.
 Change = Callable[[Array, int], Array]
 _Element = TypeVar("_Element", bound=type)
+_Stacked = TypeVar("_Stacked")
 _PROVEN = "_proven"
 
 
@@ -148,6 +150,12 @@ class LineElement(ABC):
     def title(self) -> str:
         """How messages name the element; its class by default."""
         return type(self).__name__
+
+    @property
+    def family(self) -> Hashable | None:
+        """Equal for elements that differ in their numbers alone, so that they are evaluated as one whose parameters are
+        arrays; None where each kind is evaluated by itself."""
+        return None
 
     @property
     def exact(self) -> bool:
@@ -534,3 +542,26 @@ def changed(described: Any, change: Change) -> Any:
             value = changed(value, change)
         object.__setattr__(twin, each.name, value)
     return twin
+
+
+def stacked(elements: Sequence[_Stacked], ndim: int) -> _Stacked:
+    """Dataclasses of one family as one, each number that differs an array (n, ...) with `ndim` batch axes behind."""
+    twin = object.__new__(type(elements[0]))
+    for each in fields(elements[0]):  # type: ignore[arg-type]
+        values = [getattr(element, each.name) for element in elements]
+        object.__setattr__(twin, each.name, _together(values, ndim, each.metadata.get("trailing", 0)))
+    return twin
+
+
+def _together(values: list[Any], ndim: int, trailing: int) -> Any:
+    one = values[0]
+    if all(value is one for value in values):
+        return one
+    if is_dataclass(one):
+        return stacked(values, ndim)
+    if all(type(value) is float for value in values):
+        return one if len(set(values)) == 1 else np.array(values).reshape(-1, *(1,) * ndim)
+    if isinstance(one, (float, np.ndarray)):
+        arrays = [aligned(np.asarray(value), ndim, trailing) for value in values]
+        return np.stack(np.broadcast_arrays(*arrays))
+    return one  # names, switches and counts, which a family has in common or does not look at

@@ -105,7 +105,7 @@ def _summed(group: Group, at: Index, forces: Sequence[tuple[Array, Array]]) -> A
     length = group.length[at]
     used = np.zeros((6, 12), dtype=bool)
     for x, _ in forces:
-        used |= (group.element.shape_functions(length, x) != 0.0).reshape(-1, 6, 12).any(axis=0)
+        used |= (group.of(at).shape_functions(length, x) != 0.0).reshape(-1, 6, 12).any(axis=0)
     rigid = used * _rigid(length)
     out: Array = np.zeros((*length.shape, 12))
     for _, force in forces:

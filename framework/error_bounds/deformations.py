@@ -153,12 +153,11 @@ def springs(plan: Plan) -> list[Springs]:
 
 def _of(plan: Plan, group: Group) -> Springs:
     topology = plan.topology
-    standing = topology.pieces[group.pieces[0]]
     chord, level = _geometry(plan, group)
     count = extended([topology.pieces[k].count for k in group.pieces]).reshape(-1, *(1,) * len(plan.frame.shape))
     length = _length(chord) / count
-    stiffness, rows = standing.element.springs(length)
-    mixed, balanced = _mixed(rows), standing.element.balanced
+    stiffness, rows = group.element.springs(length)
+    mixed, balanced = _mixed(rows), group.element.balanced
     if balanced is None:
         balanced = not resists_rigid(stiffness, rows, length, _FINE)
     rows, level = np.moveaxis(rows, 0, -3), np.moveaxis(level, 0, -3)
@@ -172,7 +171,7 @@ def _of(plan: Plan, group: Group) -> Springs:
         level,
         np.moveaxis(length, 0, -1),
         np.moveaxis(stiffness, 0, -2),
-        standing.element.roundings,
+        group.element.roundings,
         mixed,
         balanced,
         np.zeros(len(group.pieces), dtype=np.int64),
@@ -196,11 +195,11 @@ def _geometry(plan: Plan, group: Group) -> tuple[Real, Real]:
     first, second = (topology.bodies[node] for node in pieces[0].nodes)
     if first is None or first != second:
         chord = np.stack([aligned(position(plan, m.end) - position(plan, m.start), ndim, 1) for m in members])
-        return chord, pieces[0].element.axes(chord)
+        return chord, group.element.axes(chord)
     ends = [(extended(frame.nodes[m.end].coordinates), extended(frame.nodes[m.start].coordinates)) for m in members]
     local = np.stack([aligned(end - start, ndim, 1) for end, start in ends])
     axes = aligned(extended(frame.bodies[first].axes), ndim, 2)
-    level = pieces[0].element.axes(local) @ np.swapaxes(axes, -1, -2)
+    level = group.element.axes(local) @ np.swapaxes(axes, -1, -2)
     return turned(axes, local), _orthonormal(level)
 
 

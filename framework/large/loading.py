@@ -146,7 +146,7 @@ def _work(topology: Topology, group: Group) -> Array | None:
     terms = []
     for position, x, force in _between(topology, group):
         length = group.length[position]
-        moved = group.element.shape_functions(length, x)[..., :3, list(DEFORMATIONS)]
+        moved = group.of(position).shape_functions(length, x)[..., :3, list(DEFORMATIONS)]
         moved[..., 0, 0] -= x / length
         terms.append((position, force[..., :3, None, None] * moved[..., None, :, :]))
     if not terms:

@@ -57,7 +57,7 @@ class Stations:
             batch = self.model.frame.shape
             forces = np.moveaxis(self._cut(piece, x), 0, -1).reshape(len(x), *batch, 6)
             fraction = x.reshape(len(x), *batch) / group.length[position]
-            found = group.element.stress(fraction, forces)
+            found = group.of(position).stress(fraction, forces)
             return np.moveaxis(np.broadcast_to(found, (len(x), *batch, 3)).reshape(*x.shape, 3), -1, 0)
 
         return self._along(member, at, stress)
@@ -132,7 +132,7 @@ class Stations:
         length = self._length(piece)
         batch = self.model.frame.shape
         stations = x.reshape(len(x), *batch)
-        shapes = group.element.shape_functions(group.length[position], stations)
+        shapes = group.of(position).shape_functions(group.length[position], stations)
         shapes = np.broadcast_to(shapes, (len(x), *batch, 6, 12)).reshape(*x.shape, 6, 12)
         deformation = at.deformation[:, position]
         local = np.einsum("kmij,jm->ikm", shapes[..., list(DEFORMATIONS)], deformation)

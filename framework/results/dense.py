@@ -86,15 +86,15 @@ def members(group: Group, entries: Entries = WHOLE) -> Array:
     if entries.index is None:
         return group.stiffness()
     start, end = (entries.of(turn, 2, leading=1) for turn in group.turns)
-    if set(group.element.shape) <= {1}:
+    if set(group.shape) <= {1}:
         length = entries.of(group.length, 0, leading=1)
         # Parameters may have several axes of size one, which go between the pieces and the entries.
-        spread = length.reshape(len(length), *(1,) * max(0, len(group.element.shape) - 1), *length.shape[1:])
+        spread = length.reshape(len(length), *(1,) * max(0, len(group.shape) - 1), *length.shape[1:])
         local = group.element.stiffness_matrix(spread).reshape(*length.shape, 12, 12)
     else:
         step = max(1, _MATRICES // int(np.prod(group.stiffness_shape)))
-        parts = (group.length[k : k + step] for k in range(0, len(group.length), step))
-        local = np.concatenate([entries.of(group.element.stiffness_matrix(part), 2, leading=1) for part in parts])
+        parts = (group.part(slice(k, k + step)) for k in range(0, len(group.length), step))
+        local = np.concatenate([entries.of(some.element.stiffness_matrix(some.length), 2, leading=1) for some in parts])
     return group.turned(local, (start, end))
 
 

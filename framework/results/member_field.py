@@ -106,7 +106,7 @@ def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Arra
     ends
         Displacements (n, ..., 12) of the ends of the pieces, local.
     """
-    shapes = group.element.shape_functions(group.length[at], x)
+    shapes = group.of(at).shape_functions(group.length[at], x)
     moved: Array = np.einsum("...ij,...j->...i", shapes, ends)
     for some in _alike(topology, group, at):
         if group.stands:
@@ -176,8 +176,8 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
         a, b = np.minimum(lower, x), np.minimum(upper, x)
         for point, weight in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
             s = a + (b - a) * point
-            strain = group.element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
-            free = group.element.free_strain(s / length)
+            strain = group.of(at).section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
+            free = group.of(at).free_strain(s / length)
             strain = strain if free is None else strain + free
             out = out + (weight * (b - a))[..., None] * _carried(strain, x - s)
         lower = upper

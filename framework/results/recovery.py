@@ -53,7 +53,7 @@ class Recovery:
         def stress(piece: int, x: Array) -> Array:
             group, position = self._where[piece]
             fraction = x / group.length[position]
-            return group.element.stress(fraction, self._cut(piece, x))
+            return group.of(position).stress(fraction, self._cut(piece, x))
 
         return self._along(member, at, stress)
 
@@ -79,7 +79,7 @@ class Recovery:
             ends = np.zeros((*self.solution.shape, 12))
             ends[idle.mask] = idle.motions(self._rows(piece))[motion]
             local = group.local(position, ends)
-            shapes = group.element.shape_functions(group.length[position], x)
+            shapes = group.of(position).shape_functions(group.length[position], x)
             moved = np.einsum("...ij,...j->...i", shapes, local)
             return turned(np.swapaxes(group.level[position], -1, -2), moved)
 
@@ -100,7 +100,7 @@ class Recovery:
         """Forces on both ends of a piece in its local axes, (..., 12)."""
         if piece not in self._pieces:
             group, position = self._where[piece]
-            forces = group.element.end_forces(group.length[position], self.piece_displacement(piece))
+            forces = group.of(position).end_forces(group.length[position], self.piece_displacement(piece))
             loads = end_loads(self.topology, group, np.array([position]))
             self._pieces[piece] = np.broadcast_to(forces - loads[0], (*self.solution.shape, 12))
         return self._pieces[piece]

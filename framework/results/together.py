@@ -103,7 +103,7 @@ class Together:
 
     def _stress(self, group: Group, at: Index, x: Array, ends: Array, forces: Array) -> Array:
         """Extreme stresses (k, n, ..., 3)."""
-        return group.element.stress(x / group.length[at], self._force(group, at, x, ends, forces))
+        return group.of(at).stress(x / group.length[at], self._force(group, at, x, ends, forces))
 
     # -- pieces -----------------------------------------------------------------------------------------------------
 
@@ -123,4 +123,4 @@ class Together:
 
     def _forces(self, group: Group, at: Index, ends: Array) -> Array:
         """Forces on the ends of pieces in their local axes, (n, ..., 12)."""
-        return group.element.end_forces(group.length[at], ends) - end_loads(self.topology, group, at)
+        return group.of(at).end_forces(group.length[at], ends) - end_loads(self.topology, group, at)

@@ -138,7 +138,7 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
     out: Array = group.element.geometric_matrix(length, axial) + bent
     for position, x, force in loads:
         own = np.broadcast_to(length[position], np.broadcast_shapes(length[position].shape, x.shape, force.shape[:-1]))
-        shapes = group.element.shape_functions(own, x)
+        shapes = group.of(position).shape_functions(own, x)
         out[position] += of_load_between(own, shapes, np.broadcast_to(x, own.shape), force)
     return out
 

@@ -57,7 +57,7 @@ class Group:
     Attributes
     ----------
     element
-        Stands for them all.
+        Stands for them all; where they differ in their numbers, these are arrays (n, ...).
     pieces
         Their numbers (n,).
     dofs
@@ -126,10 +126,27 @@ class Group:
         return np.concatenate([turned(np.swapaxes(turn[positions], -1, -2), part) for turn, part in ends], axis=-1)
 
     @property
+    def stacked(self) -> bool:
+        """Whether parameters of the element have an axis for the pieces."""
+        return len(self.element.shape) > self.chord.ndim - 2
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of the elements' own parameters."""
+        return self.element.shape[1:] if self.stacked else self.element.shape
+
+    def of(self, at: int | slice | Index) -> LineElement:
+        """The element of some of the pieces, by their positions."""
+        if not self.stacked:
+            return self.element
+        ndim = self.chord.ndim - 2
+        return self.element.cut(lambda array, trailing: array[at] if array.ndim - trailing > ndim else array)
+
+    @property
     def stiffness_shape(self) -> tuple[int, ...]:
         """Batch shape over which the stiffness of a piece varies."""
         turned = (axes.shape[:-2] for axes in self.axes if axes is not None)
-        return np.broadcast_shapes(self.chord.shape[1:-1], *turned, self.element.shape)
+        return np.broadcast_shapes(self.chord.shape[1:-1], *turned, self.shape)
 
     def turned(self, local: Array, turns: tuple[Array, Array] | None = None) -> Array:
         """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero.
@@ -155,7 +172,7 @@ class Group:
         if self.element.balanced is not None:
             return not self.element.balanced
         one, ndim = self.part(slice(0, 1)), self.chord.ndim - 2
-        batch = np.broadcast_shapes(self.chord.shape[1:-1], self.element.shape)
+        batch = np.broadcast_shapes(self.chord.shape[1:-1], self.shape)
         if math.prod(batch) <= _SOME:
             return one.resists_by_springs()
         axis, slices = Grid((1,) * (ndim - len(batch)) + batch).slices(_SOME)
@@ -178,7 +195,12 @@ class Group:
     def part(self, part: slice | Index) -> Group:
         """Some of the pieces as a stack of their own."""
         return replace(
-            self, pieces=self.pieces[part], dofs=self.dofs[part], chord=self.chord[part], counts=self.counts[part]
+            self,
+            element=self.of(part),
+            pieces=self.pieces[part],
+            dofs=self.dofs[part],
+            chord=self.chord[part],
+            counts=self.counts[part],
         )
 
     def cut(self, axis: int, indices: slice) -> Group:

@@ -43,7 +43,7 @@ def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | Non
     push = turned(group.level[at], aligned(weight, length.ndim - 1, 1)[None])
     points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
     for point, share in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
-        mass = group.element.mass_per_length(end * point / length)
+        mass = group.of(at).mass_per_length(end * point / length)
         force = (share * mass * end)[..., None] * push
         yield end * point, np.concatenate([force, np.zeros_like(force)], axis=-1)
 
@@ -63,7 +63,7 @@ def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
     """End forces (n, ..., 12), local, that do the work of point forces on pieces."""
     out: Array = np.zeros((*group.length[at].shape, 12))
     for x, force in forces:
-        shapes = group.element.shape_functions(group.length[at], x)
+        shapes = group.of(at).shape_functions(group.length[at], x)
         out = out + np.einsum("...ij,...i->...j", shapes, force)
     return out
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..batch import Array, Shape, aligned, cutting, distinct
 from ..description import Description, Node
 from ..examined import Examined, examined
-from ..protocol import LineElement, changed
+from ..protocol import LineElement, changed, stacked
 from .group import Group, Index
 from .mesh import line_mesh, numbered
 
@@ -114,8 +114,8 @@ class Topology:
         """Pieces gathered by kind, geometry shape and bodies."""
         kinds: dict[Hashable, int] = {}
         leaders, which = distinct(self._elements)
-        kind = [kinds.setdefault(self._elements[k].kind, len(kinds)) for k in leaders]
-        codes = np.array(kind, dtype=np.int64)[which]
+        alike = [_family(self._elements[k]) for k in leaders]
+        codes = np.array([kinds.setdefault(each, len(kinds)) for each in alike], dtype=np.int64)[which]
         chords = self._chords
         if not isinstance(chords, np.ndarray):
             keys: dict[Hashable, int] = {}
@@ -184,9 +184,20 @@ class Topology:
         first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
         return (self._plain[last] - self._plain[first])[self.members]
 
+    def _stacked(self, numbers: Index) -> LineElement:
+        """What stands for all of some pieces."""
+        elements = [self._elements[k] for k in numbers.tolist()]
+        one: LineElement = elements[0]
+        kind = one.kind
+        alike = one.family is None or all(other is one or other.kind == kind for other in elements)
+        if alike:
+            return one
+        whole: LineElement = stacked(elements, len(self.frame.shape))
+        return whole
+
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         ndim = len(self.frame.shape)
-        element, nodes = self._elements[numbers[0]], self.ends[numbers]
+        element, nodes = self._stacked(numbers), self.ends[numbers]
         if isinstance(chords, np.ndarray):
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:
@@ -250,6 +261,12 @@ class Topology:
     def numbering(self) -> Any:
         """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
         return numbered(self.mesh)
+
+
+def _family(element: LineElement) -> Hashable:
+    """What elements are evaluated together: those of a family and a batch shape, else those of a kind."""
+    family = element.family
+    return element.kind if family is None else (family, element.shape)
 
 
 def _pairs(ends: list[tuple[int, int]]) -> Index:
