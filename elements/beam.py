@@ -16,7 +16,7 @@ from .cross_section import CrossSection
 from .direction import BARS, DIRECTIONS, Direction, stamp_rows
 from .flexibility import Part, Six, UniformPart, spread_points, tapered_part
 from .material import Material
-from .parameters import Real, array_of, as_real, common_shape, given_state, require
+from .parameters import Real, array_of, as_real, common_shape, given_state, require, shape_of
 from .prismatic import bar_mass, plane_geometric, plane_mass
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
@@ -103,13 +103,12 @@ class Beam(LineElement):
     @property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of section, material, end and up."""
-        shapes = [self.sections_shape, () if self.up is None else self.up.shape[:-1]]
-        return np.broadcast_shapes(*shapes)
+        return shape_of(self.sections_shape, () if self.up is None else self.up.shape[:-1])
 
     @cached_property
     def sections_shape(self) -> tuple[int, ...]:
         """Batch shape of the stiffness per length: the broadcast of section, material and end."""
-        return np.broadcast_shapes(self.section.shape, self.material.shape, () if self.end is None else self.end.shape)
+        return shape_of(self.section.shape, self.material.shape, () if self.end is None else self.end.shape)
 
     @property
     def kind(self) -> Hashable:

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from ..framework.protocol import Array
-from .parameters import Real, common_shape, derived_number, given_state, positive
+from .parameters import Real, common_shape, derived_number, given_state, positive, shape_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class CrossSection(ABC):
     @property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of the sizes."""
-        return np.broadcast_shapes(*(np.shape(value) for value in self.sizes().values()))
+        return shape_of(*self.sizes().values())
 
     def between(self, end: Self, fraction: Real) -> Self:
         """Section on the way to another of its type, sizes interpolated linearly.

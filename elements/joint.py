@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..framework.batch import rotation
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, JointElement, proven
-from .parameters import array_of, common_shape, require
+from .parameters import array_of, common_shape, require, shape_of
 from .play import checked_play
 
 
@@ -61,8 +61,8 @@ class Joint(JointElement):
     (0, 1)
     """
 
-    stiffness: Array
-    axes: Array | None
+    stiffness: Array = field(metadata={"trailing": 1})
+    axes: Array | None = field(metadata={"trailing": 2})
     clearance: Array
     play: tuple[int, ...]
     pitch: Array
@@ -97,7 +97,7 @@ class Joint(JointElement):
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of stiffness, axes, clearance and pitch."""
         axes = () if self.axes is None else self.axes.shape[:-2]
-        return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.clearance.shape, self.pitch.shape)
+        return shape_of(self.stiffness.shape[:-1], axes, self.clearance.shape, self.pitch.shape)
 
     def matrix(self) -> Array:
         """Stiffness of the two nodes in global axes, of a joint in contact all round, (..., 12, 12).

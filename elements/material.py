@@ -18,6 +18,7 @@ from .parameters import (
     number,
     positive,
     require,
+    shape_of,
 )
 
 
@@ -87,4 +88,4 @@ class Material:
     @property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of the numbers."""
-        return np.broadcast_shapes(np.shape(self.E), np.shape(self.G), np.shape(self.density))
+        return shape_of(self.E, self.G, self.density)

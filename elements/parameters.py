@@ -60,10 +60,17 @@ def derived_number(owner: str, name: str, value: Array | float) -> Real:
 def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
     """Broadcast of named shapes; the names are told when they do not fit."""
     try:
-        return np.broadcast_shapes(*shapes.values())
+        return shape_of(*shapes.values())
     except ValueError:
         told = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
         raise FrameError(f"{owner}: shapes do not broadcast: {told}; give arrays that broadcast together") from None
+
+
+def shape_of(*values: Real | tuple[int, ...] | None) -> tuple[int, ...]:
+    """Broadcast of numbers, and of shapes; at once where all are single numbers, as most are."""
+    shapes = {np.shape(v) if not isinstance(v, tuple) else v for v in values if not isinstance(v, float | None)}
+    shapes.discard(())
+    return np.broadcast_shapes(*shapes) if len(shapes) > 1 else next(iter(shapes), ())
 
 
 def as_real(value: Array | float) -> Real:

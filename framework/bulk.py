@@ -17,7 +17,7 @@ from .editing import Editable
 from .errors import FrameError
 from .examination import examine_joint
 from .names import found, plain
-from .protocol import JointElement, LineElement, is_proven
+from .protocol import JointElement, LineElement, changed, is_proven, stacked, unstacked
 
 Names = Sequence[str]
 
@@ -94,7 +94,8 @@ class InBulk(Editable):
         Parameters
         ----------
         element
-            One for all; or n of them, one for each.
+            One for all, of which parameters may be arrays (..., n), one number for each, or (..., 1) where a batch is
+            the same for all; or n elements, one for each.
         pairs
             Names of the two nodes of each, n pairs; or the numbers of these nodes in the order of description, (n, 2).
         names
@@ -117,14 +118,15 @@ class InBulk(Editable):
             raise FrameError(f"add_many was given {len(new)} names for {len(starts)} pairs of nodes: give one for each")
         self._check_new("element", new, self.members, self.joints, self.masses)
         one = isinstance(element, (LineElement, JointElement))
-        each = [element] if one else list(element)  # type: ignore[arg-type]
-        if not one and len(each) != len(new):
+        each = _each(element, len(new)) if one else list(element)  # type: ignore[arg-type]
+        if not (one and len(each) == 1) and len(each) != len(new):
             raise FrameError(f"add_many was given {len(each)} elements for {len(new)} pairs: give one, or one for each")
         if not new:
             return []
         kinds = {type(given) for given in each}
         if all(issubclass(kind, LineElement) for kind in kinds):
-            self._add_members(new, each, starts, stops)  # type: ignore[arg-type]
+            families = [np.arange(len(new))] if one else _families(each)  # type: ignore[arg-type]
+            self._add_members(new, each, starts, stops, families)  # type: ignore[arg-type]
         elif all(issubclass(kind, JointElement) for kind in kinds):
             self._add_joints(new, each, starts, stops)  # type: ignore[arg-type]
         else:
@@ -216,23 +218,32 @@ class InBulk(Editable):
             raise FrameError(f"add_many was given the pair {(alone, alone)}: give two different nodes")
         return starts, stops
 
-    def _add_members(self, names: list[str], elements: list[LineElement], starts: list[str], stops: list[str]) -> None:
+    def _add_members(
+        self,
+        names: list[str],
+        elements: list[LineElement],
+        starts: list[str],
+        stops: list[str],
+        families: list[NDArray[np.int64]],
+    ) -> None:
         """Members, with what `add` looks at looked at for those of one element together."""
         kinds: dict[Hashable, str] = {}
-        chords, (leaders, which) = self._chords(starts, stops), distinct(elements)
-        for number, first in enumerate(leaders):
-            element = elements[first]
-            at = np.flatnonzero(which == number) if len(elements) > 1 else np.arange(len(names))
+        chords = self._chords(starts, stops)
+        if chords is not None:
+            for k in np.flatnonzero(~chords.any(axis=-1)).tolist():
+                self._check_length(names[k], starts[k], stops[k])
+        for at in families:
+            mine = [elements[k] for k in at.tolist()] if len(elements) > 1 else elements
+            element = mine[0]
             if chords is None:
-                for k in at.tolist():
+                for k, one in zip(at.tolist(), mine if len(mine) > 1 else repeat(element), strict=False):
                     self._check_length(names[k], starts[k], stops[k])
-                    element.check(self._chord(starts[k], stops[k]))
+                    one.check(self._chord(starts[k], stops[k]))
             else:
-                for k in at[~chords[at].any(axis=-1)].tolist():
-                    self._check_length(names[k], starts[k], stops[k])
-                element.check(chords[at].reshape(-1, *(1,) * len(element.shape), 3))
-            kinds |= self._examine(names[first], element, (starts[first], stops[first]))
-        self._join({f"member {names[first]!r}": elements[first].shape for first in leaders})
+                whole = stacked(mine, len(element.shape)) if len(mine) > 1 else element
+                whole.check(chords[at].reshape(-1, *(1,) * len(element.shape), 3))
+            kinds |= self._examine(names[at[0]], element, (starts[at[0]], stops[at[0]]))
+            self._join({f"member {names[at[0]]!r}": element.shape})
         each = elements if len(elements) == len(names) else repeat(elements[0])
         self.members.update(zip(names, map(Member, each, starts, stops), strict=True))
         self._examined |= kinds
@@ -261,3 +272,36 @@ class InBulk(Editable):
             ends.append(np.concatenate(places).reshape(-1, 3))
         chords: Array = ends[1] - ends[0]
         return chords
+
+
+def _families(elements: Sequence[LineElement]) -> list[NDArray[np.int64]]:
+    """Numbers of the members whose elements can be looked at together."""
+    leaders, which = distinct(elements)
+    found: dict[Hashable, int] = {}
+    codes = []
+    for number, k in enumerate(leaders):
+        family = elements[k].family
+        codes.append(found.setdefault((family, elements[k].shape) if family is not None else number, len(found)))
+    code = np.array(codes, dtype=np.int64)[which]
+    return np.split(np.argsort(code, kind="stable"), np.cumsum(np.bincount(code))[:-1])
+
+
+def _each(element: LineElement | JointElement, count: int) -> list[LineElement | JointElement]:
+    """The element for each of many members; one where it is the same for all."""
+    if not element.shape:
+        return [element]
+    if element.shape[-1] not in (1, count):
+        told = f"(..., {count}) with one for each of them, or (..., 1)"
+        raise FrameError(f"{type(element).__name__} for {count} members has batch shape {element.shape}: give {told}")
+    if is_proven(element):
+        return unstacked(element, count)
+
+    def cut(k: int) -> LineElement | JointElement:
+        def one(array: Array, trailing: int) -> Array:
+            place = array.ndim - trailing - 1
+            return array if place < 0 else np.take(array, k if array.shape[place] > 1 else 0, axis=place)
+
+        found: LineElement | JointElement = changed(element, one)
+        return found
+
+    return [cut(k) for k in range(count)]

@@ -7,8 +7,9 @@ element are in its local axes, start node before end node, each ``ux uy uz rx ry
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import fields, is_dataclass
+from itertools import repeat
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -565,3 +566,32 @@ def _together(values: list[Any], ndim: int, trailing: int) -> Any:
         arrays = [aligned(np.asarray(value), ndim, trailing) for value in values]
         return np.stack(np.broadcast_arrays(*arrays))
     return one  # names, switches and counts, which a family has in common or does not look at
+
+
+def unstacked(element: Any, count: int) -> list[Any]:
+    """A dataclass whose arrays have so many entries, or one, along their last batch axis as that many, one for each."""
+    names, columns = [], []
+    for each in fields(element):
+        names.append(each.name)
+        columns.append(_apart(getattr(element, each.name), count, each.metadata.get("trailing", 0)))
+    out = []
+    for values in zip(*columns, strict=True):
+        twin = object.__new__(type(element))
+        vars(twin).update(zip(names, values, strict=True))
+        out.append(twin)
+    return out
+
+
+def _apart(value: Any, count: int, trailing: int) -> Iterable[Any]:
+    if is_dataclass(value):
+        return unstacked(value, count) if getattr(value, "shape", ()) else repeat(value, count)
+    if not isinstance(value, np.ndarray) or value.ndim <= trailing:
+        return repeat(value, count)
+    entries = np.moveaxis(value, value.ndim - trailing - 1, 0)
+    if len(entries) == 1:
+        return repeat(_plain(entries[0]), count)
+    return entries.tolist() if entries.ndim == 1 else list(entries)
+
+
+def _plain(value: Any) -> Any:
+    return value if np.ndim(value) else float(value)

@@ -83,8 +83,11 @@ def _loaded(seed: int) -> Frame:
 @given(st.integers(0, 10**6))
 @settings(max_examples=4)
 def test_an_element_written_anew_gives_the_same_bits(seed: int) -> None:
+    """Where those of a family are not evaluated together, which sums the same numbers in another order."""
     frame = _loaded(seed)
-    wanted, found = _read(frame), _read(rebuilt(frame, halved=-1))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Beam, "family", None)
+        wanted, found = _read(frame), _read(rebuilt(frame, halved=-1))
     assert wanted.keys() == found.keys()
     for key, value in wanted.items():
         assert_array_equal(found[key], value, err_msg=key)

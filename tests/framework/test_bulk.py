@@ -55,6 +55,34 @@ def test_as_one_by_one(element: object, body: str | None, batch: bool) -> None:
     assert answers(one) == answers(other)
 
 
+@pytest.mark.parametrize("batch", [False, True])
+def test_one_element_with_arrays_is_one_for_each(batch: bool) -> None:
+    """Numbers along the last axis are those of the members; a batch that is the same for all has an axis of one."""
+    y, E = np.array([0.03, 0.04, 0.05]), np.array([[1e11], [2e11]]) if batch else 2e11
+    places = np.stack([np.arange(4.0), np.arange(4.0) ** 2, 0.0 * np.arange(4.0)], axis=-1)
+    at = np.array([[0, 1], [1, 2], [2, 3]])
+    one, other = Frame(), Frame()
+    for frame in (one, other):
+        frame.add_nodes(4, places)
+        frame.fix("0")
+        frame.load("3", fx=1.0)
+    bars = Beam(Rectangle(y=y, z=0.02), Material(E=E, nu=0.3), up=np.array([[0, 0, 1], [0, 1, 1], [0, 0, 2.0]]))
+    one.add_many(bars, at)
+    for k in range(3):
+        steel = Material(E=np.ravel(E) if batch else E, nu=0.3)
+        other.add(str(k), Beam(Rectangle(y=y[k], z=0.02), steel, up=bars.up[k]), str(k), str(k + 1))  # type: ignore[index]
+    assert one.shape == other.shape == ((2,) if batch else ())
+    assert answers(one) == answers(other)
+    assert len(one.solve().plan.topology.groups) == 1
+    twins = Frame()
+    twins.add_nodes(4, np.zeros((4, 3)))
+    k = np.arange(1.0, 3.0)[:, None] * np.ones(6)
+    twins.add_many(Joint(stiffness=k), [("0", "1"), ("2", "3")], ["a", "b"])
+    assert [float(twins.joints[name].element.stiffness[0]) for name in "ab"] == [1.0, 2.0]
+    with pytest.raises(FrameError, match=r"Beam for 2 members has batch shape \(3,\): give \(..., 2\) with one for"):
+        one.add_many(Beam(Rectangle(y=y, z=0.02), STEEL), at[:2])
+
+
 def test_names_count_on() -> None:
     frame = Frame()
     frame.node("A", (0.0, 0.0, 1.0))
