@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,8 @@ def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool
 
 def number(owner: str, name: str, value: ArrayLike) -> Real:
     """A finite number, or an array of them; single numbers stay Python floats, which are cheap."""
+    if type(value) is float and isfinite(value):
+        return value
     array = array_of(owner, name, value)
     require(owner, name, array, np.isfinite(array), "finite; give a number")
     return as_real(array)
@@ -39,6 +42,8 @@ def number(owner: str, name: str, value: ArrayLike) -> Real:
 def positive(owner: str, name: str, value: ArrayLike) -> Real:
     """A finite number above zero, or an array of them."""
     checked = number(owner, name, value)
+    if type(checked) is float and checked > 0.0:
+        return checked
     require(owner, name, np.asarray(checked), np.asarray(checked) > 0.0, "above zero; give a positive number")
     return checked
 
@@ -46,12 +51,16 @@ def positive(owner: str, name: str, value: ArrayLike) -> Real:
 def not_negative(owner: str, name: str, value: ArrayLike) -> Real:
     """A finite number not below zero, or an array of them."""
     checked = number(owner, name, value)
+    if type(checked) is float and checked >= 0.0:
+        return checked
     require(owner, name, np.asarray(checked), np.asarray(checked) >= 0.0, "zero or above; give its magnitude")
     return checked
 
 
 def derived_number(owner: str, name: str, value: Array | float) -> Real:
     """What follows from checked numbers: above zero and finite unless those leave the range of floats."""
+    if type(value) is float and 0.0 < value < inf:
+        return value
     array = array_of(owner, name, value)
     require(owner, name, array, np.isfinite(array) & (array > 0.0), "within the range of floats; take another unit")
     return as_real(array)

@@ -144,6 +144,8 @@ def alike(one: Any, other: Any) -> bool:
 
 # Orders of elimination, by the pattern of what is eliminated; they weigh as many as that has entries.
 ORDERS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
+# Operations of an elimination, by what is eliminated; they weigh as many as they are.
+PROGRAMS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 # Of a frame its plan and factors; of a linkage its mechanism, and the inertia of its links. None of them refers to the
 # description that it is kept for, which would then never go.
 SOLVED: Leases[Any] = Leases()

@@ -28,6 +28,7 @@ from ..structure.varying import Varying
 from .chunks import held, large_masks, steps
 from .order import Order
 from .progress import Masks, Progress, Springs, Wanted
+from .replay import Elimination
 from .stage import Forces, Matrix, Stage
 from .tail import Remainder
 
@@ -177,6 +178,9 @@ class Factor:
     def _shared(self) -> Progress:
         """All that is small, of the whole batch."""
         block = self.block
+        if block.grid.sizes[-1] == 1 and not block.varying:
+            given = block.matrix, block.forces, block.scale, block.rows, block.springs
+            return Elimination(block.orders, *given).carried_out(self._masks, block.knowns)
         stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
         progress = Progress(block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks)
         progress.factorise(self.small, given=True)

@@ -1,0 +1,245 @@
+"""The elimination of one batch entry, recorded once for all frames of a topology.
+
+A single entry is worked on number by number, most of the time being spent on finding which. One of the first frames of
+a topology writes the operations down, the later ones carry out the list: the same operations in the same order, and so
+the same bits.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..cache import PROGRAMS
+from ..program.program import Operation
+from ..program.recording import Recording, Term
+from ..structure.parts import Parts, Row, Value, is_zero
+from .order import Order
+from .progress import Masks, Progress, Springs
+from .stage import Forces, Matrix, Pivot, Stage
+
+# What is done, and the places of the two numbers that it is done with.
+Operations = tuple[Callable[[Any, Any], Any], int, int]
+
+# Operations up to which a list is worth its memory.
+_MOST = 20_000
+# Frames of a topology that are worked on before the list is written, which takes as long as some twenty of them.
+_FEW = 3
+
+
+class Elimination:
+    """The numbers of a component that go into its elimination, and where each stands.
+
+    Parameters
+    ----------
+    orders
+        Elimination order of both stages.
+    matrix, forces, scale, rows, springs
+        As of a `Block` of one entry.
+    """
+
+    def __init__(
+        self,
+        orders: tuple[Order, Order],
+        matrix: Matrix,
+        forces: Forces,
+        scale: dict[int, Parts],
+        rows: dict[int, Row],
+        springs: Springs,
+    ) -> None:
+        self.orders, self.matrix, self.forces, self.scale = orders, matrix, forces, scale
+        self.rows, self.springs = rows, springs
+
+    def carried_out(self, masks: Masks, knowns: list[Value]) -> Progress:
+        """Both stages, eliminated and loaded.
+
+        Parameters
+        ----------
+        masks
+            Axes over which substitution and springs vary: none.
+        knowns
+            The known numbers.
+        """
+        operations = sum(len(order.below[k]) * (len(order.below[k]) + 2) for order in self.orders for k in order.pivots)
+        if operations > _MOST:
+            return self._plainly(masks, knowns)
+        recorded: _Recorded = PROGRAMS.found(self._key(), _Recorded, operations + 100)
+        return recorded.replayed(self, masks, knowns)
+
+    def _plainly(self, masks: Masks, knowns: list[Value]) -> Progress:
+        stage = Stage(self.matrix, self.forces, self.scale).mapped(_same)
+        progress = Progress(self.orders, stage, Stage(), self.rows, self.springs, knowns, masks)
+        progress.factorise([True], given=True)
+        progress.load([True])
+        return progress
+
+    def _key(self) -> tuple[object, ...]:
+        """What is where, without the numbers but those that are one in all frames."""
+        return (
+            tuple((i, tuple(row)) for i, row in self.matrix.items()),
+            tuple(bool(parts) for row in self.matrix.values() for parts in row.values()),
+            tuple((i, tuple(by_source)) for i, by_source in self.forces.items()),
+            tuple(i for i, parts in self.scale.items() if parts),
+            tuple((a, tuple(row), tuple(map(_unit, row.values()))) for a, row in self.rows.items()),
+            tuple((tuple(row), tuple(map(_unit, row.values()))) for row, _ in self.springs),
+            tuple((tuple(order.pivots), tuple(map(tuple, order.below.values()))) for order in self.orders),
+        )
+
+    def numbers(self) -> Iterator[Value]:
+        """All numbers in turn, but those that are one."""
+        for i, row in self.matrix.items():
+            for j, parts in row.items():
+                if j >= i:
+                    yield from parts.values()
+        for by_source in self.forces.values():
+            for parts in by_source.values():
+                yield from parts.values()
+        for parts in self.scale.values():
+            yield from parts.values()
+        for factors in self.rows.values():
+            yield from (value for value in factors.values() if not _unit(value))
+        for factors, stiffness in self.springs:
+            yield from (value for value in factors.values() if not _unit(value))
+            yield stiffness
+
+    def mapped(self, change: Callable[[Value], Value]) -> Elimination:
+        """The same with `change` applied to each of the numbers, in turn."""
+        matrix: Matrix = {i: {} for i in self.matrix}
+        for i, row in self.matrix.items():
+            for j, parts in row.items():
+                if j >= i:
+                    matrix[i][j] = matrix[j][i] = {mask: change(value) for mask, value in parts.items()}
+        forces = {
+            i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by.items()} for i, by in self.forces.items()
+        }
+        scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
+        rows = {a: _row(row, change) for a, row in self.rows.items()}
+        springs = [(_row(row, change), change(stiffness)) for row, stiffness in self.springs]
+        return Elimination(self.orders, matrix, forces, scale, rows, springs)
+
+
+class _Recorded:
+    """The list of operations of one topology, once there is one."""
+
+    def __init__(self) -> None:
+        self.met = 0
+        self.made: tuple[list[Operations], list[Value], Progress] | None = None
+
+    def replayed(self, given: Elimination, masks: Masks, knowns: list[Value]) -> Progress:
+        """Both stages of a component: as ever the first few times, from the list the later ones."""
+        self.met += 1
+        if self.met <= _FEW:
+            return given._plainly(masks, knowns)
+        if self.made is None:
+            self.made = self._record(given, masks)
+        steps, constants, template = self.made
+        values: list[Any] = [_scalar(number) for number in given.numbers()]
+        values += constants
+        put = values.append
+        for operation, a, b in steps:
+            put(operation(values[a], values[b]))
+
+        def number(value: Value) -> Value:
+            return values[value.number] if isinstance(value, Term) else value
+
+        inner, outer = (_stage(stage, number) for stage in (template.inner, template.outer))
+        imposed = _forces(template.imposed, number)
+        return replace(
+            template,
+            inner=inner,
+            outer=outer,
+            imposed=imposed,
+            rows=given.rows,
+            springs=given.springs,
+            knowns=knowns,
+        )
+
+    def _record(self, given: Elimination, masks: Masks) -> tuple[list[Operations], list[Value], Progress]:
+        recording = Recording()
+        terms = given.mapped(lambda value: recording.later(0))
+        progress = terms._plainly(masks, [])
+        progress.forget()
+        found: list[Term] = []
+        note = _noting(found)
+        _stage(progress.inner, note)
+        _stage(progress.outer, note)
+        _forces(progress.imposed, note)
+        program, places = recording.program(found)
+        # values are numbered anew: what is given, as given, then constants, then steps
+        count = len(recording.given)
+        old = dict(enumerate(places))
+        old |= {k: count + k - program.given for k in range(program.given, len(program.masks))}
+        own = [_scalar(value) for value in recording.given if value is not None]  # of the operations, such as two
+        constants = own + [np.float64(constant) for constant in program.constants]
+        steps = [(_OPERATIONS[s.operation], old[s.a], old[s.b] if s.b >= 0 else old[s.a]) for s in program.steps]
+        numbers = {term.number: old[new] for term, new in zip(found, program.outputs, strict=True)}
+
+        def renumbered(value: Value) -> Value:
+            return Term(recording, numbers[value.number]) if isinstance(value, Term) else value  # type: ignore[return-value]
+
+        template = replace(
+            progress,
+            inner=_stage(progress.inner, renumbered),
+            outer=_stage(progress.outer, renumbered),
+            imposed=_forces(progress.imposed, renumbered),
+        )
+        return steps, constants, template
+
+
+def _noting(found: list[Term]) -> Callable[[Value], Value]:
+    def note(value: Value) -> Value:
+        if isinstance(value, Term):
+            found.append(value)
+        return value
+
+    return note
+
+
+def _stage(stage: Stage, change: Callable[[Value], Value]) -> Stage:
+    """Steps, loads and pivot ratios with `change` applied to every number."""
+    pivots = {
+        k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()}) for k, p in stage.pivots.items()
+    }
+    margin = {mask: change(value) for mask, value in stage.margin.items()}
+    return Stage(forces=_forces(stage.forces, change), pivots=pivots, margin=margin, complete=stage.complete)
+
+
+def _forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
+    return {i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by.items()} for i, by in forces.items()}
+
+
+def _row(row: Row, change: Callable[[Value], Value]) -> Row:
+    return {k: value if _unit(value) else change(value) for k, value in row.items()}
+
+
+def _unit(value: Value) -> float:
+    """1.0 and -1.0, which no operation need be spent on; 0.0 for all else."""
+    return value if isinstance(value, float) and value in (1.0, -1.0) else 0.0
+
+
+def _scalar(value: Value) -> Value:
+    return np.float64(value) if isinstance(value, float) else value
+
+
+def _same(value: Value) -> Value:
+    return value
+
+
+def _divided(a: Any, b: Any) -> Any:
+    """a / b; of an exact zero inf, as `reciprocal` has it."""
+    return np.inf if is_zero(b) else a / b
+
+
+_OPERATIONS: dict[Operation, Callable[[Any, Any], Any]] = {
+    Operation.ADD: operator.add,
+    Operation.SUBTRACT: operator.sub,
+    Operation.MULTIPLY: operator.mul,
+    Operation.DIVIDE: _divided,
+    Operation.NEGATE: lambda a, _: -a,
+    Operation.MINIMUM: np.minimum,
+    Operation.MAXIMUM: np.maximum,
+}
