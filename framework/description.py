@@ -363,7 +363,7 @@ class Description:
         """
         self._tie(master, (slave,), components(names), rigid=False)
 
-    def members_on(self, on: str | Sequence[str], what: str) -> list[str]:
+    def members_on(self, on: str | Sequence[str], what: str = "members_on") -> list[str]:
         """Names of the members that names of members and bodies stand for, each once.
 
         Parameters
@@ -372,6 +372,11 @@ class Description:
             A member, a body (all members on it), ``"beam"`` for all members, or several of these.
         what
             What asks, for messages.
+
+        Raises
+        ------
+        FrameError
+            If `on` names nothing.
         """
         chosen: dict[str, None] = {}
         for each in [on] if isinstance(on, str) else on:

@@ -46,8 +46,9 @@ class LineElement(ABC):
     A subclass gives `shape`, `shape_functions` and what makes its stiffness: a section law, `section_flexibility`, or
     `springs`. All else follows by default: matrices, loads and forces by quadrature of the shape functions and the
     section law, as scikit-fem forms (`linkframe.elements.forms`) where they are assembled as a matrix. What has a
-    closed form overrides them, and so does an element whose axes, kind, mass or stress are others. What an element
-    returns is examined when it is added to a frame, see `linkframe.framework.examined`.
+    closed form overrides them, and so does an element whose axes, kind, mass or stress are others. What does not vary
+    along the member, or over the batch, may be returned without these axes. What an element returns is examined when it
+    is added to a frame, see `linkframe.framework.examined`.
 
     Attributes
     ----------
@@ -69,7 +70,7 @@ class LineElement(ABC):
     ...     shape = ()
     ...
     ...     def section_flexibility(self, fraction):
-    ...         return np.multiply.outer(np.ones(np.shape(fraction)), [1.0 / self.EA, 0, 0, 0, 0, 0])
+    ...         return np.array([1.0 / self.EA, 0.0, 0.0, 0.0, 0.0, 0.0])
     ...
     ...     def shape_functions(self, length, x):
     ...         return straight_shapes(length, x)
