@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .batch import Array, cutting
 from .errors import FrameError
 from .examined import Examined, Unanswered, fits, held
+from .member_law import deformation_rows
 from .protocol import Change, JointElement, LineElement, PointElement
 
 Extended = np.longdouble
@@ -60,6 +61,8 @@ def examine_member(name: str, element: LineElement, chord: Array) -> None:
     _precision(some, along)
     _matrices(some, length)
     _fields(some, length)
+    if own.has_law:
+        _law(some, length)
     _along(some)
     _cut(own, length[:1])
     if own.segments > 1:
@@ -200,6 +203,28 @@ def _fields(own: Examined, length: Array) -> None:
         if np.any(np.abs(found[..., :3, :] - wanted) > _ALIKE * size):
             where = ("start", "end")[side]
             raise FrameError(f"{own.what}: shape_functions at the {where} do not give the displacement of that node")
+
+
+def _law(own: Examined, length: Array) -> None:
+    """Whether an element's own law is its stiffness at rest."""
+    stiffness = own.stiffness_matrix(length)
+    shape = np.broadcast_shapes(length.shape, own.shape, stiffness.shape[:-2])
+    whole = np.broadcast_to(length, shape).reshape(-1)
+
+    def pick(array: Array, trailing: int) -> Array:
+        tail = array.shape[array.ndim - trailing :]
+        return np.broadcast_to(array, (*shape, *tail)).reshape(-1, *tail)
+
+    _, force, tangent = own.resistance(whole, np.zeros((len(whole), 7)), pick)
+    rows = deformation_rows(whole)
+    found = np.swapaxes(rows, -1, -2) @ tangent @ rows
+    wanted = np.broadcast_to(stiffness, (*shape, 12, 12)).reshape(-1, 12, 12)
+    size = np.abs(wanted).max(initial=0.0)
+    if np.any(force) or np.any(np.abs(found - wanted) > _ALIKE * size * np.maximum(1.0, whole.max(initial=0.0)) ** 2):
+        raise FrameError(
+            f"{own.what}: resistance is not its stiffness at rest, which linear solutions follow: let it return no "
+            "force without deformation, and the tangent that springs and stiffness_matrix have"
+        )
 
 
 def _along(own: Examined) -> None:

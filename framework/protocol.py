@@ -301,6 +301,35 @@ class LineElement(ABC):
         out: Array = (pulls[..., None, :] @ rows)[..., 0, :]
         return out
 
+    def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
+        """Energy, force and tangent at a deformation, of an element with a law of its own.
+
+        Large displacement follows it in place of the stiffness; linear solutions follow the springs, with which it must
+        agree at rest, and `solution.linear` says how far. Forces must be the gradient of the energy, and the tangent
+        its second derivative; it couples no other deformations than the stiffness does.
+
+        Parameters
+        ----------
+        length
+            Length, (m,).
+        deformation
+            Elongation, and the rotation of the start and of the end, each about x, y and z, from the chord and the mean
+            twist, (m, 7).
+        pick
+            ``pick(array, trailing)`` takes the m rows of a parameter that belong to the deformations.
+
+        Returns
+        -------
+        energy, force, tangent
+            (m,), (m, 7) and (m, 7, 7).
+        """
+        raise NotImplementedError
+
+    @property
+    def has_law(self) -> bool:
+        """Whether it has a law of its own, `resistance`."""
+        return type(self).resistance is not LineElement.resistance
+
     # -- along the member -------------------------------------------------------------------------------------------
 
     def shape_gradients(self, length: Array, x: Array) -> Array:

@@ -69,6 +69,12 @@ def test_own_heated_beam() -> None:
     assert_allclose(shown.moment, -210e9 * 0.05 * 0.1**3 / 12.0 * curvature, rtol=1e-12)
 
 
+def test_own_hardening_spring() -> None:
+    shown = example("own_hardening_spring")
+    assert_allclose(1000.0 * shown.elongation + 4e4 * shown.elongation**3, shown.force, rtol=1e-9)
+    assert shown.linear.linear.tolist() == [True, False, False]
+
+
 def test_portal_frame() -> None:
     shown = example("portal_frame")
     k = (5e-5 / 2e-5) * (3.0 / 5.0)

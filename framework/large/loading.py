@@ -9,10 +9,11 @@ import numpy as np
 
 from ..batch import Array, turned
 from ..errors import FrameError
+from ..member_law import DEFORMATIONS
 from ..structure.assembly import component_loads, hung_weights
 from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group, Index, Topology
-from .corotation import DEFORMATIONS, Pieces
+from .corotation import Law, Pieces
 from .numbers import Numbers, Where
 
 
@@ -27,6 +28,8 @@ class Stack:
     bow: Numbers
     work: Numbers | None
     tension: Numbers | None
+    group: Group
+    ndim: int
 
     @classmethod
     def of(cls, topology: Topology, group: Group) -> Stack:
@@ -45,14 +48,41 @@ class Stack:
             Numbers.of(bow, ndim, 2, leading=1),
             None if work is None else Numbers.of(work, ndim, 3, leading=1),
             None if tension is None else Numbers.of(tension, ndim, 0, leading=1),
+            group,
+            ndim,
         )
+
+    @property
+    def has_law(self) -> bool:
+        """Whether its pieces have a law of their own."""
+        return self.group.element.has_law
 
     def at(self, where: Where, factor: float) -> Pieces:
         """The numbers of some entries, with the loads multiplied by `factor`."""
         work = None if self.work is None else factor * self.work.at(where)
         tension = None if self.tension is None else factor * self.tension.at(where)
         level, length = self.level.at(where), self.length.at(where)
-        return Pieces(level, length, self.stiffness.at(where), self.bow.at(where), work, tension)
+        law = self._law(where, length) if self.has_law else None
+        return Pieces(level, length, self.stiffness.at(where), self.bow.at(where), work, tension, law)
+
+    def _law(self, where: Where, length: Array) -> Law:
+        """The pieces' own law at some entries."""
+        element, ndim, count = self.group.element, self.ndim, len(self.ends)
+
+        def law(strain: Array) -> tuple[Array, Array, Array]:
+            size = count, strain.shape[-1]
+
+            def pick(array: Array, trailing: int) -> Array:
+                taken = Numbers.of(array, ndim, trailing).at(where)
+                tail = taken.shape[:-1]
+                whole = np.broadcast_to(taken[..., None, :], (*tail, *size)).reshape(*tail, -1)
+                return np.moveaxis(whole, -1, 0)
+
+            along = np.broadcast_to(length, size).reshape(-1)
+            energy, force, tangent = element.resistance(along, strain.reshape(7, -1).T, pick)
+            return energy.reshape(size), force.T.reshape(7, *size), np.moveaxis(tangent, 0, -1).reshape(7, 7, *size)
+
+        return law
 
 
 @dataclass(frozen=True)

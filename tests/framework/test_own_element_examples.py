@@ -52,13 +52,20 @@ def heated(scale: Any) -> LineElement:
     )
 
 
+def hardening(scale: Any) -> LineElement:
+    return example("own_hardening_spring").Hardening(  # type: ignore[no-any-return]
+        1e6 * np.asarray(scale), 1e10 * np.asarray(scale)
+    )
+
+
 ELEMENTS: dict[str, Callable[[Any], LineElement]] = {
     "truss": truss,
     "cable": cable,
     "footing": footing,
     "heated": heated,
+    "hardening": hardening,
 }
-MASS = {"heated": 7850.0 * AREA}
+MASS = {"heated": 7850.0 * AREA, "hardening": 0.0}
 # Why large displacement refuses them.
 REFUSED = {"footing": "Footing.* resists rigid motion", "heated": "strains without forces, as by heat"}
 
@@ -153,6 +160,43 @@ def test_as_a_link(kind: str, tmp_path: Path) -> None:
     assert np.isfinite(given.move(A=[0.1]).frame().modes(1).frequencies).all()
     with pytest.raises(FrameError, match="a file describes beams, and the linkage has a"):
         write_linkage(linkage, tmp_path / "linkage.toml")
+
+
+def test_law_in_space_and_in_a_batch() -> None:
+    """Two springs at an angle that a weight stretches far, against the energy's own minimum; a batch of laws."""
+    kind = example("own_hardening_spring").Hardening
+    k, cube = np.array([200.0, 400.0, 300.0]), np.array([[0.0], [2e4]])
+    frame = Frame()
+    for name, place in {"A": (-1.0, 0.0, 0.2), "B": (0.0, 0.0, 0.0), "C": (1.2, 0.0, 0.1)}.items():
+        frame.node(name, place)
+    frame.add("AB", kind(k, cube), "A", "B")
+    frame.add("BC", kind(k, cube), "B", "C")
+    frame.fix("A")
+    frame.fix("C")
+    frame.fix("B", "uy")
+    frame.load("B", fz=-40.0)
+    moved = frame.solve(large=True).displacement("B")[..., :3]
+    ends = [np.array(place) for place in ((-1.0, 0.0, 0.2), (1.2, 0.0, 0.1))]
+    total = np.broadcast_to(np.array([0.0, 0.0, -40.0]), moved.shape).copy()
+    for end in ends:
+        chord = moved - end
+        length = np.linalg.norm(chord, axis=-1)
+        stretch = length - np.linalg.norm(end)
+        total -= ((k * stretch + cube * stretch**3) / length)[..., None] * chord
+    assert_allclose(total[..., [0, 2]], 0.0, atol=1e-6)
+
+
+def test_law_that_is_another_at_rest_is_refused() -> None:
+    class Bent(example("own_hardening_spring").Hardening):  # type: ignore[misc]
+        def springs(self, length: Array) -> tuple[Array, Array]:
+            stiffness, rows = super().springs(length)
+            return 2.0 * stiffness, rows
+
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("D", (0.0, 1.0, 0.0))
+    with pytest.raises(FrameError, match="Bent of member 'AD': resistance is not its stiffness at rest"):
+        frame.add("AD", Bent(1.0, 1.0), "A", "D")
 
 
 def test_links_refuse_what_is_no_element() -> None:
