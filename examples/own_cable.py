@@ -5,8 +5,9 @@
       / | \\ a
      C  A  D
 
-A frame is linear. What is slack is found by going through it again: a cable that is pressed is slack, one that is slack
-and whose ends move apart is taut, until nothing changes any more. Each batch entry has its own, and its status.
+Linear solutions follow the cable as it is at rest. What is slack is found by going through them again: a cable that is
+pressed is slack, one that is slack and whose ends move apart is taut, until nothing changes any more. Each batch entry
+has its own, and its status. Large displacement follows the law, and needs no more.
 """
 
 from dataclasses import dataclass
@@ -34,6 +35,13 @@ class Cable(LineElement):
     def springs(self, length):
         pull = np.array([[-1.0, 0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 0]])
         return (self.EA * self.taut / np.asarray(length, dtype=float))[..., None], pull
+
+    def resistance(self, length, deformation, pick):
+        stretch = np.maximum(deformation[:, 0], 0.0)
+        k = pick(np.asarray(self.EA * self.taut, dtype=float), 0) / length
+        force, tangent = np.zeros((len(k), 7)), np.zeros((len(k), 7, 7))
+        force[:, 0], tangent[:, 0, 0] = k * stretch, np.where(deformation[:, 0] < 0.0, 0.0, k)
+        return 0.5 * k * stretch**2, force, tangent
 
     def mass_per_length(self, fraction):
         return np.asarray(self.mass)
@@ -76,6 +84,7 @@ def mast(taut):
 
 
 solution, status = settled(mast, ("left", "right"))
+by_law = mast({"left": True, "right": True}).solve(large=True)
 pull = {name: solution.forces(name, [0.0])[:, 0, 0] for name in status}
 
 if __name__ == "__main__":

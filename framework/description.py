@@ -275,8 +275,7 @@ class Description:
         axes, ``u[0]`` to ``u[5]`` for ``ux uy uz rx ry rz``, its derivative along the member, ``u.grad[0]`` to
         ``u.grad[5]``, and in ``w`` the parameters, the distance ``w.x[0]`` from the member's start and the length
         ``w.h`` of its segment. It belongs to the members that there are when it is added, and takes part in statics,
-        modes, buckling, error bounds, sensitivity and, as long as a rigid motion costs no energy and nothing strains
-        the member, in large displacement.
+        modes, buckling, error bounds, sensitivity and, as long as a rigid motion costs no energy, large displacement.
 
         Parameters
         ----------

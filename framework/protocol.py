@@ -394,7 +394,7 @@ class LineElement(ABC):
         """Strain and curvature without forces at `fraction` of the length, (..., 6), such as by heat; None for none.
 
         They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `held_forces` they load the
-        frame, and large displacement refuses them.
+        frame.
 
         Parameters
         ----------

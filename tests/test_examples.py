@@ -61,6 +61,8 @@ def test_own_cable() -> None:
     assert shown.status["right"].tolist() == ["taut", "slack", "slack"]
     along = np.abs(shown.force) * np.hypot(3.0, 2.0) / 2.0
     assert_allclose(shown.pull["left"] + shown.pull["right"], along, rtol=1e-12)
+    for name, pull in shown.pull.items():
+        assert (np.abs(shown.by_law.forces(name, [0.0])[:, 0, 0] - pull) <= 1e-2 * along).all()
 
 
 def test_own_heated_beam() -> None:

@@ -51,6 +51,8 @@ class Pieces:
     law
         Energy (n, m), forces (7, n, m) and tangent (7, 7, n, m) at strains (7, n, m), in place of the stiffness; None
         without a law.
+    free
+        Strains that take no force, such as those of heat (7, n, m); None without.
     """
 
     level: Array
@@ -60,6 +62,7 @@ class Pieces:
     work: Array | None
     tension: Array | None = None
     law: Law | None = None
+    free: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -111,10 +114,16 @@ def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Arra
     return Motion(turn, times(transposed(pieces.level), turn), length, ends, deformation)
 
 
+def strain_forces(pieces: Pieces, deformation: Array) -> Array:
+    """Gradient of the strain energy by the strains (7, n, m)."""
+    strain, _ = _strain(pieces, deformation)
+    return times(pieces.stiffness, strain) if pieces.law is None else pieces.law(strain)[1]
+
+
 def stress(pieces: Pieces, deformation: Array) -> Array:
     """Elongating force and both end moments (7, n, m), gradient of the strain energy by the deformation."""
-    strain, bent = _strain(pieces, deformation)
-    out = times(pieces.stiffness, strain) if pieces.law is None else pieces.law(strain)[1]
+    _, bent = _strain(pieces, deformation)
+    out = strain_forces(pieces, deformation)
     out[1:] += out[0] * bent
     return out
 
@@ -140,11 +149,13 @@ def strain_energy(pieces: Pieces, at: Motion) -> Array:
 
 
 def _strain(pieces: Pieces, deformation: Array) -> tuple[Array, Array]:
-    """Elongation of the axis, its bow included, with the rotations (7, n, m); and the bow's derivative (6, n, m)."""
+    """Elongation of the axis, its bow included, with the rotations, less what takes no force (7, n, m); and the bow's
+    derivative (6, n, m)."""
     turned = deformation[1:]
     bent = times(pieces.bow, turned)
     axis = deformation[0] + 0.5 * dot(turned, bent)
-    return np.concatenate([axis[None], turned]), bent
+    strain = np.concatenate([axis[None], turned])
+    return strain if pieces.free is None else strain - pieces.free, bent
 
 
 def work(pieces: Pieces, at: Motion) -> Array:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Circle, Material, Rectangle
+from linkframe.elements import Beam, Circle, Material, Rectangle, Spring
 from linkframe.framework import Frame, FrameError, LineElement
 from linkframe.models import Linkage, write_linkage
 from numpy.testing import assert_allclose
@@ -67,7 +67,7 @@ ELEMENTS: dict[str, Callable[[Any], LineElement]] = {
 }
 MASS = {"heated": 7850.0 * AREA, "hardening": 0.0}
 # Why large displacement refuses them.
-REFUSED = {"footing": "Footing.* resists rigid motion", "heated": "strains without forces, as by heat"}
+REFUSED = {"footing": "Footing.* resists rigid motion"}
 
 
 def braced(element: LineElement) -> Frame:
@@ -160,6 +160,44 @@ def test_as_a_link(kind: str, tmp_path: Path) -> None:
     assert np.isfinite(given.move(A=[0.1]).frame().modes(1).frequencies).all()
     with pytest.raises(FrameError, match="a file describes beams, and the linkage has a"):
         write_linkage(linkage, tmp_path / "linkage.toml")
+
+
+@pytest.mark.parametrize("up", [None, (0.0, 1.0, 0.0)])
+def test_heated_strip_curls_into_a_circle(up: tuple[float, ...] | None) -> None:
+    """Free of force, in the plane of x and y or of x and z; against a spring, heat does the work that is stored."""
+    kind, curvature = example("own_heated_beam").Heated, np.array([0.036, 0.9])
+    strip = kind(BAR, STEEL, gradient=-curvature / 1.2e-5, rise=10.0, segments=8, up=up)
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (2.0, 0.0, 0.0))
+    frame.add("AB", strip, "A", "B")
+    frame.fix("A")
+    solution = frame.solve(large=True)
+    across = solution.displacement("B")[:, 1 if up is None else 2] * (1.0 if up is None else -1.0)
+    arc = 2.0 * (1.0 + 1.2e-4)
+    assert_allclose(across, arc * (1.0 - np.cos(2.0 * curvature)) / (2.0 * curvature), rtol=1e-5)
+    assert_allclose(
+        solution.displacement("B")[:, 0], arc * np.sin(2.0 * curvature) / (2.0 * curvature) - 2.0, rtol=1e-4
+    )
+    assert np.abs(solution.forces("AB", [0.7])).max() < 1e-3
+    assert frame.solve().linear.tolist() == [True, False]
+
+
+def test_heat_does_the_work_that_is_stored() -> None:
+    """A strip that curls against a spring: strain energy and work come together with the square of the step."""
+    kind, off = example("own_heated_beam").Heated, []
+    for steps in (2, 4):
+        frame = Frame()
+        for name, place in {"A": (0, 0, 0), "B": (2, 0, 0), "C": (2.0, -1.0, 0.5)}.items():
+            frame.node(name, place)
+        frame.add("AB", kind(BAR, STEEL, gradient=-2e4, rise=10.0, segments=3), "A", "B")
+        frame.add("tie", Spring(stiffness=1e3), "B", "C")
+        frame.fix("A")
+        frame.fix("C")
+        held = frame.solve(large=True, steps=steps)
+        off.append(np.abs(held.work[-1] - held.strain_energy[-1]))
+        assert held.strain_energy[-1] > 1.0
+    assert off[1] < 0.35 * off[0]
 
 
 def test_law_in_space_and_in_a_batch() -> None:
