@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mpmath as mp
 import numpy as np
 import pytest
+import skfem
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import Frame, FrameError
 from numpy.testing import assert_allclose
@@ -162,6 +163,24 @@ def test_bounds_hold_without_any_support(method: str, modulus: float) -> None:
             _within(wanted, solution.end_forces(name), solution.error_bound(name, "end_forces"))
             _within(wanted, *solution.refined(name, "end_forces"))
     assert (solution.error_bound("A") <= 1e-2 * np.abs(solution.displacement("A")).max()).all()
+
+
+@pytest.mark.parametrize("method", ["broadcast", "sparse"])
+def test_bounds_hold_on_a_foundation_by_a_form(method: str) -> None:
+    """The same by a form of scikit-fem's on plain beams, at the same points of quadrature."""
+    form = skfem.BilinearForm(lambda u, v, w: w.k * (u[1] * v[1] + u[2] * v[2]))
+    with mp.workdps(50):
+        moved, forces = _fifty_digits(1.0)
+        frame = _corner(1.0)
+        for name, member in frame.members.items():
+            frame.members[name] = replace(member, element=Beam(BAR, STEEL))
+        frame.add_form(form, on="beam", k=1.0)
+        solution = frame.solve(method)
+        for number, node in enumerate(_PLACES):
+            _within(moved[6 * number : 6 * number + 6], *solution.refined(node))
+            _within(moved[6 * number : 6 * number + 6], solution.displacement(node), solution.error_bound(node))
+        for name, wanted in forces.items():
+            _within(wanted, solution.end_forces(name), solution.error_bound(name, "end_forces"))
 
 
 def _within(exact: Sequence[mp.mpf], found: Array, bound: Array) -> None:
