@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array, cutting
+from .dofs import DISPLACEMENTS
 from .errors import FrameError
 from .examined import Examined, Unanswered, fits, held
 from .member_law import deformation_rows
@@ -60,6 +61,8 @@ def examine_member(name: str, element: LineElement, chord: Array) -> None:
     _stiffness(some, length)
     _precision(some, along)
     _matrices(some, length)
+    if not own.has_springs:
+        _rigid(some, length)
     _fields(some, length)
     if own.has_law:
         _law(some, length)
@@ -142,6 +145,22 @@ def _same(own: Examined, method: str, what: str, found: Array, wanted: Array, al
         raise FrameError(f"{own.what}: {method} is not {what}: entry ({i}, {j}) is {here:.6g} and {there:.6g}")
 
 
+def _rigid(own: Examined, length: Array) -> None:
+    """Whether shape functions hold rigid motions: a section law strains in none."""
+    stiffness, rows = own.springs(length)
+    motions = np.zeros((*length.shape, 12, 6))
+    motions[..., :6, :] = motions[..., 6:, :] = np.eye(6)
+    motions[..., 7, 5], motions[..., 8, 4] = length, -length
+    strain, size = rows @ motions, np.abs(rows) @ np.abs(motions)
+    strained = (np.abs(strain) > _ALIKE * size) & (stiffness != 0.0)[..., None]
+    if strained.any():
+        k = int(np.argwhere(strained)[0][-1])
+        raise FrameError(
+            f"{own.what}: shape_functions strain in a rigid motion ({DISPLACEMENTS[k]}): give ones by which a "
+            "member that moves as a whole stays as it is, such as straight_shapes or cubic_shapes"
+        )
+
+
 def _precision(own: Examined, along: Array) -> None:
     """Whether deformations and axes come in the precision of what they are asked for."""
     if np.finfo(Extended).eps > 0.1 * _EPS:
@@ -181,7 +200,8 @@ def _symmetric(own: Examined, method: str, matrix: Array) -> None:
 def _fields(own: Examined, length: Array) -> None:
     """What is asked between the ends."""
     fraction = np.full(length.shape, 0.25)
-    for ask in (own.section_flexibility, own.mass_per_length):
+    asked = (own.section_flexibility, own.mass_per_length, own.section_inertia, own.free_strain, own.held_forces)
+    for ask in asked:
         with suppress(Unanswered):
             ask(fraction)
     try:
