@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..framework.errors import FrameError
-from ..framework.orientation import default_axes
 from ..framework.protocol import Array, LineElement, proven
+from ..framework.shape_rules import straight_shapes
 from .parameters import Real, as_real, common_shape, not_negative, number
 
 ALONG, ACROSS = 0, (1, 2)
@@ -57,8 +56,6 @@ class Spring(LineElement):
     stiffness: Real
     force: Real
     applied: bool
-    segments = 1
-    releases = ()
 
     def __init__(self, stiffness: ArrayLike, force: ArrayLike = 0.0, *, applied: bool = False) -> None:
         object.__setattr__(self, "stiffness", not_negative("Spring", "stiffness", stiffness))
@@ -107,25 +104,6 @@ class Spring(LineElement):
             Number of parts.
         """
         return self if count == 1 else Spring(count * np.asarray(self.stiffness), self.force, applied=self.applied)
-
-    def check(self, chord: Array) -> None:
-        """Any direction will do.
-
-        Parameters
-        ----------
-        chord
-            From the first node to the second, (..., 3).
-        """
-
-    def axes(self, chord: Array) -> Array:
-        """Local axes as rows, (..., 3, 3), x along the spring.
-
-        Parameters
-        ----------
-        chord
-            From the first node to the second, (..., 3).
-        """
-        return default_axes(chord)
 
     def stiffness_matrix(self, length: Array | float) -> Array:
         """Stiffness, (..., 12, 12).
@@ -197,50 +175,7 @@ class Spring(LineElement):
         length, x
             Length and distance from the start, (...).
         """
-        length, x = as_real(length), as_real(x)
-        rows = np.zeros((*np.broadcast_shapes(np.shape(length), np.shape(x), self.shape), 6, 12))
-        for i in (ALONG, *ACROSS):
-            rows[..., i, i], rows[..., i, i + 6] = 1.0 - x / length, x / length
-        for turn, moved, sign in ((4, 2, -1.0), (5, 1, 1.0)):
-            rows[..., turn, moved], rows[..., turn, moved + 6] = -sign / length, sign / length
-        return rows
-
-    def section_flexibility(self, fraction: Array | float) -> Array:
-        """Zero, (..., 6): what a load between the ends adds to the displacement is not asked of a spring.
-
-        Parameters
-        ----------
-        fraction
-            Fraction of the length, (...).
-        """
-        return np.zeros((*np.broadcast_shapes(np.shape(fraction), self.shape), 6))
-
-    def mass_per_length(self, fraction: Array | float) -> Array:
-        """Zero, (...).
-
-        Parameters
-        ----------
-        fraction
-            Fraction of the length, (...).
-        """
-        return np.zeros(np.broadcast_shapes(np.shape(fraction), self.shape))
-
-    def stress(self, fraction: Array | float, forces: Array) -> Array:
-        """A spring has no section.
-
-        Parameters
-        ----------
-        fraction
-            Fraction of the length, (...).
-        forces
-            ``N Vy Vz T My Mz``, (..., 6).
-
-        Raises
-        ------
-        FrameError
-            Always.
-        """
-        raise FrameError("Spring: stress needs a section; ask for its forces")
+        return straight_shapes(np.asarray(length), np.asarray(x))
 
     def _across(self, length: Array | float) -> Real:
         return (self.force - self.tension) / as_real(length)

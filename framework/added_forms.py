@@ -8,8 +8,10 @@ bounds and all. A load is a force and moment per length, and section forces that
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from itertools import product
 from typing import Any, Self
 
@@ -141,6 +143,19 @@ class AddedForm:
     def pushes(self) -> bool:
         """Of a load, whether it is a force or moment per length."""
         return self.into == LOAD and any(i < 6 or i in (7, 8) for i in self.used)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A form made of a function by scikit-fem's decorator goes by the name that both have."""
+        function, state = self.form.form, dict(vars(self))
+        module, name = getattr(function, "__module__", ""), getattr(function, "__qualname__", "")
+        if getattr(sys.modules.get(module), name, None) is self.form:
+            state["form"] = module, name
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        form = state["form"]
+        found = getattr(import_module(form[0]), form[1]) if isinstance(form, tuple) else form
+        vars(self).update(state | {"form": found})
 
     def cut(self, change: Change) -> Self:
         """The form at some entries of the batch."""

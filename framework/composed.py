@@ -111,6 +111,15 @@ class Composed(LineElement):
         """Forces on the ends, (..., 12)."""
         return self.own.end_forces(length, displacement)
 
+    def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
+        """Energy, force and tangent at a deformation, of an element with a law of its own."""
+        return self.own.resistance(length, deformation, pick)
+
+    @property
+    def has_law(self) -> bool:
+        """Whether the element has a law of its own."""
+        return self.own.has_law
+
     def shape_functions(self, length: Array, x: Array) -> Array:
         """Displacement between the ends, (..., 6, 12)."""
         return self.own.shape_functions(length, x)

@@ -275,8 +275,7 @@ class Description:
         axes, ``u[0]`` to ``u[5]`` for ``ux uy uz rx ry rz``, its derivative along the member, ``u.grad[0]`` to
         ``u.grad[5]``, and in ``w`` the parameters, the distance ``w.x[0]`` from the member's start and the length
         ``w.h`` of its segment. It belongs to the members that there are when it is added, and takes part in statics,
-        modes, buckling, error bounds, sensitivity and, as long as a rigid motion costs no energy and nothing strains
-        the member, in large displacement.
+        modes, buckling, error bounds, sensitivity and, as long as a rigid motion costs no energy, large displacement.
 
         Parameters
         ----------
@@ -363,7 +362,7 @@ class Description:
         """
         self._tie(master, (slave,), components(names), rigid=False)
 
-    def members_on(self, on: str | Sequence[str], what: str) -> list[str]:
+    def members_on(self, on: str | Sequence[str], what: str = "members_on") -> list[str]:
         """Names of the members that names of members and bodies stand for, each once.
 
         Parameters
@@ -372,6 +371,11 @@ class Description:
             A member, a body (all members on it), ``"beam"`` for all members, or several of these.
         what
             What asks, for messages.
+
+        Raises
+        ------
+        FrameError
+            If `on` names nothing.
         """
         chosen: dict[str, None] = {}
         for each in [on] if isinstance(on, str) else on:

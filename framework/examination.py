@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array, cutting
+from .dofs import DISPLACEMENTS
 from .errors import FrameError
 from .examined import Examined, Unanswered, fits, held
+from .member_law import deformation_rows
 from .protocol import Change, JointElement, LineElement, PointElement
 
 Extended = np.longdouble
@@ -59,7 +61,11 @@ def examine_member(name: str, element: LineElement, chord: Array) -> None:
     _stiffness(some, length)
     _precision(some, along)
     _matrices(some, length)
+    if not own.has_springs:
+        _rigid(some, length)
     _fields(some, length)
+    if own.has_law:
+        _law(some, length)
     _along(some)
     _cut(own, length[:1])
     if own.segments > 1:
@@ -139,6 +145,22 @@ def _same(own: Examined, method: str, what: str, found: Array, wanted: Array, al
         raise FrameError(f"{own.what}: {method} is not {what}: entry ({i}, {j}) is {here:.6g} and {there:.6g}")
 
 
+def _rigid(own: Examined, length: Array) -> None:
+    """Whether shape functions hold rigid motions: a section law strains in none."""
+    stiffness, rows = own.springs(length)
+    motions = np.zeros((*length.shape, 12, 6))
+    motions[..., :6, :] = motions[..., 6:, :] = np.eye(6)
+    motions[..., 7, 5], motions[..., 8, 4] = length, -length
+    strain, size = rows @ motions, np.abs(rows) @ np.abs(motions)
+    strained = (np.abs(strain) > _ALIKE * size) & (stiffness != 0.0)[..., None]
+    if strained.any():
+        k = int(np.argwhere(strained)[0][-1])
+        raise FrameError(
+            f"{own.what}: shape_functions strain in a rigid motion ({DISPLACEMENTS[k]}): give ones by which a "
+            "member that moves as a whole stays as it is, such as straight_shapes or cubic_shapes"
+        )
+
+
 def _precision(own: Examined, along: Array) -> None:
     """Whether deformations and axes come in the precision of what they are asked for."""
     if np.finfo(Extended).eps > 0.1 * _EPS:
@@ -178,7 +200,8 @@ def _symmetric(own: Examined, method: str, matrix: Array) -> None:
 def _fields(own: Examined, length: Array) -> None:
     """What is asked between the ends."""
     fraction = np.full(length.shape, 0.25)
-    for ask in (own.section_flexibility, own.mass_per_length):
+    asked = (own.section_flexibility, own.mass_per_length, own.section_inertia, own.free_strain, own.held_forces)
+    for ask in asked:
         with suppress(Unanswered):
             ask(fraction)
     try:
@@ -200,6 +223,28 @@ def _fields(own: Examined, length: Array) -> None:
         if np.any(np.abs(found[..., :3, :] - wanted) > _ALIKE * size):
             where = ("start", "end")[side]
             raise FrameError(f"{own.what}: shape_functions at the {where} do not give the displacement of that node")
+
+
+def _law(own: Examined, length: Array) -> None:
+    """Whether an element's own law is its stiffness at rest."""
+    stiffness = own.stiffness_matrix(length)
+    shape = np.broadcast_shapes(length.shape, own.shape, stiffness.shape[:-2])
+    whole = np.broadcast_to(length, shape).reshape(-1)
+
+    def pick(array: Array, trailing: int) -> Array:
+        tail = array.shape[array.ndim - trailing :]
+        return np.broadcast_to(array, (*shape, *tail)).reshape(-1, *tail)
+
+    _, force, tangent = own.resistance(whole, np.zeros((len(whole), 7)), pick)
+    rows = deformation_rows(whole)
+    found = np.swapaxes(rows, -1, -2) @ tangent @ rows
+    wanted = np.broadcast_to(stiffness, (*shape, 12, 12)).reshape(-1, 12, 12)
+    size = np.abs(wanted).max(initial=0.0)
+    if np.any(force) or np.any(np.abs(found - wanted) > _ALIKE * size * np.maximum(1.0, whole.max(initial=0.0)) ** 2):
+        raise FrameError(
+            f"{own.what}: resistance is not its stiffness at rest, which linear solutions follow: let it return no "
+            "force without deformation, and the tangent that springs and stiffness_matrix have"
+        )
 
 
 def _along(own: Examined) -> None:

@@ -188,6 +188,22 @@ class Examined(LineElement):
         batch = np.broadcast_shapes(np.shape(length), np.shape(displacement)[:-1])
         return self._asked("end_forces", batch, (12,), length, displacement)
 
+    def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (m, 7) and tangent (m, 7, 7) of its own law."""
+        found = self._answer("resistance", length, deformation, pick)
+        count = len(deformation)
+        wanted = ((count,), (count, 7), (count, 7, 7))
+        shapes = tuple(np.shape(part) for part in found) if isinstance(found, tuple) else ()
+        if shapes != wanted:
+            raise FrameError(f"{self.what}: resistance returned shapes {shapes} for {count} entries: give {wanted}")
+        energy, force, tangent = (np.asarray(part, dtype=np.float64) for part in found)
+        return energy, force, tangent
+
+    @property
+    def has_law(self) -> bool:
+        """Whether the element has a law of its own."""
+        return self.own.has_law
+
     def shape_functions(self, length: Array, x: Array) -> Array:
         """Displacement between the ends, (..., 6, 12)."""
         return self._asked("shape_functions", np.broadcast_shapes(np.shape(length), np.shape(x)), (6, 12), length, x)
@@ -245,7 +261,7 @@ class Examined(LineElement):
         except FrameError:
             raise
         except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
-            shapes = ", ".join(str(np.shape(each)) for each in given)
+            shapes = ", ".join(str(np.shape(each)) for each in given if not callable(each))
             raise FrameError(f"{self.what}: {method} failed for arrays of shape {shapes}: {error}") from error
 
     def _asked(self, method: str, batch: Shape, tail: Shape, *given: Any, finite: bool = True) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from .added_forms import LOAD, MASS, STIFFNESS, AddedForm
 from .batch import Array
 from .composed import Composed
+from .errors import FrameError
 from .protocol import Change, LineElement
 from .shape_rules import balanced_rows, summed
 
@@ -45,6 +46,10 @@ class FormedElement(Composed):
         """An element with one form more; a load that is a force alone changes no element."""
         if form.into == LOAD and not form.strains:
             return element
+        if element.has_law and form.into == STIFFNESS:
+            raise FrameError(
+                f"add_form: {form.name} is a stiffness, and {element.title} has its own law: put it into resistance"
+            )
         if isinstance(element, FormedElement):
             return replace(element, forms=(*element.forms, form), length=element.length if length is None else length)
         return cls(element, (form,), length)

@@ -49,8 +49,9 @@ class LineElement(ABC):
     A subclass gives `shape`, `shape_functions` and what makes its stiffness: a section law, `section_flexibility`, or
     `springs`. All else follows by default: matrices, loads and forces by quadrature of the shape functions and the
     section law, as scikit-fem forms (`linkframe.elements.forms`) where they are assembled as a matrix. What has a
-    closed form overrides them, and so does an element whose axes, kind, mass or stress are others. What an element
-    returns is examined when it is added to a frame, see `linkframe.framework.examined`.
+    closed form overrides them, and so does an element whose axes, kind, mass or stress are others. What does not vary
+    along the member, or over the batch, may be returned without these axes. What an element returns is examined when it
+    is added to a frame, see `linkframe.framework.examined`.
 
     Attributes
     ----------
@@ -72,7 +73,7 @@ class LineElement(ABC):
     ...     shape = ()
     ...
     ...     def section_flexibility(self, fraction):
-    ...         return np.multiply.outer(np.ones(np.shape(fraction)), [1.0 / self.EA, 0, 0, 0, 0, 0])
+    ...         return np.array([1.0 / self.EA, 0.0, 0.0, 0.0, 0.0, 0.0])
     ...
     ...     def shape_functions(self, length, x):
     ...         return straight_shapes(length, x)
@@ -309,6 +310,35 @@ class LineElement(ABC):
         out: Array = (pulls[..., None, :] @ rows)[..., 0, :]
         return out
 
+    def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
+        """Energy, force and tangent at a deformation, of an element with a law of its own.
+
+        Large displacement follows it in place of the stiffness; linear solutions follow the springs, with which it must
+        agree at rest, and `solution.linear` says how far. Forces must be the gradient of the energy, and the tangent
+        its second derivative; it couples no other deformations than the stiffness does.
+
+        Parameters
+        ----------
+        length
+            Length, (m,).
+        deformation
+            Elongation, and the rotation of the start and of the end, each about x, y and z, from the chord and the mean
+            twist, (m, 7).
+        pick
+            ``pick(array, trailing)`` takes the m rows of a parameter that belong to the deformations.
+
+        Returns
+        -------
+        energy, force, tangent
+            (m,), (m, 7) and (m, 7, 7).
+        """
+        raise NotImplementedError
+
+    @property
+    def has_law(self) -> bool:
+        """Whether it has a law of its own, `resistance`."""
+        return type(self).resistance is not LineElement.resistance
+
     # -- along the member -------------------------------------------------------------------------------------------
 
     def shape_gradients(self, length: Array, x: Array) -> Array:
@@ -373,7 +403,7 @@ class LineElement(ABC):
         """Strain and curvature without forces at `fraction` of the length, (..., 6), such as by heat; None for none.
 
         They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `held_forces` they load the
-        frame, and large displacement refuses them.
+        frame.
 
         Parameters
         ----------

@@ -80,7 +80,7 @@ class Unloaded:
     def varying(self) -> Varying:
         """Members whose stiffness is left to the chunks."""
         groups = [group for group in self.topology.groups if self.varies(group)]
-        return Varying.of(groups, self.grid)
+        return Varying.of(groups, self.grid, large_masks(self.grid))
 
     @cached_property
     def unknowns(self) -> list[int]:
@@ -127,7 +127,8 @@ class Chained:
     def matrix(self) -> Matrix:
         """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
         varying = self.unloaded.varying
-        groups = [group for group in self.unloaded.topology.groups if not self.unloaded.varies(group)]
+        left = {id(group) for group, _ in varying.groups}
+        groups = [group for group in self.unloaded.topology.groups if id(group) not in left]
         return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying)
 
     def scale(self, dof: int) -> Parts:

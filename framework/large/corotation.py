@@ -13,6 +13,7 @@ Components lead, then the piece, then the batch entry: (3, pieces, entries). Var
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +22,7 @@ from ..batch import Array
 from . import rotation
 from .rotation import dot, times, transposed
 
-# Places of the elongation and the two rotation vectors among the twelve end displacements.
-DEFORMATIONS = (6, 3, 4, 5, 9, 10, 11)
+Law = Callable[[Array], tuple[Array, Array, Array]]
 
 # Cosine that is one of a right angle, by rounding.
 _ROUND = float(np.finfo(np.float64).eps)
@@ -48,6 +48,11 @@ class Pieces:
         start and of displacement in the moving frame (3, 3, 7, n, m); None without such loads.
     tension
         Force along the chord that does not depend on its elongation (n, m); None without one.
+    law
+        Energy (n, m), forces (7, n, m) and tangent (7, 7, n, m) at strains (7, n, m), in place of the stiffness; None
+        without a law.
+    free
+        Strains that take no force, such as those of heat (7, n, m); None without.
     """
 
     level: Array
@@ -56,6 +61,8 @@ class Pieces:
     bow: Array
     work: Array | None
     tension: Array | None = None
+    law: Law | None = None
+    free: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -107,18 +114,24 @@ def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Arra
     return Motion(turn, times(transposed(pieces.level), turn), length, ends, deformation)
 
 
+def strain_forces(pieces: Pieces, deformation: Array) -> Array:
+    """Gradient of the strain energy by the strains (7, n, m)."""
+    strain, _ = _strain(pieces, deformation)
+    return times(pieces.stiffness, strain) if pieces.law is None else pieces.law(strain)[1]
+
+
 def stress(pieces: Pieces, deformation: Array) -> Array:
     """Elongating force and both end moments (7, n, m), gradient of the strain energy by the deformation."""
-    strain, bent = _strain(pieces, deformation)
-    out = times(pieces.stiffness, strain)
+    _, bent = _strain(pieces, deformation)
+    out = strain_forces(pieces, deformation)
     out[1:] += out[0] * bent
     return out
 
 
 def stiffness(pieces: Pieces, deformation: Array, pull: Array) -> Array:
     """Derivative of `stress` (7, 7, n, m); `pull` is the elongating force that resists further bowing."""
-    _, bent = _strain(pieces, deformation)
-    k = pieces.stiffness
+    strain, bent = _strain(pieces, deformation)
+    k = pieces.stiffness if pieces.law is None else pieces.law(strain)[2]
     rows = k + 0.0 * pull
     rows[1:] += bent[:, None] * k[0]
     rows[:, 1:] += rows[:, :1] * bent[None]
@@ -129,16 +142,20 @@ def stiffness(pieces: Pieces, deformation: Array, pull: Array) -> Array:
 def strain_energy(pieces: Pieces, at: Motion) -> Array:
     """Strain energy (n, m)."""
     strain, _ = _strain(pieces, at.deformation)
+    if pieces.law is not None:
+        return pieces.law(strain)[0]
     out: Array = 0.5 * dot(strain, times(pieces.stiffness, strain))
     return out
 
 
 def _strain(pieces: Pieces, deformation: Array) -> tuple[Array, Array]:
-    """Elongation of the axis, its bow included, with the rotations (7, n, m); and the bow's derivative (6, n, m)."""
+    """Elongation of the axis, its bow included, with the rotations, less what takes no force (7, n, m); and the bow's
+    derivative (6, n, m)."""
     turned = deformation[1:]
     bent = times(pieces.bow, turned)
     axis = deformation[0] + 0.5 * dot(turned, bent)
-    return np.concatenate([axis[None], turned]), bent
+    strain = np.concatenate([axis[None], turned])
+    return strain if pieces.free is None else strain - pieces.free, bent
 
 
 def work(pieces: Pieces, at: Motion) -> Array:

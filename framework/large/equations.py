@@ -32,6 +32,12 @@ class Equations(Configuration):
         driven = slice(self.model.free, None)
         mean = 0.5 * (forces[0][driven] + forces[1][driven])
         total += np.einsum("im,im->m", mean, (1.0 - share) * self.targets)
+        for stack, pair in zip(self.model.stacks, zip(before.pieces, self.pieces, strict=True), strict=True):
+            if stack.free is not None:
+                ways = zip(pair, (old, new), strict=True)
+                at = [corotation.strain_forces(part, motion_of(stack.ends, part, s).deformation) for part, s in ways]
+                free = (1.0 - share) * self.factor * stack.free.at(self.where)
+                total -= 0.5 * dot(at[0] + at[1], free + np.zeros_like(at[0])).sum(axis=0)
         for number, joint in enumerate(self.model.joints):
             pulls = [part.resistance(s, number, s.own[:, number])[1] for part, s in ((before, old), (self, new))]
             offset = (1.0 - share) * self.factor * joint.offset.at(self.where)

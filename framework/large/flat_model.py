@@ -65,7 +65,7 @@ class FlatModel:
         """Whether a model can be taken: in a plane, without loads between nodes or bent tension."""
         apart = all(not np.any(stack.stiffness.array[0, 1:]) for stack in model.stacks)
         plain = (
-            all(stack.work is None and stack.tension is None for stack in model.stacks)
+            all(stack.work is None and stack.tension is None and stack.plain for stack in model.stacks)
             and not model.loads.hung
             and not model.loops
         )

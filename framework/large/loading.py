@@ -9,11 +9,15 @@ import numpy as np
 
 from ..batch import Array, turned
 from ..errors import FrameError
+from ..member_law import DEFORMATIONS
 from ..structure.assembly import component_loads, hung_weights
-from ..structure.member_loads import applied_forces, weight_forces
+from ..structure.member_loads import applied_forces, strain_forces, weight_forces
 from ..structure.topology import Group, Index, Topology
-from .corotation import DEFORMATIONS, Pieces
+from .corotation import Law, Pieces
 from .numbers import Numbers, Where
+
+# Of scaled eigenvalues, those that count as zero; of a force, what may be left of it by rounding.
+_RANK, _LEFT = 1e-12, 1e-8
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,9 @@ class Stack:
     bow: Numbers
     work: Numbers | None
     tension: Numbers | None
+    free: Numbers | None
+    group: Group
+    ndim: int
 
     @classmethod
     def of(cls, topology: Topology, group: Group) -> Stack:
@@ -45,14 +52,43 @@ class Stack:
             Numbers.of(bow, ndim, 2, leading=1),
             None if work is None else Numbers.of(work, ndim, 3, leading=1),
             None if tension is None else Numbers.of(tension, ndim, 0, leading=1),
+            Numbers.of(_free(topology, group, stiffness), ndim, 1, leading=1) if group.strained else None,
+            group,
+            ndim,
         )
+
+    @property
+    def plain(self) -> bool:
+        """Whether its pieces have their stiffness alone: no law of their own, and no strain without forces."""
+        return self.free is None and not self.group.element.has_law
 
     def at(self, where: Where, factor: float) -> Pieces:
         """The numbers of some entries, with the loads multiplied by `factor`."""
         work = None if self.work is None else factor * self.work.at(where)
         tension = None if self.tension is None else factor * self.tension.at(where)
         level, length = self.level.at(where), self.length.at(where)
-        return Pieces(level, length, self.stiffness.at(where), self.bow.at(where), work, tension)
+        law = self._law(where, length) if self.group.element.has_law else None
+        free = None if self.free is None else factor * self.free.at(where)
+        return Pieces(level, length, self.stiffness.at(where), self.bow.at(where), work, tension, law, free)
+
+    def _law(self, where: Where, length: Array) -> Law:
+        """The pieces' own law at some entries."""
+        element, ndim, count = self.group.element, self.ndim, len(self.ends)
+
+        def law(strain: Array) -> tuple[Array, Array, Array]:
+            size = count, strain.shape[-1]
+
+            def pick(array: Array, trailing: int) -> Array:
+                taken = Numbers.of(array, ndim, trailing).at(where)
+                tail = taken.shape[:-1]
+                whole = np.broadcast_to(taken[..., None, :], (*tail, *size)).reshape(*tail, -1)
+                return np.moveaxis(whole, -1, 0)
+
+            along = np.broadcast_to(length, size).reshape(-1)
+            energy, force, tangent = element.resistance(along, strain.reshape(7, -1).T, pick)
+            return energy.reshape(size), force.T.reshape(7, *size), np.moveaxis(tangent, 0, -1).reshape(7, 7, *size)
+
+        return law
 
 
 @dataclass(frozen=True)
@@ -117,6 +153,20 @@ class Loads:
         for node, force in at.items():
             out[node] += force
         return cls(Numbers.of(out, len(topology.frame.shape), 1, leading=1), reach, [w for w in hung if w.arm.any()])
+
+
+def _free(topology: Topology, group: Group, stiffness: Array) -> Array:
+    """Deformations of pieces that take no force, (n, ..., 7), by the end forces that make them."""
+    forces = strain_forces(group, np.arange(len(group.pieces)))[..., list(DEFORMATIONS)]
+    size = np.sqrt(np.diagonal(stiffness, axis1=-2, axis2=-1))
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = np.linalg.pinv(stiffness / (size[..., :, None] * size[..., None, :]), rcond=_RANK, hermitian=True)
+    out: Array = (scaled @ (forces / size)[..., None])[..., 0] / size
+    left = np.abs((stiffness @ out[..., None])[..., 0] - forces) / size
+    if np.any(left > _LEFT * np.abs(forces / size).max(axis=-1, keepdims=True)):
+        name = topology.pieces[group.pieces[0]].member
+        raise FrameError(f"member {name!r} is strained where it has no stiffness: large displacement cannot follow it")
+    return out
 
 
 def _tension(group: Group) -> Array | None:

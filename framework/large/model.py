@@ -220,12 +220,6 @@ def _check(plan: Plan) -> None:
                     "displacement put a joint there that is free in this component"
                 )
     for group in plan.topology.groups:
-        if group.strained:
-            name = plan.topology.pieces[group.pieces[0]].member
-            raise FrameError(
-                f"member {name!r} strains without forces, as by heat: large displacement follows members at rest "
-                "without strain: change their lengths in place of it, or stay with linear solutions"
-            )
         if group.resists:
             name = plan.topology.pieces[group.pieces[0]].member
             if group.stands:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..batch import Array, block_diagonal
+from ..batch import Array, block_diagonal, turned
 from ..protocol import JointElement, is_proven
 from ..structure.edge import Edge
+from ..structure.member_loads import strain_forces
 from ..structure.parts import is_zero
 from ..structure.topology import Group, Topology
 from .joints import offsets
@@ -92,8 +93,13 @@ def _axes(topology: Topology, edges: list[Edge]) -> list[Array]:
 
 
 def _vectors(topology: Topology, edges: list[Edge], loads: Loads) -> list[Array]:
-    """Loads, given displacements and arms, (..., 6) in global axes."""
+    """Loads, what strains members, given displacements and arms, (..., 6) in global axes."""
     out = [loads.reach]
+    for group in topology.groups:
+        if group.strained:
+            both = strain_forces(group, np.arange(len(group.pieces)))
+            ends = turned(np.swapaxes(group.level, -1, -2), both)
+            out += [ends[..., :6], ends[..., 6:]]
     for edge in edges:
         given = offsets(topology.frame, edge)
         six = np.stack(np.broadcast_arrays(*(given.get(k, np.zeros(())) for k in WHOLE)), axis=-1)

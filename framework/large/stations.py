@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ..batch import Array, aligned
+from ..member_law import DEFORMATIONS
 from ..results.recovery import check_stations
 from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group
 from . import corotation, rotation
-from .corotation import DEFORMATIONS, Motion, Response
+from .corotation import Motion, Response
 from .equations import Equations
 from .model import Model
 from .numbers import Numbers, batch_first

@@ -26,6 +26,7 @@ from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import Equilibrium
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
+from ..member_law import deformation_rows
 from ..states import SolutionState
 from ..structure.edge import GROUND
 from ..structure.member_loads import strain_forces
@@ -73,6 +74,8 @@ def _of(part: Part) -> Real:
             forces = forces - _strain_forces(state, group, springs)
         split = forces.reshape(*forces.shape[:-1], 4, 3)
         swung = np.cross(turn[..., None, :], split).reshape(forces.shape)
+        if group.element.has_law:
+            swung = swung + _beyond_stiffness(state, group, springs)
         unbalanced = unbalanced - springs.gathered(swung, count)
         largest = np.maximum(largest, np.sum(turn * turn, axis=-1).max(axis=-1))
         energy = energy + np.sum(pull * found, axis=(-1, -2))
@@ -98,6 +101,38 @@ def _strain_forces(state: Equilibrium, group: Group, springs: Springs) -> Real:
     split = split.reshape(*split.shape[:-1], 4, 3)
     out: Real = np.einsum("...ji,...bj->...bi", springs.level, split)
     return out.reshape(*out.shape[:-2], 12)
+
+
+def _beyond_stiffness(state: Equilibrium, group: Group, springs: Springs) -> Real:
+    """What the law of members is beyond the forces of their stiffness, on their ends, global, (..., n, 12)."""
+    length = np.asarray(springs.length, dtype=np.float64)
+    level = np.asarray(springs.level, dtype=np.float64)
+    moved = np.asarray(state.displacements[..., springs.nodes, :], dtype=np.float64)
+    split = moved.reshape(*moved.shape[:-2], 4, 3)
+    local = np.einsum("...ij,...bj->...bi", level, split).reshape(*split.shape[:-2], 12)
+    rows = deformation_rows(length)
+    deformation = np.einsum("...ij,...j->...i", rows, local)
+    shape, ndim = deformation.shape[:-1], len(state.plan.frame.shape)
+
+    def pick(array: Array, trailing: int) -> Array:
+        part = state.change(aligned(array, ndim, trailing), trailing)
+        tail = part.shape[part.ndim - trailing :]
+        each = part.reshape(*part.shape[: part.ndim - trailing], 1, *tail)
+        return np.broadcast_to(each, (*shape, *tail)).reshape(-1, *tail)
+
+    along = np.broadcast_to(length, shape).reshape(-1)
+    _, force, _ = group.element.resistance(along, deformation.reshape(-1, 7), pick)
+    pull = np.einsum("...ij,...i->...j", rows, force.reshape(*shape, 7))
+    linear = np.einsum("...nij,...ni->...nj", springs.local_rows, springs.stiffness * _deformed(springs, local))
+    beyond = (pull - linear).reshape(*shape, 4, 3)
+    out: Real = np.einsum("...ji,...bj->...bi", level, beyond)
+    return out.reshape(*shape, 12)
+
+
+def _deformed(springs: Springs, local: Array) -> Real:
+    """Deformations (..., n, springs) of local displacements (..., n, 12)."""
+    out: Real = np.einsum("...nij,...nj->...ni", springs.local_rows, local)
+    return out
 
 
 def _beyond_springs(state: Equilibrium, number: int) -> Real | None:

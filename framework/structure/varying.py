@@ -8,7 +8,9 @@ on whole arrays whose order does not depend on the chunk.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import or_
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +64,11 @@ class Piece:
     codes: list[list[int]]
     entries: list[Entry]
 
+    def widened(self, most: int, large: Sequence[bool]) -> Piece:
+        """The piece with each entry that is not left to the chunks counted as one that varies over the axes of `most`."""
+        wide = [each if large[each.mask] else replace(each, mask=each.mask | most) for each in self.entries]
+        return replace(self, entries=wide)
+
 
 @dataclass(frozen=True)
 class Varying:
@@ -79,9 +86,27 @@ class Varying:
     groups: Sequence[tuple[Group, list[Piece]]]
 
     @classmethod
-    def of(cls, groups: Iterable[Group], grid: Grid) -> Varying:
-        """Find the entries that `groups` have."""
-        return cls(grid, [(group, _pieces(group, grid)) for group in groups])
+    def of(cls, groups: Iterable[Group], grid: Grid, large: Sequence[bool]) -> Varying:
+        """Find the entries that `groups` have; those are left out whose stiffness is the same over the batch after all.
+
+        Parameters
+        ----------
+        groups
+            Members that may vary.
+        grid
+            The batch.
+        large
+            By mask, whether what varies so is left to the chunks.
+        """
+        found = []
+        for group in groups:
+            pieces = _pieces(group, grid)
+            masks = {entry.mask for piece in pieces for entry in piece.entries}
+            most = reduce(or_, (mask for mask in masks if large[mask]), 0)
+            if most:
+                # what is put where it meets the chunks counts as what varies with them
+                found.append((group, [piece.widened(most, large) for piece in pieces]))
+        return cls(grid, found)
 
     @property
     def entries(self) -> Iterator[Entry]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mpmath as mp
 import numpy as np
 import pytest
+import skfem
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import Frame, FrameError
 from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike, NDArray
-from reference.own_elements import POINTS, WEIGHTS, Winkler
+from reference.own_elements import POINTS, WEIGHTS, Delegating, Winkler
 
 Array = NDArray[np.float64]
 E, NU, WIDTH, DEPTH = 200e9, 0.3, 0.05, 0.1
@@ -163,6 +165,24 @@ def test_bounds_hold_without_any_support(method: str, modulus: float) -> None:
     assert (solution.error_bound("A") <= 1e-2 * np.abs(solution.displacement("A")).max()).all()
 
 
+@pytest.mark.parametrize("method", ["broadcast", "sparse"])
+def test_bounds_hold_on_a_foundation_by_a_form(method: str) -> None:
+    """The same by a form of scikit-fem's on plain beams, at the same points of quadrature."""
+    form = skfem.BilinearForm(lambda u, v, w: w.k * (u[1] * v[1] + u[2] * v[2]))
+    with mp.workdps(50):
+        moved, forces = _fifty_digits(1.0)
+        frame = _corner(1.0)
+        for name, member in frame.members.items():
+            frame.members[name] = replace(member, element=Beam(BAR, STEEL))
+        frame.add_form(form, on="beam", k=1.0)
+        solution = frame.solve(method)
+        for number, node in enumerate(_PLACES):
+            _within(moved[6 * number : 6 * number + 6], *solution.refined(node))
+            _within(moved[6 * number : 6 * number + 6], solution.displacement(node), solution.error_bound(node))
+        for name, wanted in forces.items():
+            _within(wanted, solution.end_forces(name), solution.error_bound(name, "end_forces"))
+
+
 def _within(exact: Sequence[mp.mpf], found: Array, bound: Array) -> None:
     assert all(abs(e - mp.mpf(float(f))) <= mp.mpf(float(b)) for e, f, b in zip(exact, found, bound, strict=True)), [
         float((e - mp.mpf(float(f))) / mp.mpf(float(b))) for e, f, b in zip(exact, found, bound, strict=True)
@@ -246,3 +266,35 @@ def test_a_row_of_members_is_condensed() -> None:
     assert len(solution.plan.condensed.nodes) == 39
     assert_allclose(solution.displacement("n0")[1], _hetenyi(2e5)[0], rtol=1e-6)
     assert (solution.error_bound("n20") < 1e-10 * np.abs(solution.displacement("n0")).max()).all()
+
+
+@dataclass(frozen=True, eq=False)
+class Labelled(Delegating):
+    """A beam with a number of its own in each batch entry that does not change its stiffness."""
+
+    inner: Beam
+    label: Array
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.label.shape
+
+    @property
+    def kind(self) -> Hashable:
+        return self
+
+
+@pytest.mark.parametrize("count", [3, 6000])
+def test_a_batch_that_leaves_the_stiffness_as_it_is(count: int) -> None:
+    found = []
+    for element in (Labelled(Beam(BAR, STEEL), np.arange(float(count))), Beam(BAR, STEEL)):
+        frame = Frame()
+        for name, place in {"A": (0, 0, 0), "B": (2, 0.3, 0), "C": (1.7, 1.9, 0)}.items():
+            frame.node(name, place)
+        frame.add("AB", Beam(BAR, STEEL), "A", "B")
+        frame.add("CB", element, "C", "B")
+        frame.fix("A")
+        frame.fix("C")
+        frame.load("B", fx=10.0, fy=3.0, fz=1.0)
+        found.append(frame.solve().displacement("B"))
+    assert_allclose(found[0], np.broadcast_to(found[1], found[0].shape), rtol=1e-12)

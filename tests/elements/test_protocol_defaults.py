@@ -161,6 +161,21 @@ def test_what_has_neither_law_nor_springs_is_refused() -> None:
         frame.add("AB", Nothing(), "A", "B")
 
 
+def test_shape_functions_that_strain_in_a_rigid_motion_are_refused() -> None:
+    class Wrong(Slender):
+        def shape_functions(self, length: Array, x: Array) -> Array:
+            rows = cubic_shapes(length, x)
+            rows[..., 5, :] *= -1.0
+            return rows
+
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    stiff = np.where(LAW > 0.0, LAW, 1e7)
+    with pytest.raises(FrameError, match=r"Wrong of member 'AB': shape_functions strain in a rigid motion \(rz\)"):
+        frame.add("AB", Wrong(stiff), "A", "B")
+
+
 def test_parts_of_what_varies_are_asked_for() -> None:
     class Taper(Slender):
         def section_flexibility(self, fraction: Array) -> Array:

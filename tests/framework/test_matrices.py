@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import skfem
@@ -200,3 +202,18 @@ def test_basis_is_public() -> None:
     first = warm.basis("AB", intorder=2)
     found = stiffness.assemble(first, rigidity=rigidity_of(first.elem.member, first))
     assert_allclose(found.toarray(), warm.matrices(0).K.toarray(), atol=1e-9)
+
+
+def test_mesh_is_written_by_scikit_fem(tmp_path: Path) -> None:
+    """Points to the last bit, and members, bodies and supports as what scikit-fem keeps in files."""
+    meshio = pytest.importorskip("meshio")
+    frame = portal()
+    moved = nodal(frame, frame.matrices((0, 0)).f)
+    mesh = frame.mesh
+    push = np.zeros((mesh.p.shape[1], 3))
+    push[: len(moved)] = moved[:, :3]
+    mesh.save(tmp_path / "frame.vtu", point_data={"load": push})
+    found = meshio.read(tmp_path / "frame.vtu")
+    assert_array_equal(found.points.T, mesh.p)
+    assert_array_equal(found.point_data["load"], push)
+    assert {"skfem:s:AB", "skfem:s:table", "skfem:b:A"} <= set(found.cell_data)

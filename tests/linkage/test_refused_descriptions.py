@@ -12,6 +12,7 @@ import pytest
 from linkframe.elements import Beam, Circle, Joint, Material, PointMass
 from linkframe.framework import Frame, FrameError
 from linkframe.models import Linkage
+from skfem import BilinearForm
 
 ROD = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3, density=7850.0))
 # What nothing takes, and what fits no batch of three.
@@ -121,6 +122,7 @@ LINKAGE["revolute"] += [
     lambda k: k.revolute("A", "ground", "arm"),
 ]
 
+FORM = BilinearForm(lambda u, v, w: w.k * u[1] * v[1])
 FRAME: dict[str, list[Callable[[Frame], object]]] = {
     "body": [
         lambda f: f.body("own"),
@@ -150,6 +152,16 @@ FRAME: dict[str, list[Callable[[Frame], object]]] = {
         lambda f: f.add("new", Beam(Circle(diameter=0.01 * TWO), ROD.material), "A", "D"),
         lambda f: f.add("new", Beam(Circle(diameter=0.01), ROD.material, up=(1, 0, 0)), "A", "B"),
     ],
+    "add_form": [
+        lambda f: f.add_form(FORM, on="X", k=1.0),
+        lambda f: f.add_form(FORM, on=["AB", "X"], k=np.ones((4, 1))),
+        *(lambda f, v=v: f.add_form(FORM, on="AB", k=v) for v in (*BAD, -1.0, TWO)),
+        lambda f: f.add_form(FORM, on="AB", into="load", k=np.ones((4, 1))),
+        lambda f: f.add_form(FORM, on="AB", q=np.ones((4, 1))),
+        lambda f: f.add_form(3, on="AB"),
+    ],
+    "members_on": [lambda f: f.members_on("X"), lambda f: f.members_on([])],
+    "basis": [lambda f: f.basis("X"), lambda f: f.basis("pin")],
     "rigid": [lambda f: f.rigid("A", "B", "X"), lambda f: f.rigid("A", "B", "A")],
     "tie": [lambda f: f.tie("A", "X"), lambda f: f.tie("A", "B", "ux", "uw")],
     "fix": [lambda f: f.fix("X"), lambda f: f.fix("D", "ux", "uw")],

@@ -10,6 +10,7 @@ import numpy as np
 from ....elements import Beam
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ....framework.protocol import LineElement
 
 Ends = tuple[str, str]
 
@@ -53,7 +54,7 @@ def _in_order(
 ) -> Sequence[str]:
     """The points of a straight stretch in their order on it."""
     told = ", ".join(points)
-    if isinstance(beam, Beam) and (beam.end is not None or beam.release):
+    if isinstance(beam, LineElement) and (beam.releases or (isinstance(beam, Beam) and beam.end is not None)):
         raise FrameError(
             f"link {link!r}: its line runs back over itself along {told}, and its beam tapers or has releases: name "
             "the points in their order along the link, or give beam= by pairs of points"

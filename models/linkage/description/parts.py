@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....elements import Beam
 from ....framework.batch import Array, finite, vector
 from ....framework.errors import FrameError
+from ....framework.protocol import LineElement
 from .elastic_axis import neighbours
 from .joints import KINDS, Kind
 
@@ -30,7 +30,7 @@ class Link:
     points
         Names of its points, in the order given.
     beams
-        Beam between each pair of points; empty for a rigid link.
+        Beam, or other line element, between each pair of points; empty for a rigid link.
     mass, centre, inertia
         As given: mass (...), centre of mass as drawn (..., 3), inertia about it in drawn axes (..., 3, 3); None where
         the beams decide.
@@ -40,7 +40,7 @@ class Link:
 
     name: str
     points: tuple[str, ...]
-    beams: dict[tuple[str, str], Beam]
+    beams: dict[tuple[str, str], LineElement]
     mass: Array | None = None
     centre: Array | None = None
     inertia: Array | None = None
@@ -121,7 +121,7 @@ class Load:
 
 def beams_of(
     link: str, points: tuple[str, ...], beam: object, beams: object, places: Mapping[str, Array]
-) -> dict[tuple[str, str], Beam]:
+) -> dict[tuple[str, str], LineElement]:
     """The beams of a link by pair of points, from what the user gave as ``beam=`` and ``beams=``.
 
     `places` tell where the points are as drawn.
@@ -133,12 +133,14 @@ def beams_of(
     else:
         named = [tuple(pair) for pair in beams] if isinstance(beams, (list, tuple)) else None
         given = dict.fromkeys(neighbours(link, points, places, beam) if named is None else named, beam)
-    out: dict[tuple[str, str], Beam] = {}
+    out: dict[tuple[str, str], LineElement] = {}
     for pair, element in given.items():
         if len(pair) != 2 or pair[0] == pair[1] or any(point not in points for point in pair):
             raise FrameError(f"link {link!r}: beam between {pair}: give two different points of {', '.join(points)}")
-        if not isinstance(element, Beam):
-            raise FrameError(f"link {link!r}: beam is {element!r}: give a Beam, or no beam for a rigid link")
+        if not isinstance(element, LineElement):
+            raise FrameError(
+                f"link {link!r}: beam is {element!r}: give a Beam or another LineElement, or no beam for a rigid link"
+            )
         out[pair[0], pair[1]] = element
     return out
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....elements import Beam
 from ....framework.batch import Array, Shape, finite, joined
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
+from ....framework.protocol import LineElement
 from .parts import GROUND, Link, Load, Pair, Spring, beams_of, in_space, inertia_of
 
 End = str | tuple[str, str]
@@ -74,7 +74,7 @@ class Sketch:
         self,
         name: str,
         *points: str,
-        beam: Beam | Mapping[tuple[str, str], Beam] | None = None,
+        beam: LineElement | Mapping[tuple[str, str], LineElement] | None = None,
         beams: Sequence[tuple[str, str]] | None = None,
         mass: ArrayLike | None = None,
         centre: ArrayLike | None = None,
@@ -91,7 +91,8 @@ class Sketch:
             Names of its points, one or more; beams follow them in this order. Points of a straight stretch may come in
             any order: where the line would run back over itself, one bar has them all.
         beam
-            Beam of each part, or a mapping from pairs of points to beams; None for a rigid link.
+            Beam of each part, or any other line element, or a mapping from pairs of points to such; None for a rigid
+            link.
         beams
             Pairs of points between which beams run, where they do not follow the points.
         mass, centre, inertia

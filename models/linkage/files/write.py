@@ -11,7 +11,9 @@ import numpy as np
 from ....elements import Beam, CrossSection, Material
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
+from ....framework.errors import FrameError
 from ....framework.paraview.files import whole_or_nothing
+from ....framework.protocol import LineElement
 from ..description.parts import Link, Load, Pair, Spring, joint_axes
 from ..linkage import Linkage
 from .read import SECTIONS
@@ -74,8 +76,18 @@ class Catalogue:
         self.sections: Table = {}
         self.materials: Table = {}
 
-    def beam(self, beam: Beam) -> str:
-        """Name of a beam."""
+    def beam(self, beam: LineElement) -> str:
+        """Name of a beam.
+
+        Raises
+        ------
+        FrameError
+            If it is no Beam: a file has no words for other elements.
+        """
+        if type(beam) is not Beam:
+            raise FrameError(
+                f"a file describes beams, and the linkage has a {beam.title}: keep it in Python, or give it a Beam"
+            )
         table: Table = {"section": self._section(beam.section), "material": self._material(beam.material)}
         if beam.end is not None:
             table["end"] = self._section(beam.end)

@@ -24,7 +24,7 @@ from ..poses.classified import ClassifiedPoses
 from .actions import tension, turned_tensor, whole_shape
 from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, bond
-from .inertia import inertia, is_given, with_density
+from .inertia import inertia, is_given, without_mass
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
 
@@ -224,7 +224,7 @@ class Builder:
         given = is_given(link)
         for index, (part, ends) in enumerate(pieces, start=1):
             member = name if len(pieces) == 1 else f"{name}.{index}"
-            beam = with_density(part, 0.0) if given else part
+            beam = without_mass(part) if given else part
             self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
             self.pieces.setdefault(name, []).append((member, beam, layout.at[ends[0]], layout.at[ends[1]]))
 

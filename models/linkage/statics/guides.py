@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ....elements import Beam
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ....framework.protocol import LineElement
 from ..description.parts import Pair
 
 Mask = NDArray[np.bool_]
@@ -86,7 +87,7 @@ class Layout:
     seats: dict[str, dict[str, Mask]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, beams: Mapping[Ends, Beam], places: Mapping[str, Array], sliders: Sequence[Slider]) -> Layout:
+    def of(cls, beams: Mapping[Ends, LineElement], places: Mapping[str, Array], sliders: Sequence[Slider]) -> Layout:
         """Cut the beams of a link under its sliders; `places` are those of its points.
 
         Raises
@@ -113,13 +114,26 @@ class Layout:
             out._cut(ends, those)
         return out
 
-    def parts(self, ends: Ends, beam: Beam) -> list[Beam]:
-        """A beam, cut at its nodes."""
+    def parts(self, ends: Ends, beam: LineElement) -> list[LineElement]:
+        """A beam, cut at its nodes.
+
+        Raises
+        ------
+        FrameError
+            If it is an element that cannot be cut anywhere.
+        """
         chain = self.chains[ends]
         if len(chain) == 2:
             return [beam]
+        if not isinstance(beam, Beam):
+            if type(beam).part is LineElement.part and not beam.releases:
+                return [beam] * (len(chain) - 1)
+            raise FrameError(
+                f"a slider runs along {'-'.join(ends)}, which is a {beam.title}: only a Beam, or an element whose "
+                "parts are as the whole, can be cut where it stands: give it a Beam"
+            )
         cuts = [np.zeros(()), *(self.fractions[name] for name in chain[1:-1]), np.ones(())]
-        out = []
+        out: list[LineElement] = []
         for index, (here, there) in enumerate(pairwise(cuts)):
             whole = {"start": index == 0, "end": index == len(cuts) - 2}
             release = tuple(name for name in beam.release if whole[name.split()[0]])
@@ -143,7 +157,7 @@ class Layout:
             self.chains[ends].insert(-1, name)
 
 
-def bond(beams: Mapping[Ends, Beam], places: Mapping[str, Array]) -> Array:
+def bond(beams: Mapping[Ends, LineElement], places: Mapping[str, Array]) -> Array:
     """Stiffness (6,) of a slider's hold on a seat, so far above that of the link that it is rigid to rounding.
 
     It stands alone on the diagonal of its own coordinate, and costs no digits.

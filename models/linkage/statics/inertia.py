@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,9 +10,15 @@ import numpy as np
 from ....elements import Beam, Material
 from ....framework.batch import Array, block_diagonal
 from ....framework.cache import INERTIAS, alike
+from ....framework.composed import Composed
+from ....framework.orientation import default_axes
+from ....framework.protocol import LineElement
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import Link
 from ..description.places import place
+
+# Consistent mass of an even line of unit mass and length.
+_LINE = np.kron([[2.0, 1.0], [1.0, 2.0]], np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +45,44 @@ def is_given(link: Link) -> bool:
     return any(value is not None for value in (link.mass, link.centre, link.inertia))
 
 
-def with_density(beam: Beam, density: float) -> Beam:
-    """The same beam of another density."""
+@dataclass(frozen=True, eq=False)
+class Massless(Composed):
+    """An element without its mass."""
+
+    def mass_matrix(self, length: Array) -> Array:
+        """None, (..., 12, 12)."""
+        return np.zeros((*np.shape(length), 12, 12))
+
+    def section_inertia(self, fraction: Array) -> Array:
+        """None, (..., 6)."""
+        return np.zeros((*np.shape(fraction), 6))
+
+    def mass_per_length(self, fraction: Array) -> Array:
+        """None, (...)."""
+        return np.zeros(np.shape(fraction))
+
+
+def without_mass(element: LineElement) -> LineElement:
+    """The same element without its mass."""
+    return _of_density(element, 0.0) if isinstance(element, Beam) else Massless(element)
+
+
+def is_massive(element: LineElement) -> bool:
+    """Whether an element has mass of its own."""
+    if isinstance(element, Beam):
+        return bool(np.any(np.asarray(element.material.density) > 0.0))
+    return bool(np.any(element.mass_per_length(np.asarray(0.5)) > 0.0))
+
+
+def _of_density(beam: Beam, density: float) -> Beam:
     stuff = beam.material
     return replace(beam, material=Material(E=stuff.E, G=stuff.G, density=density))
+
+
+def _of_density_one(link: Link) -> Mapping[tuple[str, str], LineElement | None]:
+    """What tells where a link's mass would be: its beams of a density of one; without any, even lines, None."""
+    beams = {pair: _of_density(each, 1.0) for pair, each in link.beams.items() if isinstance(each, Beam)}
+    return beams or dict.fromkeys(link.beams)
 
 
 def inertia(linkage: LinkageDescription, name: str) -> Inertia:
@@ -86,11 +127,11 @@ def _of_beams(linkage: LinkageDescription, link: Link) -> Inertia:
     if not link.beams:
         middle: Array = sum(places, np.zeros(3)) / len(places)
         return Inertia(np.zeros(()), middle, np.zeros((3, 3)))
-    massive = _massive(link)
+    elements = link.beams if _massive(link) else _of_density_one(link)
     total = np.zeros((6, 6))
-    for pair, beam in link.beams.items():
+    for pair, beam in elements.items():
         start, end = (place(linkage, link.name, point) for point in pair)
-        total = total + _rigid_mass(beam if massive else with_density(beam, 1.0), start, end, places[0])
+        total = total + _rigid_mass(beam, start, end, places[0])
     mass = total[..., 0, 0]
     arm = np.stack([total[..., 5, 1], total[..., 3, 2], total[..., 4, 0]], axis=-1) / mass[..., None]
     turn = cross_matrix(arm)
@@ -100,19 +141,20 @@ def _of_beams(linkage: LinkageDescription, link: Link) -> Inertia:
 
 
 def _massive(link: Link) -> bool:
-    return any(np.any(np.asarray(beam.material.density) > 0.0) for beam in link.beams.values())
+    return any(map(is_massive, link.beams.values()))
 
 
-def _rigid_mass(beam: Beam, start: Array, end: Array, about: Array) -> Array:
-    """Mass matrix (..., 6, 6) of a beam that moves with the point `about`."""
+def _rigid_mass(beam: LineElement | None, start: Array, end: Array, about: Array) -> Array:
+    """Mass matrix (..., 6, 6) of a beam, or of an even line of unit mass, that moves with the point `about`."""
     chord = end - start
-    turn = beam.axes(chord)
+    turn = default_axes(chord) if beam is None else beam.axes(chord)
     shape = np.broadcast_shapes(start.shape, end.shape, about.shape)[:-1]
     motion = np.zeros((*shape, 12, 6))
     for row, at in ((0, start), (6, end)):
         motion[..., row : row + 3, :3] = motion[..., row + 3 : row + 6, 3:] = np.eye(3)
         motion[..., row : row + 3, 3:] = -cross_matrix(at - about)
     local = block_diagonal([turn] * 4) @ motion
-    mass = beam.mass_matrix(np.linalg.norm(chord, axis=-1))
+    length = np.linalg.norm(chord, axis=-1)
+    mass = length[..., None, None] * _LINE if beam is None else beam.mass_matrix(length)
     out: Array = np.swapaxes(local, -1, -2) @ mass @ local
     return out

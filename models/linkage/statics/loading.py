@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from ....elements import Beam
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ....framework.frame import Frame
+from ....framework.protocol import LineElement
 from ..poses.kinematics import Kinematics
 from .actions import applied, inertia_force, moved
-from .inertia import inertia
+from .inertia import inertia, is_massive
 from .nodes import Nodes
 
 # By link: member, beam, start and end in the link's axes.
-Pieces = dict[str, list[tuple[str, Beam, Array, Array]]]
+Pieces = dict[str, list[tuple[str, LineElement, Array, Array]]]
 
 
 def add_loads(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
@@ -39,7 +39,7 @@ def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pi
         whole = inertia_force(motion, link)
         rest = whole.wrench
         for member, beam, start, end in pieces.get(link, []):
-            if np.any(np.asarray(beam.material.density) > 0.0):
+            if is_massive(beam):
                 forces = _force(motion, link, beam, start, 0.0), _force(motion, link, beam, end, 1.0)
                 names = [k for k in range(3) if any(np.any(force[..., k]) for force in forces)]
                 if names:
@@ -59,9 +59,9 @@ def _put(frame: Frame, node: str, wrench: Array) -> None:
         frame.load(node, **given)
 
 
-def _force(motion: Kinematics, link: str, beam: Beam, place: Array, fraction: float) -> Array:
+def _force(motion: Kinematics, link: str, beam: LineElement, place: Array, fraction: float) -> Array:
     """Inertia force per length at one end of a beam, (..., 3)."""
-    return _there(motion, -beam.mass_per_length(fraction)[..., None] * motion.acceleration_on(link, place))
+    return _there(motion, -beam.mass_per_length(np.asarray(fraction))[..., None] * motion.acceleration_on(link, place))
 
 
 def _there(motion: Kinematics, vectors: Array) -> Array:
