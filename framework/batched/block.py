@@ -21,7 +21,8 @@ from typing import cast
 import numpy as np
 
 from ..batch import Array, Shape
-from ..program.calculation import Calculation
+from ..program.calculation import Calculation, worth_compiling
+from ..program.direct import Arithmetic, Direct
 from ..program.recording import Recording, Term
 from ..structure.parts import Grid, Parts, Row, Value
 from ..structure.varying import Varying
@@ -34,6 +35,8 @@ from .tail import Remainder
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
+# Up to so many chunks are done at once, without writing down what is done.
+FEW, SHORT = 3, "no program: the batch is short, and NumPy does it at once"
 # Machine code, which holds nothing between its steps, does so many chunks at a time.
 LONGER = 16
 # Up to so many bytes a factor stays with its frame for the next load.
@@ -87,7 +90,7 @@ class Factor:
         than it takes to pass NumPy's lock on, so that two threads on two cores took 0.95 to 1.9 times the time of one
         for 361000 entries, whatever the chunk. Machine code has threads of its own.
     compiled
-        Whether chunks are done by machine code; as promises to be faster where None.
+        Whether a program for the chunks is run as machine code, or by NumPy; as promises to be faster where None.
 
     Attributes
     ----------
@@ -204,7 +207,10 @@ class Factor:
 
     def _from_tail(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
         """Results are combinations of the unknowns that were left to the chunks; asked again, these are kept."""
-        recording, rest = Recording(), self._rest
+        shape, rest = self.block.grid.shape, self._rest
+        alone = not self._written(1)
+        self.ran = SHORT if alone else self.ran
+        recording: Arithmetic = Direct(shape) if alone else Recording()
         asked = [self.shared.carried(row) for row in rows]
         keep = self._numbers is None and (self._again or self.chunks == 1)
         watched: list[Value] = []
@@ -216,7 +222,9 @@ class Factor:
             numbers = {k: recording.take(value) for k, value in self._numbers.items()}
         results = recording.products(asked, numbers)
         unknowns = [numbers[k] for k in rest.pivots] if keep else []
-        found = self._run(recording, [*results, *watched, *unknowns], places)
+        found = [*results, *watched, *unknowns]
+        if isinstance(recording, Recording):
+            found = self._run(recording, found, places)
         if keep:
             known = {-1 - s: value for s, value in enumerate(rest.knowns)}
             self._numbers = dict(zip(rest.pivots, found[len(found) - len(unknowns) :], strict=True)) | known
@@ -227,35 +235,97 @@ class Factor:
 
     def _from_stages(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
         """Results by the whole way once more, for the terms that are large; what is kept of it is taken up."""
-        if len(self._kept.keys() | self._former.keys()) == self.chunks:
-            return self._taken_up(rows)
+        known = len(self._kept.keys() | self._former.keys()) == self.chunks
+        if known or not self._written(FEW):
+            return self._one_by_one(rows)
         recording, progress = self._recorded
         results = progress.values([_mapped(row, recording.take) for row in rows])
         least = [_least(_margins(progress))] if self._least is None else []
-        keep = self._again or self.chunks == 1 or self.light
-        found = self._run(recording, [*results, *least], places, progress if keep else None)
+        found = self._run(recording, [*results, *least], places, progress if self._keeps else None)
         if least:
             self._least = np.asarray(found[-1])
-        self._again = 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders) < KEEP
+        self._again = self._holdable
         return found[: len(rows)]
 
-    @functools.cached_property
-    def _recorded(self) -> tuple[Recording, Progress]:
-        """The whole way for the terms that are large, written down."""
-        recording, shared, varying = Recording(), self.shared, self.block.varying
-        take = recording.take
+    def _one_by_one(self, rows: Sequence[Row]) -> list[Value]:
+        """Results chunk by chunk, from factors that were kept where they were, for the loads of this solution."""
+        results: list[Value] = [0.0] * (len(rows) + 1)
+
+        def gather(index: int) -> None:
+            part = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
+            cut = functools.partial(self._cut, part=part)
+            progress = self._chunk(index, cut)
+            least = [_least(_margins(progress))] if self._least is None else []
+            for k, value in enumerate([*progress.values([_mapped(row, cut) for row in rows]), *least]):
+                if not isinstance(value, np.ndarray):
+                    results[k] = value
+                    continue
+                target = results[k]
+                if not isinstance(target, np.ndarray):
+                    shape = list(value.shape)
+                    shape[self.axis] = self.block.grid.shape[self.axis]
+                    target = results[k] = np.empty(shape)
+                target[part] = value
+
+        self._each(gather)
+        if self._least is None:
+            self._least = np.asarray(results[-1])
+        self._again = self._holdable
+        return results[: len(rows)]
+
+    def _chunk(self, index: int, cut: Callable[[Value], Value]) -> Progress:
+        """A chunk solved: kept, made of a factor that was for other loads, or from the beginning."""
+        if index in self._kept:
+            return self._kept[index]
+        if index in self._former:
+            shared = self.shared
+            inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
+            progress = self._former.pop(index).loaded(inner.forces, outer.forces, knowns)
+            progress.load(self.large)
+        else:
+            indices, varying = slice(index * self.step, (index + 1) * self.step), self.block.varying
+            self.ran = SHORT
+            progress = self._done_again(cut, varying.numbers(self.axis, indices) if varying else [])
+        if self._keeps:
+            self._kept[index] = progress
+        return progress
+
+    def _done_again(self, take: Callable[[Value], Value], varying: Sequence[Value]) -> Progress:
+        """The whole way once more for the terms that are large, with what stands for each number."""
+        shared = self.shared
         inner, outer = shared.inner.mapped(take), shared.outer.mapped(take)
         rows = {a: _mapped(row, take) for a, row in shared.rows.items()}
         springs = [(_mapped(row, take), take(stiffness)) for row, stiffness in shared.springs]
         knowns = [take(value) for value in shared.knowns]
         progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
-        if varying:
-            for entry, value in varying.values([recording.later(mask) for mask in varying.masks]):
+        if self.block.varying:
+            for entry, value in self.block.varying.values(varying):
                 inner.put(*entry.at, entry.mask, value)
         progress.factorise(self.large, given=False)
         progress.forget()
         progress.load(self.large)
-        return recording, progress
+        return progress
+
+    @functools.cached_property
+    def _recorded(self) -> tuple[Recording, Progress]:
+        """The same written down."""
+        recording, varying = Recording(), self.block.varying
+        later = [recording.later(mask) for mask in varying.masks] if varying else []
+        return recording, self._done_again(recording.take, later)
+
+    def _written(self, few: int) -> bool:
+        """Whether a program is written down: where there are more chunks than a `few`, or machine code will run it."""
+        return self.compiled is not None or self.chunks > few or worth_compiling(self.block.grid.sizes[-1])
+
+    @property
+    def _keeps(self) -> bool:
+        """Whether the factors of chunks are kept now."""
+        return self._again or self.chunks == 1 or self.light
+
+    @property
+    def _holdable(self) -> bool:
+        """Whether there is room for the factors of all chunks."""
+        return 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders) < KEEP
 
     def _run(
         self,
@@ -290,36 +360,6 @@ class Factor:
         self._each(one, longer)
         found = iter(outs)
         return [next(found) if isinstance(value, Term) else value for value in asked]
-
-    def _taken_up(self, rows: Sequence[Row]) -> list[Value]:
-        """Results from factors that were kept, under their own loads or those of another solution."""
-        results: list[Value] = [0.0] * len(rows)
-
-        def gather(index: int) -> None:
-            part = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
-            cut = functools.partial(self._cut, part=part)
-            if index not in self._kept:
-                self._kept[index] = self._loaded_anew(self._former.pop(index), cut)
-            for k, value in enumerate(self._kept[index].values([_mapped(row, cut) for row in rows])):
-                if not isinstance(value, np.ndarray):
-                    results[k] = value
-                    continue
-                target = results[k]
-                if not isinstance(target, np.ndarray):
-                    shape = list(value.shape)
-                    shape[self.axis] = self.block.grid.shape[self.axis]
-                    target = results[k] = np.empty(shape)
-                target[part] = value
-
-        self._each(gather)
-        return results
-
-    def _loaded_anew(self, former: Progress, cut: Callable[[Value], Value]) -> Progress:
-        shared = self.shared
-        inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
-        progress = former.loaded(inner.forces, outer.forces, knowns)
-        progress.load(self.large)
-        return progress
 
     def _each(self, work: Callable[[int], None], longer: int = 1) -> None:
         """Do `work` with the index of every chunk, or of every so many.
