@@ -139,7 +139,7 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
 
 
 def _given(group: Group) -> list[list[Array]]:
-    """Stiffnesses, deformations in local axes, axes at the start and, where they are others, at the end: each (n, ...)."""
+    """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end: each (n, ...)."""
     stiffness, rows = group.element.springs(group.length)
     start, end = group.turns
     matrices = [rows, start] if end is start else [rows, start, end]
