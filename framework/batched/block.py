@@ -38,7 +38,7 @@ KEEP = 2**28
 # Up to so many chunks are done at once, without writing down what is done.
 FEW, SHORT = 3, "no program: the batch is short, and NumPy does it at once"
 # Machine code, which holds nothing between its steps, does so many chunks at a time.
-LONGER = 16
+LONGER = 64
 # Up to so many bytes a factor stays with its frame for the next load.
 HOLD = 2**26
 
@@ -165,15 +165,18 @@ class Factor:
 
     def margin(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
-        shape = self.block.grid.shape
+        return np.broadcast_to(self.least(), self.block.grid.shape)
+
+    def least(self) -> Array:
+        """The same at the batch shape over which it varies."""
         shared = [np.asarray(value, dtype=np.float64) for value in _margins(self.shared)]
         small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
         if not any(self.large):
-            return np.broadcast_to(small, shape)
+            return small
         if self._least is None:
             self.values([])
         assert self._least is not None
-        return np.broadcast_to(np.minimum(small, self._least), shape)
+        return np.asarray(np.minimum(small, self._least))
 
     # -- one run ----------------------------------------------------------------------------------------------------
 
