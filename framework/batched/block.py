@@ -3,25 +3,23 @@
 The unknowns of nodes that no joint touches come first, in the axes of their link, so that the interior of a link is
 condensed once however it moves. After the substitution ``u = T q + G s`` at the nodes of joints, with known numbers s,
 follow the joint-relative coordinates q. Loads are carried for a unit of each known number. Steps whose result is small
-are done once for the whole batch; the others chunk by chunk along the longest axis, so that they stay in the cache. The
-terms of every sum are added in the same order whatever the chunks: the same bits for every chunk size and number of
-threads.
+are done once for the whole batch; the others chunk by chunk along the longest axis, so that they stay in the cache.
+What is to be done for a chunk is written down once, as a program, unless the chunks are few. The terms of every sum are
+added in the same order whatever the chunks: the same bits for every chunk size and number of threads.
 """
 
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import zip_longest
-from typing import cast
 
 import numpy as np
 
 from ..batch import Array, Shape
-from ..program.calculation import Calculation, worth_compiling
+from ..program.calculation import Calculation, empty, worth_compiling
 from ..program.direct import Arithmetic, Direct
 from ..program.recording import Recording, Term
 from ..structure.parts import Grid, Parts, Row, Value
@@ -169,7 +167,7 @@ class Factor:
 
     def least(self) -> Array:
         """The same at the batch shape over which it varies."""
-        shared = [np.asarray(value, dtype=np.float64) for value in _margins(self.shared)]
+        shared = [np.asarray(value, dtype=np.float64) for value in self.shared.margins]
         small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
         if not any(self.large):
             return small
@@ -243,7 +241,7 @@ class Factor:
             return self._one_by_one(rows)
         recording, progress = self._recorded
         results = progress.values([_mapped(row, recording.take) for row in rows])
-        least = [_least(_margins(progress))] if self._least is None else []
+        least = [progress.least] if self._least is None else []
         found = self._run(recording, [*results, *least], places, progress if self._keeps else None)
         if least:
             self._least = np.asarray(found[-1])
@@ -258,7 +256,7 @@ class Factor:
             part = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
             cut = functools.partial(self._cut, part=part)
             progress = self._chunk(index, cut)
-            least = [_least(_margins(progress))] if self._least is None else []
+            least = [progress.least] if self._least is None else []
             for k, value in enumerate([*progress.values([_mapped(row, cut) for row in rows]), *least]):
                 if not isinstance(value, np.ndarray):
                     results[k] = value
@@ -340,13 +338,13 @@ class Factor:
         """The numbers that `asked` terms stand for, chunk by chunk; of each, `state` is kept with its numbers."""
         grid, varying = self.block.grid, self.block.varying
         terms = [value for value in asked if isinstance(value, Term)]
-        inside = _terms(state) if state else []
+        inside = state.terms if state else []
         if not (terms or inside):
             return list(asked)
         calculation = Calculation(recording, [*terms, *inside], grid.shape, compiled=self.compiled)
         self.ran = calculation.choice.reason
         given = [place for value, place in zip_longest(asked, places) if isinstance(value, Term)]
-        outs = _memory([calculation.of(term.mask) for term in terms], given)
+        outs = empty([calculation.of(term.mask) for term in terms], given)
         longer = LONGER if calculation.choice.compiled and not (varying or state) else 1
 
         def one(index: int) -> None:
@@ -358,7 +356,7 @@ class Factor:
             calculation.run(self.axis, indices, [*mine, *held], later)
             if state:
                 found = {term.number: value for term, value in zip(inside, held, strict=True)}
-                self._kept[index] = _mapped_progress(state, functools.partial(_numbered, found=found))
+                self._kept[index] = state.mapped(functools.partial(_numbered, found=found))
 
         self._each(one, longer)
         found = iter(outs)
@@ -399,60 +397,8 @@ def _same(value: Value) -> Value:
     return value
 
 
-def _memory(shapes: Sequence[Shape], given: Sequence[Array | None]) -> list[Array]:
-    """Arrays of these shapes: those given where they suit; one piece of memory for the others, which is made faster."""
-    suits = [place is not None and place.shape == shape for shape, place in zip(shapes, given, strict=True)]
-    sizes = [0 if suit else math.prod(shape) for suit, shape in zip(suits, shapes, strict=True)]
-    pieces = np.split(np.empty(sum(sizes)), np.cumsum(sizes)[:-1]) if sizes else []
-    return [
-        cast(Array, place) if suit else piece.reshape(shape)
-        for suit, place, piece, shape in zip(suits, given, pieces, shapes, strict=True)
-    ]
-
-
 def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
     return {k: change(value) for k, value in row.items()}
-
-
-def _margins(progress: Progress) -> list[Value]:
-    """Least pivot ratios found, by mask, in what was done on the way."""
-    return [value for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
-
-
-def _least(values: Sequence[Value]) -> Value:
-    least: Value = np.inf
-    for value in values:
-        least = np.minimum(least, value)
-    return least
-
-
-def _mapped_progress(progress: Progress, change: Callable[[Value], Value]) -> Progress:
-    """What later reads and other loads need of it, with `change` applied to every number."""
-    return replace(
-        progress,
-        inner=progress.inner.mapped(change),
-        outer=progress.outer.mapped(change),
-        rows={a: _mapped(row, change) for a, row in progress.rows.items()},
-        springs=[],
-        knowns=[change(value) for value in progress.knowns],
-        imposed={
-            i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
-            for i, by_source in progress.imposed.items()
-        },
-    )
-
-
-def _terms(progress: Progress) -> list[Term]:
-    """All terms in it, each once."""
-    found: dict[int, Term] = {}
-
-    def note(value: Value) -> Value:
-        if isinstance(value, Term):
-            found[value.number] = value
-        return value
-
-    _mapped_progress(progress, note)
-    return list(found.values())
 
 
 def _numbered(value: Value, found: dict[int, Array]) -> Value:
