@@ -232,7 +232,9 @@ class Beam(LineElement):
         planes = [self._plane(way, length) for way in DIRECTIONS]
         # With the sections they vary only where these move the elastic centre.
         varying = np.broadcast_shapes(arm.shape, *(np.shape(plane.fraction) for plane in planes))
-        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*varying, 6, 12), np.result_type(arm, np.float64))
+        # Each number lies in one piece: that is how batches are read and written.
+        stiffness = np.moveaxis(np.zeros((6, *shape)), 0, -1)
+        rows = np.moveaxis(np.zeros((6, 12, *varying), np.result_type(arm, np.float64)), (0, 1), (-2, -1))
         for i in BARS:
             stiffness[..., i], rows[..., i, i], rows[..., i, i + 6] = self._bar(i, length), -1.0, 1.0
         for way, plane in zip(DIRECTIONS, planes, strict=True):

@@ -3,25 +3,24 @@
 The unknowns of nodes that no joint touches come first, in the axes of their link, so that the interior of a link is
 condensed once however it moves. After the substitution ``u = T q + G s`` at the nodes of joints, with known numbers s,
 follow the joint-relative coordinates q. Loads are carried for a unit of each known number. Steps whose result is small
-are done once for the whole batch; the others chunk by chunk along the longest axis, so that they stay in the cache. The
-terms of every sum are added in the same order whatever the chunks: the same bits for every chunk size and number of
-threads.
+are done once for the whole batch; the others chunk by chunk along the longest axis, so that they stay in the cache.
+What is to be done for a chunk is written down once, as a program, unless the chunks are few. The terms of every sum are
+added in the same order whatever the chunks: the same bits for every chunk size and number of threads.
 """
 
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import zip_longest
-from typing import cast
 
 import numpy as np
 
 from ..batch import Array, Shape
-from ..program.calculation import Calculation
+from ..program.calculation import Calculation, empty, worth_compiling
+from ..program.direct import Arithmetic, Direct
 from ..program.recording import Recording, Term
 from ..structure.parts import Grid, Parts, Row, Value
 from ..structure.varying import Varying
@@ -35,8 +34,10 @@ from .tail import Remainder
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
 KEEP = 2**28
+# Up to so many chunks are done at once, without writing down what is done.
+FEW, SHORT = 3, "no program: the batch is short, and NumPy does it at once"
 # Machine code, which holds nothing between its steps, does so many chunks at a time.
-LONGER = 16
+LONGER = 64
 # Up to so many bytes a factor stays with its frame for the next load.
 HOLD = 2**26
 
@@ -88,7 +89,7 @@ class Factor:
         than it takes to pass NumPy's lock on, so that two threads on two cores took 0.95 to 1.9 times the time of one
         for 361000 entries, whatever the chunk. Machine code has threads of its own.
     compiled
-        Whether chunks are done by machine code; as promises to be faster where None.
+        Whether a program for the chunks is run as machine code, or by NumPy; as promises to be faster where None.
 
     Attributes
     ----------
@@ -163,15 +164,18 @@ class Factor:
 
     def margin(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
-        shape = self.block.grid.shape
-        shared = [np.asarray(value, dtype=np.float64) for value in _margins(self.shared)]
+        return np.broadcast_to(self.least(), self.block.grid.shape)
+
+    def least(self) -> Array:
+        """The same at the batch shape over which it varies."""
+        shared = [np.asarray(value, dtype=np.float64) for value in self.shared.margins]
         small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
         if not any(self.large):
-            return np.broadcast_to(small, shape)
+            return small
         if self._least is None:
             self.values([])
         assert self._least is not None
-        return np.broadcast_to(np.minimum(small, self._least), shape)
+        return np.asarray(np.minimum(small, self._least))
 
     # -- one run ----------------------------------------------------------------------------------------------------
 
@@ -208,7 +212,10 @@ class Factor:
 
     def _from_tail(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
         """Results are combinations of the unknowns that were left to the chunks; asked again, these are kept."""
-        recording, rest = Recording(), self._rest
+        shape, rest = self.block.grid.shape, self._rest
+        alone = not self._written(1)
+        self.ran = SHORT if alone else self.ran
+        recording: Arithmetic = Direct(shape) if alone else Recording()
         asked = [self.shared.carried(row) for row in rows]
         keep = self._numbers is None and (self._again or self.chunks == 1)
         watched: list[Value] = []
@@ -220,7 +227,9 @@ class Factor:
             numbers = {k: recording.take(value) for k, value in self._numbers.items()}
         results = recording.products(asked, numbers)
         unknowns = [numbers[k] for k in rest.pivots] if keep else []
-        found = self._run(recording, [*results, *watched, *unknowns], places)
+        found = [*results, *watched, *unknowns]
+        if isinstance(recording, Recording):
+            found = self._run(recording, found, places)
         if keep:
             known = {-1 - s: value for s, value in enumerate(rest.knowns)}
             self._numbers = dict(zip(rest.pivots, found[len(found) - len(unknowns) :], strict=True)) | known
@@ -231,80 +240,28 @@ class Factor:
 
     def _from_stages(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
         """Results by the whole way once more, for the terms that are large; what is kept of it is taken up."""
-        if len(self._kept.keys() | self._former.keys()) == self.chunks:
-            return self._taken_up(rows)
+        known = len(self._kept.keys() | self._former.keys()) == self.chunks
+        if known or not self._written(FEW):
+            return self._one_by_one(rows)
         recording, progress = self._recorded
         results = progress.values([_mapped(row, recording.take) for row in rows])
-        least = [_least(_margins(progress))] if self._least is None else []
-        keep = self._again or self.chunks == 1 or self.light
-        found = self._run(recording, [*results, *least], places, progress if keep else None)
+        least = [progress.least] if self._least is None else []
+        found = self._run(recording, [*results, *least], places, progress if self._keeps else None)
         if least:
             self._least = np.asarray(found[-1])
-        self._again = 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders) < KEEP
+        self._again = self._holdable
         return found[: len(rows)]
 
-    @functools.cached_property
-    def _recorded(self) -> tuple[Recording, Progress]:
-        """The whole way for the terms that are large, written down."""
-        recording, shared, varying = Recording(), self.shared, self.block.varying
-        take = recording.take
-        inner, outer = shared.inner.mapped(take), shared.outer.mapped(take)
-        rows = {a: _mapped(row, take) for a, row in shared.rows.items()}
-        springs = [(_mapped(row, take), take(stiffness)) for row, stiffness in shared.springs]
-        knowns = [take(value) for value in shared.knowns]
-        progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
-        if varying:
-            for entry, value in varying.values([recording.later(mask) for mask in varying.masks]):
-                inner.put(*entry.at, entry.mask, value)
-        progress.factorise(self.large, given=False)
-        progress.forget()
-        progress.load(self.large)
-        return recording, progress
-
-    def _run(
-        self,
-        recording: Recording,
-        asked: Sequence[Value],
-        places: Sequence[Array | None],
-        state: Progress | None = None,
-    ) -> list[Value]:
-        """The numbers that `asked` terms stand for, chunk by chunk; of each, `state` is kept with its numbers."""
-        grid, varying = self.block.grid, self.block.varying
-        terms = [value for value in asked if isinstance(value, Term)]
-        inside = _terms(state) if state else []
-        if not (terms or inside):
-            return list(asked)
-        calculation = Calculation(recording, [*terms, *inside], grid.shape, compiled=self.compiled)
-        self.ran = calculation.choice.reason
-        given = [place for value, place in zip_longest(asked, places) if isinstance(value, Term)]
-        outs = _memory([calculation.of(term.mask) for term in terms], given)
-        longer = LONGER if calculation.choice.compiled and not (varying or state) else 1
-
-        def one(index: int) -> None:
-            indices = slice(index * self.step, (index + longer) * self.step)
-            part = (slice(None),) * self.axis + (indices,)
-            later = varying.numbers(self.axis, indices) if varying else []
-            held = [np.empty(calculation.of(term.mask, self._shape(indices))) for term in inside]
-            mine = [out[part] if term.mask >> self.axis & 1 else out for term, out in zip(terms, outs, strict=True)]
-            calculation.run(self.axis, indices, [*mine, *held], later)
-            if state:
-                found = {term.number: value for term, value in zip(inside, held, strict=True)}
-                self._kept[index] = _mapped_progress(state, functools.partial(_numbered, found=found))
-
-        self._each(one, longer)
-        found = iter(outs)
-        return [next(found) if isinstance(value, Term) else value for value in asked]
-
-    def _taken_up(self, rows: Sequence[Row]) -> list[Value]:
-        """Results from factors that were kept, under their own loads or those of another solution."""
-        results: list[Value] = [0.0] * len(rows)
+    def _one_by_one(self, rows: Sequence[Row]) -> list[Value]:
+        """Results chunk by chunk, from factors that were kept where they were, for the loads of this solution."""
+        results: list[Value] = [0.0] * (len(rows) + 1)
 
         def gather(index: int) -> None:
             part = (slice(None),) * self.axis + (slice(index * self.step, (index + 1) * self.step),)
             cut = functools.partial(self._cut, part=part)
-            if index not in self._kept:
-                self._kept[index] = self._loaded_anew(self._former.pop(index), cut)
-            for k, value in enumerate(self._kept[index].values([_mapped(row, cut) for row in rows])):
+            progress = self._chunk(index, cut)
+            least = [progress.least] if self._least is None else []
+            for k, value in enumerate([*progress.values([_mapped(row, cut) for row in rows]), *least]):
                 if not isinstance(value, np.ndarray):
                     results[k] = value
                     continue
@@ -316,14 +273,98 @@ class Factor:
                 target[part] = value
 
         self._each(gather)
-        return results
+        if self._least is None:
+            self._least = np.asarray(results[-1])
+        self._again = self._holdable
+        return results[: len(rows)]
 
-    def _loaded_anew(self, former: Progress, cut: Callable[[Value], Value]) -> Progress:
+    def _chunk(self, index: int, cut: Callable[[Value], Value]) -> Progress:
+        """A chunk solved: kept, made of a factor that was for other loads, or from the beginning."""
+        if index in self._kept:
+            return self._kept[index]
+        if index in self._former:
+            shared = self.shared
+            inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
+            progress = self._former.pop(index).loaded(inner.forces, outer.forces, knowns)
+            progress.load(self.large)
+        else:
+            indices, varying = slice(index * self.step, (index + 1) * self.step), self.block.varying
+            self.ran = SHORT
+            progress = self._done_again(cut, varying.numbers(self.axis, indices) if varying else [])
+        if self._keeps:
+            self._kept[index] = progress
+        return progress
+
+    def _done_again(self, take: Callable[[Value], Value], varying: Sequence[Value]) -> Progress:
+        """The whole way once more for the terms that are large, with what stands for each number."""
         shared = self.shared
-        inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
-        progress = former.loaded(inner.forces, outer.forces, knowns)
+        inner, outer = shared.inner.mapped(take), shared.outer.mapped(take)
+        rows = {a: _mapped(row, take) for a, row in shared.rows.items()}
+        springs = [(_mapped(row, take), take(stiffness)) for row, stiffness in shared.springs]
+        knowns = [take(value) for value in shared.knowns]
+        progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
+        if self.block.varying:
+            for entry, value in self.block.varying.values(varying):
+                inner.put(*entry.at, entry.mask, value)
+        progress.factorise(self.large, given=False)
+        progress.forget()
         progress.load(self.large)
         return progress
+
+    @functools.cached_property
+    def _recorded(self) -> tuple[Recording, Progress]:
+        """The same written down."""
+        recording, varying = Recording(), self.block.varying
+        later = [recording.later(mask) for mask in varying.masks] if varying else []
+        return recording, self._done_again(recording.take, later)
+
+    def _written(self, few: int) -> bool:
+        """Whether a program is written down: where there are more chunks than a `few`, or machine code will run it."""
+        return self.compiled is not None or self.chunks > few or worth_compiling(self.block.grid.sizes[-1])
+
+    @property
+    def _keeps(self) -> bool:
+        """Whether the factors of chunks are kept now."""
+        return self._again or self.chunks == 1 or self.light
+
+    @property
+    def _holdable(self) -> bool:
+        """Whether there is room for the factors of all chunks."""
+        return 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders) < KEEP
+
+    def _run(
+        self,
+        recording: Recording,
+        asked: Sequence[Value],
+        places: Sequence[Array | None],
+        state: Progress | None = None,
+    ) -> list[Value]:
+        """The numbers that `asked` terms stand for, chunk by chunk; of each, `state` is kept with its numbers."""
+        grid, varying = self.block.grid, self.block.varying
+        terms = [value for value in asked if isinstance(value, Term)]
+        inside = state.terms if state else []
+        if not (terms or inside):
+            return list(asked)
+        calculation = Calculation(recording, [*terms, *inside], grid.shape, compiled=self.compiled)
+        self.ran = calculation.choice.reason
+        given = [place for value, place in zip_longest(asked, places) if isinstance(value, Term)]
+        outs = empty([calculation.of(term.mask) for term in terms], given)
+        longer = LONGER if calculation.choice.compiled and not (varying or state) else 1
+
+        def one(index: int) -> None:
+            indices = slice(index * self.step, (index + longer) * self.step)
+            part = (slice(None),) * self.axis + (indices,)
+            later = varying.numbers(self.axis, indices) if varying else []
+            held = [np.empty(calculation.of(term.mask, self._shape(indices))) for term in inside]
+            mine = [out[part] if term.mask >> self.axis & 1 else out for term, out in zip(terms, outs, strict=True)]
+            calculation.run(self.axis, indices, [*mine, *held], later)
+            if state:
+                found = {term.number: value for term, value in zip(inside, held, strict=True)}
+                self._kept[index] = state.mapped(functools.partial(_numbered, found=found))
+
+        self._each(one, longer)
+        found = iter(outs)
+        return [next(found) if isinstance(value, Term) else value for value in asked]
 
     def _each(self, work: Callable[[int], None], longer: int = 1) -> None:
         """Do `work` with the index of every chunk, or of every so many.
@@ -360,60 +401,8 @@ def _same(value: Value) -> Value:
     return value
 
 
-def _memory(shapes: Sequence[Shape], given: Sequence[Array | None]) -> list[Array]:
-    """Arrays of these shapes: those given where they suit; one piece of memory for the others, which is made faster."""
-    suits = [place is not None and place.shape == shape for shape, place in zip(shapes, given, strict=True)]
-    sizes = [0 if suit else math.prod(shape) for suit, shape in zip(suits, shapes, strict=True)]
-    pieces = np.split(np.empty(sum(sizes)), np.cumsum(sizes)[:-1]) if sizes else []
-    return [
-        cast(Array, place) if suit else piece.reshape(shape)
-        for suit, place, piece, shape in zip(suits, given, pieces, shapes, strict=True)
-    ]
-
-
 def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
     return {k: change(value) for k, value in row.items()}
-
-
-def _margins(progress: Progress) -> list[Value]:
-    """Least pivot ratios found, by mask, in what was done on the way."""
-    return [value for stage in (progress.inner, progress.outer) for value in stage.margin.values()]
-
-
-def _least(values: Sequence[Value]) -> Value:
-    least: Value = np.inf
-    for value in values:
-        least = np.minimum(least, value)
-    return least
-
-
-def _mapped_progress(progress: Progress, change: Callable[[Value], Value]) -> Progress:
-    """What later reads and other loads need of it, with `change` applied to every number."""
-    return replace(
-        progress,
-        inner=progress.inner.mapped(change),
-        outer=progress.outer.mapped(change),
-        rows={a: _mapped(row, change) for a, row in progress.rows.items()},
-        springs=[],
-        knowns=[change(value) for value in progress.knowns],
-        imposed={
-            i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
-            for i, by_source in progress.imposed.items()
-        },
-    )
-
-
-def _terms(progress: Progress) -> list[Term]:
-    """All terms in it, each once."""
-    found: dict[int, Term] = {}
-
-    def note(value: Value) -> Value:
-        if isinstance(value, Term):
-            found[value.number] = value
-        return value
-
-    _mapped_progress(progress, note)
-    return list(found.values())
 
 
 def _numbered(value: Value, found: dict[int, Array]) -> Value:

@@ -74,17 +74,24 @@ class BroadcastSolver:
         names = self.plan.excited if excited else self.plan.components - self.plan.excited
         out = np.zeros(self.plan.frame.shape, dtype=bool)
         for name in names:
-            suspects = ~(self.factor(name).margin() > SUSPECT)
+            suspects = self._suspicious(name)
             if suspects.any():
-                out |= is_singular(self.plan, suspects, self.plan.members_of(name))
+                everywhere = np.array(np.broadcast_to(suspects, out.shape))
+                out |= is_singular(self.plan, everywhere, self.plan.members_of(name))
         return out
 
     def suspects(self) -> NDArray[np.bool_]:
         """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
         out = np.zeros(self.plan.frame.shape, dtype=bool)
         for name in self.plan.excited:
-            out |= ~(self.factor(name).margin() > SUSPECT)
+            suspects = self._suspicious(name)
+            if suspects.any():
+                out |= suspects
         return out
+
+    def _suspicious(self, component: int) -> NDArray[np.bool_]:
+        """Where pivots of a component are suspiciously small, at the batch shape over which that varies."""
+        return ~(self.factor(component).least() > SUSPECT)
 
     def solved(self, component: int) -> bool:
         """Whether a component has been factorised."""

@@ -5,9 +5,12 @@ Matrix and loads go apart: what the elimination leaves of the matrix serves any 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from ..program.recording import Term
 from ..structure.parts import Grid, Row, Value, add, add_row, combine, unknowns
 from .order import Order
 from .stage import Forces, Stage, backward, carried, closure, subtract
@@ -86,6 +89,49 @@ class Progress:
         for k, factor in at_ends.items():
             add_row(out, self.rows[k] if k not in row and k in self.rows else {k: 1.0}, factor)
         return carried(outer, out, self.outer)
+
+    # -- what is kept of it -------------------------------------------------------------------------------------------
+
+    @property
+    def margins(self) -> list[Value]:
+        """Least pivot ratios found, by mask, in what was done on the way."""
+        return [value for stage in (self.inner, self.outer) for value in stage.margin.values()]
+
+    @property
+    def least(self) -> Value:
+        """The least of them."""
+        least: Value = np.inf
+        for value in self.margins:
+            least = np.minimum(least, value)
+        return least
+
+    def mapped(self, change: Callable[[Value], Value]) -> Progress:
+        """What later reads and other loads need, with `change` applied to every number."""
+        return replace(
+            self,
+            inner=self.inner.mapped(change),
+            outer=self.outer.mapped(change),
+            rows={a: {k: change(value) for k, value in row.items()} for a, row in self.rows.items()},
+            springs=[],
+            knowns=[change(value) for value in self.knowns],
+            imposed={
+                i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
+                for i, by_source in self.imposed.items()
+            },
+        )
+
+    @property
+    def terms(self) -> list[Term]:
+        """All terms in that, each once, where it was recorded."""
+        found: dict[int, Term] = {}
+
+        def note(value: Value) -> Value:
+            if isinstance(value, Term):
+                found[value.number] = value
+            return value
+
+        self.mapped(note)
+        return list(found.values())
 
     # -- the matrix -------------------------------------------------------------------------------------------------
 

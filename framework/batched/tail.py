@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..program.recording import Recording
+from ..program.direct import Arithmetic
 from ..structure.parts import Grid, Parts, Row, Value, is_zero, total
 from .order import Order
 from .stage import Stage, backward
@@ -69,8 +69,8 @@ class Remainder:
         margin = _margin(stage, pivots, done)
         return cls(grid, pivots, matrix, scale, margin, loads, [_double(v) for v in knowns], negligible)
 
-    def recorded(self, recording: Recording) -> Recorded:
-        """Write down how they are solved: elimination and substitution, all of it over the whole batch."""
+    def recorded(self, recording: Arithmetic) -> Recorded:
+        """Elimination and substitution, all of it over the whole batch."""
         grid, size = self.grid, len(self.pivots)
         every = len(grid.sizes) - 1
         known = {-1 - s: recording.take(value) for s, value in enumerate(self.knowns)}
@@ -108,7 +108,7 @@ class Recorded:
     margin: Value | None
 
 
-def _whole(recording: Recording, every: int, parts: Parts) -> Parts:
+def _whole(recording: Arithmetic, every: int, parts: Parts) -> Parts:
     """A sum of parts as one number, which will vary over the whole batch."""
     return {every: total({mask: recording.take(value) for mask, value in parts.items()})[1]} if parts else {}
 

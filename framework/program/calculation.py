@@ -22,7 +22,7 @@ from .recording import Recording, Term
 
 # Seconds, as order of magnitude: an operation of NumPy on a number in the cache, one of machine code, compiling one.
 NUMPY, COMPILED, COMPILING = 0.5e-9, 0.05e-9, 35e-6
-# What is compiled is likely to be run again: so many times, it may take to pay for itself.
+# What is compiled is likely to be run again: so often it may take to pay for itself.
 TIMES = 2
 # Steps from which on compiling grows out of proportion, and entries along the last axis that it takes at least.
 MOST, LEAST = 2**15, 2 * machine_code.WIDTH
@@ -58,7 +58,7 @@ class Calculation:
     ) -> None:
         self.program, places = recording.program(outputs)
         self.shape = shape
-        self._given = [recording.given[k] for k in places]
+        self._given = [_double(recording.given[k]) for k in places]
         # Of what is given when it runs: where it stands among the given values, and its turn there.
         turns = {k: turn for turn, k in enumerate(k for k, value in enumerate(recording.given) if value is None)}
         self._later = [(at, turns[k]) for at, k in enumerate(places) if k in turns]
@@ -156,7 +156,7 @@ def choose(program: Program, shape: Shape) -> Choice:
         return Choice(False, f"{told}; machine code takes {LEAST} entries or more along the last axis")
     if steps > MOST:
         return Choice(False, f"{told}; more than {MOST} steps take too long to compile")
-    if TIMES * numpy < compiling:
+    if not worth_compiling(size):
         return Choice(False, f"{told}; compiling them would take about {_milliseconds(compiling)}")
     return Choice(
         True,
@@ -165,8 +165,24 @@ def choose(program: Program, shape: Shape) -> Choice:
     )
 
 
+def worth_compiling(size: int) -> bool:
+    """Whether what is done for so many batch entries is worth compiling, where that is possible."""
+    return machine_code.available() and TIMES * NUMPY * size >= COMPILING
+
+
 def _milliseconds(seconds: float) -> str:
     return f"{1e3 * seconds:.2g} ms"
+
+
+def empty(shapes: Sequence[Shape], given: Sequence[Array | None]) -> list[Array]:
+    """Arrays of these shapes: those given where they suit; one piece of memory for the others, which is made faster."""
+    suits = [place is not None and place.shape == shape for shape, place in zip(shapes, given, strict=True)]
+    sizes = [0 if suit else math.prod(shape) for suit, shape in zip(suits, shapes, strict=True)]
+    pieces = np.split(np.empty(sum(sizes)), np.cumsum(sizes)[:-1]) if sizes else []
+    return [
+        cast(Array, place) if suit else piece.reshape(shape)
+        for suit, place, piece, shape in zip(suits, given, pieces, shapes, strict=True)
+    ]
 
 
 def workers() -> int:
@@ -195,11 +211,14 @@ def _lead(array: Array, count: int) -> Iterator[tuple[int, int]]:
     return zip(array.strides[:count], array.shape[:count], strict=True)
 
 
-def _cut(value: Value | None, axis: int, indices: slice, shape: Shape) -> Value | None:
-    """The part of a number that belongs to a chunk, in double precision."""
+def _double(value: Value | None) -> Value | None:
     if value is None:
         return None
-    if not isinstance(value, np.ndarray):
-        return float(value)
-    mine = value[(slice(None),) * axis + (indices,)] if value.shape[axis] == shape[axis] else value
-    return mine.astype(np.float64, copy=False)
+    return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
+
+
+def _cut(value: Value | None, axis: int, indices: slice, shape: Shape) -> Value | None:
+    """The part of a number that belongs to a chunk."""
+    if not isinstance(value, np.ndarray) or value.shape[axis] != shape[axis]:
+        return value
+    return value[(slice(None),) * axis + (indices,)]

@@ -20,9 +20,12 @@ _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.multiply: lambda a, b: a * b,
     np.divide: lambda a, b: a / b,
     np.negative: lambda a: -a,
-    np.minimum: lambda a, b: _recording(a, b).write(Operation.MINIMUM, *sorted((a, b), key=_number)),
-    np.maximum: lambda a, b: _recording(a, b).write(Operation.MAXIMUM, *sorted((a, b), key=_number)),
+    np.minimum: lambda a, b: _recording(a, b).either(Operation.MINIMUM, a, b),
+    np.maximum: lambda a, b: _recording(a, b).either(Operation.MAXIMUM, a, b),
 }
+
+# A step as it is written down: the operation and its operands.
+Made = tuple[Operation, int, int, int]
 
 
 class Term:
@@ -38,25 +41,33 @@ class Term:
         """The batch axes over which it varies."""
         return self.recording.masks[self.number]
 
+    # Most operands are terms, and there are many: they come first.
+
     def __add__(self, other: Any) -> Any:
-        if _constant(other, 0.0):
-            return self
-        return self.recording.write(Operation.ADD, *_sorted(self, other))
+        if type(other) is Term:
+            a, b = self.number, other.number
+            return self.recording.step(Operation.ADD, a, b) if a <= b else self.recording.step(Operation.ADD, b, a)
+        return self if _constant(other, 0.0) else self.recording.either(Operation.ADD, self, other)
 
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Any:
+        if type(other) is Term:
+            return self.recording.step(Operation.SUBTRACT, self.number, other.number)
         return self if _constant(other, 0.0) else self.recording.write(Operation.SUBTRACT, self, other)
 
     def __rsub__(self, other: Any) -> Any:
         return -self if _constant(other, 0.0) else self.recording.write(Operation.SUBTRACT, other, self)
 
     def __mul__(self, other: Any) -> Any:
+        if type(other) is Term:
+            a, b = self.number, other.number
+            return self.recording.step(Operation.MULTIPLY, *((a, b) if a <= b else (b, a)))
         if _constant(other, 0.0):
             return 0.0
         if _constant(other, 1.0) or _constant(other, -1.0):
             return self if other == 1.0 else -self
-        return self.recording.write(Operation.MULTIPLY, *_sorted(self, other))
+        return self.recording.either(Operation.MULTIPLY, self, other)
 
     __rmul__ = __mul__
 
@@ -67,7 +78,7 @@ class Term:
         return 0.0 if _constant(other, 0.0) else self.recording.write(Operation.DIVIDE, other, self)
 
     def __neg__(self) -> Any:
-        return self.recording.write(Operation.NEGATE, self)
+        return self.recording.step(Operation.NEGATE, self.number)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *operands: Any, **options: Any) -> Any:
         if ufunc not in _UFUNCS or method != "__call__" or options:
@@ -78,12 +89,6 @@ class Term:
 
 def _constant(value: object, constant: float) -> bool:
     return isinstance(value, float) and value == constant
-
-
-def _sorted(a: Any, b: Any) -> tuple[Any, Any]:
-    """Two operands of which either may come first."""
-    a, b = (a.recording.take(b), a) if isinstance(a, Term) else (a, b)
-    return (a, b) if _number(a) <= _number(b) else (b, a)
 
 
 def _number(value: Any) -> int:
@@ -113,7 +118,7 @@ class Recording:
         self.given: list[Value | None] = []
         self.masks: list[int] = []
         # By value: the step that makes it; of one that is given its place, of a constant its number.
-        self._made: list[Step | int | float] = []
+        self._made: list[Made | int | float] = []
         self._known: dict[object, int] = {}
         self._products: list[Products] = []
 
@@ -137,13 +142,28 @@ class Recording:
         self.given.append(None)
         return cast(Value, Term(self, self._new(len(self.given) - 1, mask)))
 
-    def write(self, operation: Operation, *operands: Any) -> Any:
+    def write(self, operation: Operation, *operands: Any) -> Term:
         """Write down a step, unless it has been before."""
-        taken = [self.take(each) for each in operands]
-        step = Step(operation, *(each.number if isinstance(each, Term) else self._literal(each) for each in taken))
-        if step not in self._known:
-            self._known[step] = self._step(step)
-        return Term(self, self._known[step])
+        return self.step(operation, *map(self._standing, operands))
+
+    def either(self, operation: Operation, *operands: Any) -> Term:
+        """Write down a step in which the order of the operands does not matter."""
+        return self.step(operation, *sorted(map(self._standing, operands)))
+
+    def step(self, operation: Operation, a: int, b: int = NONE) -> Term:
+        """Write down a step on the values of these numbers, unless it has been before."""
+        made = operation, a, b, NONE
+        number = self._known.get(made)
+        if number is None:
+            number = self._known[made] = len(self._made)
+            self._made.append(made)
+            self.masks.append(self.masks[a] if b == NONE else self.masks[a] | self.masks[b])
+        return Term(self, number)
+
+    def _standing(self, value: Any) -> int:
+        """Number of the value that stands for a number."""
+        taken = self.take(value)
+        return taken.number if isinstance(taken, Term) else self._literal(taken)
 
     def products(self, rows: Sequence[Mapping[int, Value]], numbers: Mapping[int, Value]) -> list[Value]:
         """Sums of products of the factors `rows` with `numbers`, as one matrix product."""
@@ -183,22 +203,19 @@ class Recording:
         return self._alone(Operation.ADD if factor > 0.0 else Operation.SUBTRACT, total, value)
 
     def _alone(self, operation: Operation, *operands: Any) -> Term:
-        numbers = (each.number if isinstance(each, Term) else self._literal(each) for each in operands)
-        return Term(self, self._step(Step(operation, *numbers)))
+        a, b, c = [*map(self._standing, operands), NONE, NONE][:3]
+        mask = 0
+        for k in (a, b, c):
+            mask |= self.masks[k] if k != NONE else 0
+        return Term(self, self._new((operation, a, b, c), mask))
 
-    def _literal(self, value: Any) -> int:
+    def _literal(self, value: float) -> int:
         key = "constant", float(value)
         if key not in self._known:
             self._known[key] = self._new(float(value), 0)
         return self._known[key]
 
-    def _step(self, step: Step) -> int:
-        mask = 0
-        for k in step.operands:
-            mask |= self.masks[k]
-        return self._new(step, mask)
-
-    def _new(self, made: Step | int | float, mask: int) -> int:
+    def _new(self, made: Made | int | float, mask: int) -> int:
         self._made.append(made)
         self.masks.append(mask)
         return len(self._made) - 1
@@ -208,38 +225,45 @@ class Recording:
     def program(self, outputs: Sequence[Term]) -> tuple[Program, list[int]]:
         """What makes `outputs`, and the places in `given` of the values that it takes."""
         asked = [output.number for output in outputs]
-        needed = self._needed(asked)
-        given = [k for k in needed if type(self._made[k]) is int]
-        constants = [k for k in needed if type(self._made[k]) is float]
-        steps = [k for k in needed if isinstance(self._made[k], Step)]
-        new = {old: number for number, old in enumerate([*given, *constants, *steps])}
-        new[NONE] = NONE
+        given, constants, steps = self._needed(asked)
+        # That of none, at the end, is none.
+        new = [NONE] * (len(self._made) + 1)
+        for number, old in enumerate([*given, *constants, *steps]):
+            new[old] = number
+        made = cast(list[Made], self._made)
         program = Program(
             given=len(given),
             constants=tuple(cast(float, self._made[k]) for k in constants),
-            steps=tuple(Step(s.operation, new[s.a], new[s.b], new[s.c]) for s in map(self._made.__getitem__, steps)),  # type: ignore[union-attr]
-            masks=tuple(self.masks[k] for k in new if k != NONE),
+            steps=tuple(Step(o, new[a], new[b], new[c]) for o, a, b, c in map(made.__getitem__, steps)),
+            masks=tuple(map(self.masks.__getitem__, [*given, *constants, *steps])),
             outputs=tuple(new[k] for k in asked),
             products=tuple(self._renumbered(new, len(given) + len(constants))),
         )
         return program, [cast(int, self._made[k]) for k in given]
 
-    def _needed(self, asked: list[int]) -> list[int]:
-        """Values that lead to those asked for, in order."""
-        needed, waiting = set(asked), list(asked)
-        while waiting:
-            made = self._made[waiting.pop()]
-            if isinstance(made, Step):
-                fresh = [k for k in made.operands if k not in needed]
-                needed.update(fresh)
-                waiting += fresh
-        return sorted(needed)
+    def _needed(self, asked: list[int]) -> tuple[list[int], list[int], list[int]]:
+        """Values that lead to those asked for, in order: given, constants, and those that steps make."""
+        needed = bytearray(len(self._made) + 1)
+        found: tuple[list[int], list[int], list[int]] = [], [], []
+        for k in asked:
+            needed[k] = 1
+        for k in range(len(self._made) - 1, -1, -1):
+            if not needed[k]:
+                continue
+            made = self._made[k]
+            if isinstance(made, tuple):
+                _, a, b, c = made
+                needed[a] = needed[b] = needed[c] = 1
+            found[0 if isinstance(made, int) else 1 if isinstance(made, float) else 2].append(k)
+        for each in found:
+            each.reverse()
+        return found
 
-    def _renumbered(self, new: Mapping[int, int], first: int) -> list[Products]:
+    def _renumbered(self, new: Sequence[int], first: int) -> list[Products]:
         out = []
         for each in self._products:
-            kept = [new[k] - first for k in range(*each.steps) if k in new and isinstance(self._made[k], Step)]
-            rows = [(new[k], row) for k, row in zip(each.outs, each.factors, strict=True) if k in new]
+            kept = [new[k] - first for k in range(*each.steps) if new[k] != NONE and isinstance(self._made[k], tuple)]
+            rows = [(new[k], row) for k, row in zip(each.outs, each.factors, strict=True) if new[k] != NONE]
             if not rows:
                 continue
             used = sorted({place for _, row in rows for place in row})
@@ -255,7 +279,7 @@ class Recording:
         return out
 
 
-def _new(number: int | float, new: Mapping[int, int]) -> int | float:
+def _new(number: int | float, new: Sequence[int]) -> int | float:
     return new[number] if isinstance(number, int) else number
 
 

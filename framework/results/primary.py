@@ -15,7 +15,7 @@ from ..error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
 from ..kept import Factors
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
-from ..structure.parts import Row
+from ..structure.parts import Row, is_zero
 from .idle import Idle, idle
 
 
@@ -113,7 +113,7 @@ class Primary:
         solver = self.solver
         found = solver.values(rows, places) if isinstance(solver, BroadcastSolver) else solver.values(rows)
         for place, value in zip(places, found, strict=True):
-            if value is not place:
+            if value is not place and not is_zero(value):
                 place[...] = value
         out: Array = np.moveaxis(whole, 0, -1)
         if self.resolved is not None:

@@ -20,7 +20,7 @@ from .group import Group
 from .parts import Grid, Value, combine
 
 # Entries looked at together in the first pass.
-_CHUNK = 2**13
+_CHUNK = 2**14
 Pair = tuple[int, int]
 # Stiffnesses, and by spring its deformation for a unit of each of the twelve displacements of the nodes.
 Springs = tuple[list[Value], list[list[Value]]]
@@ -140,7 +140,7 @@ class Varying:
             for number, piece in enumerate(pieces):
                 for array, codes in zip(given, piece.codes, strict=True):
                     used = [k for k, code in enumerate(codes) if code]
-                    found += [self.grid.value(array[number][..., k]) for k in used]
+                    found += [self.grid.value(array[k][number]) for k in used]
         return found
 
     def values(self, numbers: Iterable[Value]) -> Iterator[tuple[Entry, Value]]:
@@ -163,12 +163,15 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
         yield entry, combine([(forces[i, a], deformed[i][b]) for i in entry.springs])
 
 
-def _given(group: Group) -> list[Array]:
-    """Stiffnesses, deformations in local axes, and axes at the start, and the end where it has others: (n, ..., m)."""
+def _given(group: Group) -> list[list[Array]]:
+    """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end: each (n, ...)."""
     stiffness, rows = group.element.springs(group.length)
     start, end = group.turns
     matrices = [rows, start] if end is start else [rows, start, end]
-    return [stiffness, *(each.reshape(*each.shape[:-2], -1) for each in matrices)]
+    return [
+        [stiffness[..., i] for i in range(stiffness.shape[-1])],
+        *([each[..., i, k] for i in range(each.shape[-2]) for k in range(each.shape[-1])] for each in matrices),
+    ]
 
 
 def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
@@ -187,18 +190,26 @@ def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
 def _pieces(group: Group, grid: Grid) -> list[Piece]:
     """The pieces, with the entries that are not zero all over the batch."""
     axis, slices = grid.slices(_CHUNK)
-    found: list[NDArray[np.int64]] = []
+    found: list[list[NDArray[np.int64]]] = []
     for indices in slices:
-        codes = [_codes(array, grid) for array in _given(group.cut(axis, indices))]
-        found = [one | other for one, other in zip(found, codes, strict=True)] if found else codes
-    each = zip(*(array.tolist() for array in found), strict=True)
+        given = _given(group.cut(axis, indices))
+        if not found:
+            found = [[_codes(number, grid) for number in numbers] for numbers in given]
+            continue
+        # What does not vary, and what is known not to be zero, is not looked at again.
+        for numbers, codes in zip(given, found, strict=True):
+            for k, number in enumerate(numbers):
+                if number[0].size > 1 and not codes[k].all():
+                    codes[k] |= _codes(number, grid)
+    each = zip(*(np.stack(codes, axis=-1).tolist() for codes in found), strict=True)
     return [Piece(list(codes), _pairs(dofs, *codes)) for dofs, codes in zip(group.dofs.tolist(), each, strict=True)]
 
 
-def _codes(array: Array, grid: Grid) -> NDArray[np.int64]:
-    """Codes of numbers (n, ..., m), (n, m)."""
-    used = (array != 0.0).any(axis=tuple(range(1, array.ndim - 1)))
-    mask = grid.mask(aligned(array[0, ..., 0], len(grid.shape)))
+def _codes(number: Array, grid: Grid) -> NDArray[np.int64]:
+    """Code of a number (n, ...) for each of n pieces, (n,)."""
+    mask = grid.mask(aligned(number[0], len(grid.shape)))
+    # Most are not zero from the first entry on, or all over.
+    used = [bool(each.flat[0] != 0.0 or each.any()) for each in number]
     return np.where(used, 1 + 2 * mask, 0)
 
 
