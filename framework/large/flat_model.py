@@ -32,7 +32,13 @@ class FlatModel:
         self.normal = model.components[2] - 3
         a, b = AXES[self.normal]
         self.components = [a, b, self.normal + 3]
-        self.stacks = [FlatStack.of(stack, self.normal, model.ndim) for stack in model.stacks]
+        each = [FlatStack.of(stack, self.normal, model.ndim) for stack in model.stacks]
+        # Few long operations take less time than many short ones: what varies alike is one stack.
+        alike: dict[object, list[int]] = {}
+        for number, stack in enumerate(each):
+            alike.setdefault(stack.batch, []).append(number)
+        self.stacks = [FlatStack.joined([each[number] for number in same]) for same in alike.values()]
+        self.linked = [np.concatenate([model.linked[number] for number in same]) for same in alike.values()]
         self.joints = [FlatJoint.of(joint, model, self.normal) for joint in model.joints]
         self.loads = Numbers(model.loads.nodal.array[self.components], model.ndim)
         # columns (3, nodes) in the order of the coordinates here
@@ -101,7 +107,7 @@ class FlatModel:
         """Sum of the entries of all tangents over those of the matrix's lower half; rows and columns of the latter."""
         entries = [_whole(np.zeros(0, dtype=np.int64))]  # which a frame without members and joints has alone
         chains = [np.array(chain, dtype=np.int64) for chain in self.chains]
-        for stack, linked in zip(self.stacks, self.model.linked, strict=True):
+        for stack, linked in zip(self.stacks, self.linked, strict=True):
             if not linked.all():
                 entries.append(self._terms(stack.ends[~linked]))
             for ends in stack.ends[linked].tolist():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,20 @@ AXES = ((1, 2), (2, 0), (0, 1))
 # Places in a piece's tangent of its ten different entries: which of (x1 y1 r1 x2 y2 r2) they join, with what sign.
 TERMS = ((0, 0), (1, 0), (1, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 2), (3, 2), (3, 3))
 ENDS = (((3, 1.0), (0, -1.0)), ((4, 1.0), (1, -1.0)), ((2, 1.0),), ((5, 1.0),))
+
+
+def _places() -> tuple[NDArray[np.int64], Array]:
+    """Which different entry stands where in the tangent of a piece (6, 6), and with what sign (6, 6, 1)."""
+    entry, sign = np.zeros((6, 6), dtype=np.int64), np.zeros((6, 6, 1))
+    for number, (p, q) in enumerate(TERMS):
+        for i, first in ENDS[p]:
+            for j, second in ENDS[q]:
+                entry[i, j] = entry[j, i] = number
+                sign[i, j] = sign[j, i] = first * second
+    return entry, sign
+
+
+ENTRY, SIGN = _places()
 
 
 @dataclass(frozen=True)
@@ -44,6 +59,29 @@ class FlatStack:
                 block = whole[first + i : first + i + 3, first + j : first + j + 3]
                 parts.append(sum(about[a] * block[a, b] * about[b] for a in range(3) for b in range(3)))
         return cls(stack.ends, Numbers(along, ndim), stack.length, Numbers(np.stack(np.broadcast_arrays(*parts)), ndim))
+
+    @property
+    def batch(self) -> tuple[tuple[int, ...], ...]:
+        """Batch shapes of direction, length and stiffness."""
+        return tuple(
+            each.array.shape[each.array.ndim - each.ndim :] for each in (self.direction, self.length, self.stiffness)
+        )
+
+    @classmethod
+    def joined(cls, stacks: Sequence[FlatStack]) -> FlatStack:
+        """Stacks of one batch shape as one."""
+
+        def together(pick: Callable[[FlatStack], Numbers]) -> Numbers:
+            arrays = [pick(stack).array for stack in stacks]
+            pieces = -1 - (ndim := pick(stacks[0]).ndim)
+            whole = [
+                np.repeat(array, len(stack.ends), axis=pieces) if array.shape[pieces] == 1 else array
+                for stack, array in zip(stacks, arrays, strict=True)
+            ]
+            return Numbers(np.concatenate(whole, axis=pieces), ndim)
+
+        ends = np.concatenate([stack.ends for stack in stacks])
+        return cls(ends, together(lambda s: s.direction), together(lambda s: s.length), together(lambda s: s.stiffness))
 
 
 def shape(stack: FlatStack, pieces: tuple[Array, Array, Array], state: FlatState) -> tuple[Array, Array, Array]:
@@ -136,9 +174,4 @@ def terms(stiffness: Array, axes: Array, chord: Array, stress: Array) -> Array:
 
 def six(entries: Array) -> Array:
     """The tangent of one piece in (x1 y1 r1 x2 y2 r2), (6, 6, m), from its different entries (10, m)."""
-    out = np.empty((6, 6, entries.shape[-1]))
-    for entry, (p, q) in zip(entries, TERMS, strict=True):
-        for i, first in ENDS[p]:
-            for j, second in ENDS[q]:
-                out[i, j] = out[j, i] = first * second * entry
-    return out
+    return np.asarray(SIGN * entries[ENTRY])

@@ -190,7 +190,7 @@ class FlatEquations:
 
     def _tangents(self, k: int, terms: Array, transfers: list[Array]) -> list[Array]:
         """Different entries of plain pieces as they are, the others in the terms of their chains."""
-        linked = self.model.linked[k]
+        linked = self.flat.linked[k]
         out = [] if linked.all() else [terms[:, ~linked]]
         for number in np.flatnonzero(linked):
             first, second = self.flat.stacks[k].ends[number].tolist()

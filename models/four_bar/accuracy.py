@@ -158,7 +158,7 @@ class Accuracy:
 
     def planar_condition_number(self) -> Array:
         """The same of the rows and columns in the plane alone, ``ux uy rz`` of every node, (...)."""
-        frame = self._loaded()
+        frame = self._bare.copy()
         for node in frame.nodes:
             frame.fix(node, "uz", "rx", "ry")
         return np.broadcast_to(frame.solve().condition_number(), self.shape)
@@ -181,7 +181,7 @@ class Accuracy:
         """Batch shape."""
         given = [value.shape for value in self.clearances.values()]
         given += [value.shape for value in (self.contacts or {}).values()]
-        return np.broadcast_shapes(self._loaded().shape, self.motion.shape, *given)
+        return np.broadcast_shapes(self._bare.shape, self.motion.shape, *given)
 
     @cached_property
     def offsets(self) -> dict[str, Complex]:
@@ -210,7 +210,12 @@ class Accuracy:
 
     @cached_property
     def _under_load(self) -> Solution:
-        return self._loaded().solve()
+        return self._bare.solve()
+
+    @cached_property
+    def _bare(self) -> Frame:
+        """The loaded linkage without clearance, which nothing changes."""
+        return self._loaded()
 
     def _loaded(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
         frame = self.motion.frame(clearance)

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
 from ...framework.frame import Frame
+from ..linkage.linkage import Linkage
+from .as_linkage import linkage
 from .closure import Closure
 from .description import FourBarDescription
 from .frame import frame
@@ -142,6 +144,41 @@ class FourBar(FourBarDescription):
             joined(name, value.shape, shapes)
             shapes[name] = value.shape
         return FourBarMotion(self, closure, *rates)
+
+    def linkage(self, theta: ArrayLike, clearance: Mapping[str, ArrayLike] | None = None) -> Linkage:
+        """The four-bar as a linkage, drawn at a drive angle, with all that can be asked of one.
+
+        Points A, B, P, D, E; links ``crank``, ``coupler``, ``rocker``, ``ground``; joints A, which drives and whose
+        coordinate is the drive angle, B, D and E. It has mobility, dead points, the range of its drive, vibration,
+        stress, inertia of its beams and more, none of which need a four-bar. It is slower, as it closes any loop:
+        what a four-bar knows in closed form is asked of `move`.
+
+        Parameters
+        ----------
+        theta
+            Drive angle at which it is drawn, radians, (...). From there it moves on smoothly, see `Linkage.move`.
+        clearance
+            Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
+
+        Returns
+        -------
+        Linkage
+            The linkage, without loads.
+
+        Raises
+        ------
+        FrameError
+            If it cannot be assembled at `theta`, or a clearance is negative.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> four_bar = FourBar(crank=3.0, coupler=4.0, rocker=2.0, ground=4.0)
+        >>> reach = four_bar.linkage(1.0).drive_range("A")
+        >>> round(float(np.degrees(reach.upper)), 4)  # where coupler and rocker are in line
+        117.2796
+        """
+        return linkage(self.move(theta), clearance or {})
 
 
 def _refuse_gap(closure: Closure) -> None:

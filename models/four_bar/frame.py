@@ -14,6 +14,8 @@ from ..planar import rotation, vector
 from .description import LINKS
 from .kinematics import FourBarKinematics
 
+# Links of each joint, along the chain.
+JOINT_LINKS = {"B": ("crank", "coupler"), "D": ("coupler", "rocker"), "E": ("rocker", "ground")}
 # Nodes of each joint, along the chain crank, coupler, rocker, ground.
 JOINT_NODES = {"B": ("B.crank", "B.coupler"), "D": ("D.coupler", "D.rocker"), "E": ("E.rocker", "E")}
 

@@ -64,6 +64,11 @@ def _columns(outcome: Outcome) -> dict[str, tuple[Array, Array]]:
     return found
 
 
+def section(outcome: Outcome) -> list[str]:
+    """The section of the report."""
+    return ["### Digits", EXPLAINED, as_markdown(outcome)]
+
+
 def as_markdown(outcome: Outcome) -> str:
     """The digits as a table for the report, and beside them what sampling leaves uncertain."""
     sampling = _sampling_errors(outcome)

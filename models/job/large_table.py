@@ -60,6 +60,11 @@ def as_text(outcome: Outcome) -> str:
     return aligned([_heading(outcome), *found]) if found else ""
 
 
+def section(outcome: Outcome, point: str, file: str) -> list[str]:
+    """The section of the report on a point, whose full table is in a file."""
+    return ["### Large displacement", EXPLAINED.format(point=point, file=file), as_markdown(outcome)]
+
+
 def as_markdown(outcome: Outcome) -> str:
     """The table for the report."""
     found = _cells(outcome)

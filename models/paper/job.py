@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..job import large_table
 from ..job.figures import draw_histograms, draw_trajectory
+from ..job.report import Report
 from ..job.run import Job
 from ..job.stages import Advance
 from . import reactions
@@ -114,9 +115,9 @@ class FourBarJob(Job):
         """What the reader of the numbers should know."""
         return remarks(self.result)
 
-    def report(self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
-        """The report in Markdown."""
-        return report(self.result, pictures, notes, seconds)
+    def report(self) -> Report:
+        """What is reported."""
+        return report(self.result)
 
     def summary(self) -> str:
         """Table 1, large displacement where it is needed, and the greatest reactions."""

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..job import digits, large_table
-from ..job.tables import markdown, spent
+from ..job.report import Report
+from ..job.tables import markdown
 from . import against_paper, reactions
 from .passages import passages
 from .readings import run_std
@@ -43,56 +44,29 @@ with `displacement`, then *Extract Surface* and *Tube*; *Clean to Grid* first me
 shows the mean inputs without clearance; singular poses have `solved` = 0 and no displacement."""
 
 
-def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
-    """The report in Markdown.
-
-    Parameters
-    ----------
-    result
-        The run.
-    pictures
-        Caption of each figure by the name of its file.
-    notes
-        What the reader should know of this run, such as what could not be drawn.
-    seconds
-        Time that each stage took.
-
-    Returns
-    -------
-    str
-        The text.
-    """
-    paragraphs = [
-        "# Accuracy of a four-bar linkage",
-        *_summary(result),
-        *notes,
-        "## Inputs",
-        "SI units, angles in degrees; `sd` is the standard deviation of a normal distribution.",
-        _inputs(result),
-        "## Table 1",
-        TABLE,
-        about_errors(result),
-        as_markdown(result),
-        "### Digits",
-        digits.EXPLAINED,
-        digits.as_markdown(result),
-        "### Large displacement",
-        large_table.EXPLAINED.format(point="P", file="table1.csv"),
-        large_table.as_markdown(result),
-        *passages(result),
-        "## Reactions and drive torque",
-        reactions.EXPLAINED,
-        reactions.as_markdown(result),
-        "## Figures",
-        *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
-        "## In ParaView",
-        PARAVIEW,
-        "## Against the paper",
-        *against_paper.points(result),
-        "## Time",
-        spent(seconds),
-    ]
-    return "\n\n".join(paragraphs) + "\n"
+def report(result: Result) -> Report:
+    """What the job reports."""
+    return Report(
+        title="Accuracy of a four-bar linkage",
+        summary=list(_summary(result)),
+        sections=[
+            "## Inputs",
+            "SI units, angles in degrees; `sd` is the standard deviation of a normal distribution.",
+            _inputs(result),
+            "## Table 1",
+            TABLE,
+            about_errors(result),
+            as_markdown(result),
+            *digits.section(result),
+            *large_table.section(result, "P", "table1.csv"),
+            *passages(result),
+            "## Reactions and drive torque",
+            reactions.EXPLAINED,
+            reactions.as_markdown(result),
+        ],
+        paraview=PARAVIEW,
+        more=["## Against the paper", *against_paper.points(result)],
+    )
 
 
 def _summary(result: Result) -> Iterable[str]:

@@ -76,7 +76,7 @@ def test_means_and_deviations_agree_for_other_draws(tmp_path: Path) -> None:
 
 def test_the_report_and_the_table_tell_the_contact_and_the_means() -> None:
     result = from_file()
-    told = report(result, {}, [], {})
+    told = report(result).text({}, [], {})
     assert "Contact angles of the clearances as the file gives them: B 180°, D 180°, E 180°." in told
     spread = result.spread["P"]
     row = next(line for line in as_text(result).splitlines() if line.strip().startswith("30 "))
@@ -105,9 +105,8 @@ def test_without_contact_angles_the_file_is_the_contact_in_equilibrium(tmp_path:
     )
     kept = theirs.status == "regular"
     assert_allclose(result.spread["P"].samples[kept], theirs.samples[kept], rtol=1e-6, atol=1e-12)
-    assert "Contact of the clearances where equilibrium under the load presses it: B, D, E." in report(
-        result, {}, [], {}
-    )
+    told = report(result).text({}, [], {})
+    assert "Contact of the clearances where equilibrium under the load presses it: B, D, E." in told
 
 
 # -- the description --------------------------------------------------------------------------------------------------

@@ -37,7 +37,7 @@ def job() -> Result:
 @cache
 def text() -> str:
     """The report, each paragraph a line."""
-    return report(job(), {}, [], {})
+    return report(job()).text({}, [], {})
 
 
 def table_rows(heading: str) -> list[list[str]]:
@@ -413,7 +413,7 @@ def test_reactions_are_those_of_statics() -> None:
 def test_other_runs_are_told_without_the_numbers_that_they_lack() -> None:
     inputs = Inputs(samples=4, poses=(20.0, 60.0, 40.0), rocker=0.12, stiffness=np.inf, stiffness_sd=0.0)
     result = compute(inputs.but(contact="reaction"))
-    told = report(result, {}, [], {})
+    told = report(result).text({}, [], {})
     assert "nan" not in told
     assert "κ in the plane | printed κ" not in told
     assert len(points(result)) > 8

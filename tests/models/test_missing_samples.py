@@ -218,7 +218,7 @@ def test_a_job_counts_names_and_leaves_out_samples_without_result(tmp_path):
         f"{lost} of 2 × 60 samples have no result (not assembled {lost} times): mean and standard deviation are those"
     )
     assert any(note.startswith(told) for note in remarks(result))
-    assert told in report(result, {}, remarks(result), {})
+    assert told in report(result).text({}, remarks(result), {})
     assert f"no result in {lost} of 60 samples" in as_csv(result)
     strict = job(tmp_path, "propagate")
     assert_array_equal(np.isnan(strict.spread["B"].mean[:, 0]), [True, False])

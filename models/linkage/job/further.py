@@ -22,16 +22,14 @@ def sections(result: Result) -> Iterator[str]:
     """Paragraphs of the report for the further tables that the file asks for."""
     also, outcome = result.inputs.also, result.outcome
     point = result.inputs.points[0]
+    if "condition" in also:
+        yield CONDITION
     if "digits" in also:
-        yield "### Digits"
-        yield digits.EXPLAINED
+        yield from digits.section(outcome)
         if np.isnan(outcome.error_bound).all():
             yield WITHOUT_BOUND
-        yield digits.as_markdown(outcome)
     if "large" in also:
-        yield "### Large displacement"
-        yield large_table.EXPLAINED.format(point=point, file="table.csv")
-        yield large_table.as_markdown(outcome)
+        yield from large_table.section(outcome, point, "table.csv")
         yield from large_table.told(outcome)
     if result.inputs.choices:
         yield "### Choices"

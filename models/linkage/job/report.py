@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....framework.batch import Array
-from ...job.tables import markdown, spent
+from ...job.report import Report
+from ...job.tables import markdown
 from ..statics.reactions import NONE
-from .further import CONDITION, sections
+from .further import sections
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -33,46 +34,23 @@ nodes of the joints. Poses without a solution have `solved` = 0 and no displacem
 LINKS = "No link has a beam: the links are drawn as lines between their points, with `velocity` and `acceleration`."
 
 
-def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
-    """The report in Markdown.
-
-    Parameters
-    ----------
-    result
-        The run.
-    pictures
-        Caption of each figure by the name of its file.
-    notes
-        What the reader should know of this run, such as what could not be drawn.
-    seconds
-        Time that each stage took.
-
-    Returns
-    -------
-    str
-        The text.
-    """
-    name = next(iter(result.inputs.drives))
+def report(result: Result) -> Report:
+    """What the job reports."""
+    name, source = next(iter(result.inputs.drives)), result.inputs.source
     time = f"the value of drive {name}" if result.increasing else "the number of the pose"
-    paragraphs = [
-        f"# {result.inputs.source.data.get('title', result.inputs.source.file.stem)}",
-        *_summary(result),
-        *(f"**Note:** {note}" for note in notes),
-        "## The linkage",
-        *_linkage(result),
-        "## Table",
-        TABLE.format(point=result.inputs.points[0]),
-        as_markdown(result),
-        *([CONDITION] if "condition" in result.inputs.also else []),
-        *sections(result),
-        "## Figures",
-        *(f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()),
-        "## In ParaView",
-        PARAVIEW.format(time=time, how=BEAMS if result.has_beams else LINKS),
-        "## Time",
-        spent(seconds),
-    ]
-    return "\n\n".join(paragraphs) + "\n"
+    return Report(
+        title=str(source.data.get("title", source.file.stem)),
+        summary=list(_summary(result)),
+        sections=[
+            "## The linkage",
+            *_linkage(result),
+            "## Table",
+            TABLE.format(point=result.inputs.points[0]),
+            as_markdown(result),
+            *sections(result),
+        ],
+        paraview=PARAVIEW.format(time=time, how=BEAMS if result.has_beams else LINKS),
+    )
 
 
 def _summary(result: Result) -> Iterable[str]:

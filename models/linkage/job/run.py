@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...job.report import Report
 from ...job.run import Job
 from ...job.stages import Advance
 from .figures import CAPTIONS, captions, draw
@@ -94,9 +95,9 @@ class LinkageJob(Job):
         """What the reader of the numbers should know."""
         return remarks(self.result)
 
-    def report(self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
-        """The report in Markdown."""
-        return report(self.result, pictures, notes, seconds)
+    def report(self) -> Report:
+        """What is reported."""
+        return report(self.result)
 
     def summary(self) -> str:
         """The table, and what its brackets hold."""
