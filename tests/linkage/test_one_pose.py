@@ -7,9 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from benchmarks.kinematics import delta, stewart
 from linkframe.models import Linkage
-
-from ..benchmarks.kinematics import delta, stewart
 
 
 def four_bar(crank: float, coupler: float, rocker: float, ground: float) -> Linkage:
