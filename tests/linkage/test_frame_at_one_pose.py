@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import fields, is_dataclass
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -93,6 +95,16 @@ def test_a_frame_of_its_own_may_be_changed() -> None:
     first.add("more", BAR, "A", "E")
     second = linkage.move(A=0.2).frame()
     assert_same(second, four_bar().move(A=0.2).frame())
+
+
+def test_what_is_kept_does_not_keep_the_linkage() -> None:
+    linkage = four_bar()
+    linkage.move(A=0.2).frame()
+    assert linkage.move(A=0.3).state == 0
+    gone = ref(linkage)
+    del linkage
+    gc.collect()
+    assert gone() is None
 
 
 def test_bodies_and_joints_alone_are_described(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -117,14 +117,17 @@ class Builder:
         if not alike or mechanism.framed is None:
             built = cls(motion, clearance=True)
             if alike:
+                # What is kept must not hold the linkage that it is kept for.
                 mechanism.framed = built._at(motion)
+                mechanism.framed.linkage = mechanism.linkage
                 mechanism.framed.motion = mechanism.framed.frame.made_from = None
             return built
         return mechanism.framed._at(motion)  # type: ignore[no-any-return]
 
     def _at(self, motion: ClassifiedPoses) -> Builder:
         twin = copy(self)
-        twin.motion, twin.frame, twin.lost = motion, at_another_pose(self.frame, motion), ~motion.is_assembled
+        twin.motion, twin.linkage, twin.lost = motion, motion.linkage, ~motion.is_assembled
+        twin.frame = at_another_pose(self.frame, motion)
         return twin
 
     def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
