@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -92,6 +93,12 @@ class Joint(JointElement):
         object.__setattr__(self, "clearance", gap)
         object.__setattr__(self, "pitch", advance)
         object.__setattr__(self, "play", checked_play(springs, play) if gap.any() or play is not None else ())
+
+    def along(self, axes: Array) -> Joint:
+        """The joint with other axes, (3, 3), which are known to be orthonormal and right-handed."""
+        twin = copy(self)
+        object.__setattr__(twin, "axes", axes)
+        return twin
 
     @property
     def shape(self) -> tuple[int, ...]:

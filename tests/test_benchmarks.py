@@ -123,6 +123,9 @@ def test_everybody_moves_the_same_linkages() -> None:
 
 
 def test_batches_of_linkages_close() -> None:
+    ones = kinematics.one_pose_rows(5)
+    assert all(row["apart_from_batch"] < 1e-14 for row in ones)
+    assert all(row["error"] < 1e-9 for row in kinematics.chain_rows((2,)))
     rows = kinematics.batch_rows(0.005)
     assert [row["poses"] for row in rows] == [500, 50, 50]
     assert all(row["closure_error"] < kinematics.ERROR for row in rows)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from .harness import COLOURS, Row, Target, figure, least_each, main, write
-from .linkage_peers import AT, LINKAGES, closure_error, ways
+from .linkage_peers import AT, LINKAGES, closure_error, described, ways
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,10 @@ OURS, ANEW = "linkframe", "linkframe, description anew"
 STEPPED = "pylinkage step"
 ERROR = 1e-13
 # Seconds that each batch may take.
-LIMITS = {"four-bar, random lengths": 1.0, "delta robot": 3.0, "Stewart platform": 3.0}
+ONE_POSE = {"four-bar": 0.1, "six-bar": 0.1, "delta robot": 1.0, "Stewart platform": 0.5}
+# Power of the number of links with which dead points of a chain may take longer.
+POWER = 1.5
+LIMITS = {"four-bar, random lengths": 1.0, "delta robot": 1.0, "Stewart platform": 0.2}
 
 
 def run(out: Path, quick: bool) -> list[Target]:
@@ -33,8 +36,12 @@ def run(out: Path, quick: bool) -> list[Target]:
     write(out, "kinematics_sweeps", sweeps)
     batches = batch_rows(0.1 if quick else 1.0)
     write(out, "kinematics_batches", batches)
+    ones = one_pose_rows(20 if quick else 200)
+    write(out, "kinematics_one_pose", ones)
+    chains = chain_rows((3, 6) if quick else (6, 11, 21, 41))
+    write(out, "kinematics_chains", chains)
     draw(out, sweeps, batches)
-    return [*sweep_targets(sweeps), *batch_targets(batches)]
+    return [*sweep_targets(sweeps), *batch_targets(batches), *one_pose_targets(ones), *chain_targets(chains)]
 
 
 def sweep_rows(poses: int, repeats: int) -> list[Row]:
@@ -95,6 +102,64 @@ def batch_rows(share: float) -> list[Row]:
             }
         )
     return rows
+
+
+def one_pose_rows(poses: int) -> list[Row]:
+    """Time of a move to one pose with a point of it, of many in no order, and how far they are from a batch."""
+    rng = np.random.default_rng(0)
+    cases = {name: ("D", described(links), {"A": rng.uniform(0.0, 6.0, poses)}) for name, links in LINKAGES.items()}
+    cases |= {"delta robot": ("P", *delta(poses)), "Stewart platform": ("P", *stewart(poses))}
+    rows = []
+    for name, (point, linkage, drives) in cases.items():
+        order = rng.permutation(poses)
+        given = [{drive: float(values[k]) for drive, values in drives.items()} for k in order]
+
+        def go(linkage: Linkage, given: list[dict[str, float]], point: str) -> list[NDArray[np.float64]]:
+            return [linkage.move(one).position(point) for one in given]
+
+        seconds = least_each({name: partial(go, linkage, given, point)}, 5)[name]
+        apart = np.abs(go(linkage, given, point) - linkage.move(drives).position(point)[order]).max()
+        rows.append({"linkage": name, "ms": 1e3 * seconds / poses, "apart_from_batch": float(apart)})
+    return rows
+
+
+def chain_rows(stages: Sequence[int]) -> list[Row]:
+    """Time of dead points and range of a scissor's foot, and their error: it is flat at -1.8, -0.8 and 0.2."""
+    rows = []
+    for count in stages:
+        start = process_time()
+        points = scissor(count).dead_points("slide")
+        middle = process_time()
+        reach = scissor(count).drive_range("slide")
+        ends = [*(point.value for point in points), reach.lower, reach.upper]
+        rows.append(
+            {
+                "links": 2 * count + 1,
+                "dead_points_s": middle - start,
+                "drive_range_s": process_time() - middle,
+                "error": float(np.abs(np.subtract(ends, [-1.8, -0.8, 0.2, -1.8, 0.2])).max()),
+            }
+        )
+    return rows
+
+
+def scissor(stages: int) -> Linkage:
+    """Pairs of bars of length 1 crossed in their middles, one on the other, drawn apart by the foot of the first."""
+    rise = {f"{side}{k}": (x, 0.6 * k) for k in range(stages + 1) for side, x in (("L", 0.0), ("R", 0.8))}
+    linkage = Linkage(rise | {f"M{k}": (0.4, 0.6 * k + 0.3) for k in range(stages)})
+    for k in range(stages):
+        linkage.link(f"a{k}", f"L{k}", f"M{k}", f"R{k + 1}")
+        linkage.link(f"b{k}", f"R{k}", f"M{k}", f"L{k + 1}")
+    linkage.link("foot", "R0")
+    linkage.revolute("L0", "ground", "a0")
+    linkage.prismatic("R0", "ground", "foot", name="slide", axis=(1, 0), drive=True)
+    linkage.revolute("R0", "foot", "b0")
+    for k in range(stages):
+        linkage.revolute(f"M{k}", f"a{k}", f"b{k}")
+        if k:
+            linkage.revolute(f"L{k}", f"b{k - 1}", f"a{k}")
+            linkage.revolute(f"R{k}", f"a{k - 1}", f"b{k}")
+    return linkage
 
 
 def random_lengths(poses: int, samples: int) -> tuple[Linkage, Drives]:
@@ -186,6 +251,33 @@ def batch_targets(rows: Sequence[Row]) -> list[Target]:
         )
         for row in rows
     ]
+
+
+def one_pose_targets(rows: Sequence[Row]) -> list[Target]:
+    """Milliseconds of one pose, of which a control loop has 1 in all."""
+    return [
+        Target(
+            "8 kinematics",
+            f"{row['linkage']}, one pose with a point: below {ONE_POSE[row['linkage']]:g} ms, as in a batch to 1e-14",
+            f"{row['ms']:.3f} ms, {row['apart_from_batch']:.1e}",
+            row["ms"] < ONE_POSE[row["linkage"]] and row["apart_from_batch"] < 1e-14,
+        )
+        for row in rows
+    ]
+
+
+def chain_targets(rows: Sequence[Row]) -> list[Target]:
+    """Time grows with the links."""
+    first, last = rows[0], rows[-1]
+    grown = last["links"] / first["links"]
+    found = []
+    for what in ("dead_points", "drive_range"):
+        power = float(np.log(last[f"{what}_s"] / first[f"{what}_s"]) / np.log(grown))
+        told = f"{last[f'{what}_s']:.2f} s at {last['links']} links, links^{power:.2f}, {last['error']:.1e}"
+        met = power < POWER and last["error"] < 1e-9
+        bound = "each stage adds to the length of the way too: its steps grow as the root of the links"
+        found.append(Target("8 kinematics", f"{what} of a scissor: time below links^{POWER:g}", told, met, bound))
+    return found
 
 
 def draw(out: Path, sweeps: Sequence[Row], batches: Sequence[Row]) -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benchmarks.kinematics import stewart
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.models.linkage.kinematics import equations
 from linkframe.models.linkage.kinematics.elimination import Eliminated, order_of
 from linkframe.models.linkage.kinematics.linear import Linear
 from linkframe.models.linkage.kinematics.tape import Tape, Term
-
-from ..benchmarks.kinematics import stewart
 
 
 @settings(max_examples=30, deadline=None)

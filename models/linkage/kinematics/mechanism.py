@@ -61,6 +61,10 @@ class Mechanism:
         here, so that they live as long as the mechanism.
     starts
         Closed drawings of all members of the batch, likewise.
+    usual_speeds
+        How fast points and links move in general, likewise, by tolerance, point and link.
+    framed
+        The frame of the linkage at a single pose, and what it was made with, from which those at others are made.
     """
 
     def __init__(self, linkage: LinkageDescription, counted: str | None = None) -> None:
@@ -72,6 +76,8 @@ class Mechanism:
         self.parameters: list[Value] = []
         self.begun: tuple[list[float], Any, Any] | None = None
         self.starts: Any = None
+        self.usual_speeds: dict[tuple[float, str | None, str], Array] = {}
+        self.framed: Any = None
         self._counting: dict[str, Mechanism] = {}
         self._described = linkage.alike()
         self._checked = False

@@ -182,9 +182,19 @@ class Speeds:
         here = self._least(self.motions, point, link)
         if not np.any(here < MOVES):
             return True, None
-        usual = np.nanmax(self._least(self.around, point, link), axis=0, initial=0.0)
+        usual = self._usual(point, link)
         lost = (here < STILL * usual) & (usual > MOVES)
         return bool(np.all(usual > MOVES)), lost if lost.any() else None
+
+    def _usual(self, point: str | None, link: str) -> Array:
+        """What it is in general, around the reference configuration; kept with the mechanism of a single drawing."""
+        known, key = self.motion.mechanism.usual_speeds, (self.motion.tolerance, point, link)
+        if key in known:
+            return known[key]
+        usual = np.asarray(np.nanmax(self._least(self.around, point, link), axis=0, initial=0.0))
+        if not usual.ndim:
+            known[key] = usual
+        return usual
 
     def _least(self, motions: Sequence[Kinematics], point: str | None, link: str) -> Array:
         return singular_speeds(motions, point, link, self.size)[..., self.count - 1]

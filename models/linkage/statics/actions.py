@@ -39,9 +39,20 @@ class Action:
 
 def moved(wrench: Array, arm: Array) -> Array:
     """A force and moment at the end of `arm` as felt at its start, (..., 6)."""
-    moment = wrench[..., 3:] + np.cross(arm, wrench[..., :3])
-    force = np.broadcast_to(wrench[..., :3], moment.shape)
-    return np.concatenate([force, moment], axis=-1)
+    shape = np.broadcast_shapes(wrench.shape[:-1], arm.shape[:-1])
+    out = np.empty((*shape, 6))
+    out[..., :3] = wrench[..., :3]
+    np.add(wrench[..., 3:], crossed(arm, wrench[..., :3]), out=out[..., 3:])
+    return out
+
+
+def crossed(one: Array, other: Array) -> Array:
+    """Cross product of vectors (..., 3): the sums of NumPy's, which on one vector takes five times as long."""
+    out = np.empty(np.broadcast_shapes(one.shape, other.shape))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        out[..., k] = one[..., i] * other[..., j] - one[..., j] * other[..., i]
+    return out
 
 
 def applied(motion: Kinematics) -> Iterator[Action]:
@@ -120,7 +131,7 @@ def inertia_force(motion: Kinematics, link: str) -> Action:
     own = inertia(motion.linkage, link)
     tensor = turned_tensor(motion.axes(link), own.tensor)
     spin, gain = motion.angular_velocity(link), motion.angular_acceleration(link)
-    torque = turned(tensor, gain) + np.cross(spin, turned(tensor, spin))
+    torque = turned(tensor, gain) + crossed(spin, turned(tensor, spin))
     force = own.mass[..., None] * motion.acceleration_on(link, own.centre)
     force, torque = np.broadcast_arrays(force, torque)
     return Action(link, None, centre_of(motion, link), -np.concatenate([force, torque], axis=-1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -22,6 +23,7 @@ from ..description.parts import GROUND, Link, Pair, joint_axes
 from ..description.places import place
 from ..poses.classified import ClassifiedPoses
 from .actions import tension, turned_tensor, whole_shape
+from .another_pose import at_another_pose, differs_in_place_only
 from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, bond
 from .inertia import inertia, is_given, without_mass
@@ -103,6 +105,30 @@ class Builder:
             self.joint(pair, clearance=clearance)
         self.name_points()
         self.springs = list(self._add_springs())
+
+    @classmethod
+    def of(cls, motion: ClassifiedPoses) -> Builder:
+        """That of all joints with their clearance; of a single pose from that of another, if both are alike.
+
+        It is the same, whichever it is made from.
+        """
+        mechanism = motion.mechanism
+        alike = differs_in_place_only(motion, _spins(motion.linkage))
+        if not alike or mechanism.framed is None:
+            built = cls(motion, clearance=True)
+            if alike:
+                # What is kept must not hold the linkage that it is kept for.
+                mechanism.framed = built._at(motion)
+                mechanism.framed.linkage = mechanism.linkage
+                mechanism.framed.motion = mechanism.framed.frame.made_from = None
+            return built
+        return mechanism.framed._at(motion)  # type: ignore[no-any-return]
+
+    def _at(self, motion: ClassifiedPoses) -> Builder:
+        twin = copy(self)
+        twin.motion, twin.linkage, twin.lost = motion, motion.linkage, ~motion.is_assembled
+        twin.frame = at_another_pose(self.frame, motion)
+        return twin
 
     def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
         """Solve a copy of the frame under its loads; the plan is made once for all of them."""
@@ -258,7 +284,7 @@ class FramedPoses(ClassifiedPoses):
     @cached_property
     def bare(self) -> Builder:
         """The frame of the motion without loads, whose plan serves all load cases."""
-        return Builder(self, clearance=True)
+        return Builder.of(self)
 
 
 def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str]]:

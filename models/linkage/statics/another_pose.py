@@ -1,0 +1,52 @@
+"""The frame of a linkage at one pose from that at another: bodies are elsewhere, joints lie along other axes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....elements import Joint
+from ....framework.batch import Array
+from ....framework.description import Body
+from ....framework.frame import Frame
+from ..description.parts import GROUND
+from ..poses.classified import ClassifiedPoses
+from .inertia import is_given
+from .nodes import SLIDING
+
+
+def differs_in_place_only(motion: ClassifiedPoses, spins: object) -> bool:
+    """Whether all that the frame of a single pose has from the pose is the place of its bodies and axes of joints.
+
+    That is not so of where a slider stands, of the pull of a spring, of a mass, which has no axes of its own, and of a
+    rod that spins.
+    """
+    linkage = motion.linkage
+    if motion.shape or linkage.shape or spins or linkage.springs or not motion.is_assembled:
+        return False
+    if any(pair.kind.name in SLIDING for pair in linkage.joints.values()):
+        return False
+    return not any(is_given(link) for link in linkage.links.values())
+
+
+def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
+    """A frame of the same linkage at a single pose of which `differs_in_place_only` holds, as at that of `frame`."""
+    twin = frame.copy()
+    twin.made_from, twin.tolerance = motion, motion.tolerance
+    axes = {GROUND: np.eye(3)}
+    for name in motion.linkage.links:
+        axes[name] = _own(motion.axes(name))
+        twin.bodies[name] = Body(_own(motion.origin(name)), axes[name])
+    for name, pair in motion.linkage.joints.items():
+        joint = twin.joints[name]
+        assert isinstance(joint.element, Joint)
+        turned = motion.joint_axes(name) if pair.kind.name == "universal" else axes[pair.first] @ pair.axes
+        twin.joints[name] = type(joint)(joint.element.along(_own(turned)), joint.first, joint.second)
+    twin.size = max(float(np.abs(twin.position(node)).max()) for node in twin.nodes)
+    return twin
+
+
+def _own(values: Array) -> Array:
+    """The values as the description keeps them: its own, not to be written to."""
+    out = np.array(values)
+    out.setflags(write=False)
+    return out
