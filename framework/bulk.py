@@ -109,6 +109,18 @@ class InBulk(Editable):
         ------
         FrameError
             As by `add`; nothing is added then.
+
+        Examples
+        --------
+        Three rods between four nodes, by the numbers of these.
+
+        >>> import numpy as np
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> names = frame.add_nodes(4, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
+        >>> frame.add_many(Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), np.array([(0, 1), (1, 2), (2, 3)]))
+        ['0', '1', '2']
         """
         starts, stops = self._ends(pairs)
         count = len(self.members) + len(self.joints) + len(self.masses)

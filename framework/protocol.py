@@ -220,6 +220,16 @@ class LineElement(ABC):
         ----------
         change
             What takes the entries out of an array, given the array and the number of its axes that are no batch axes.
+
+        Returns
+        -------
+        same type
+            The element, its numbers changed and not checked again.
+
+        Raises
+        ------
+        FrameError
+            If it is no dataclass.
         """
         found: Self = changed(self, change)
         return found
@@ -485,7 +495,13 @@ class JointElement(ABC):
         return type(self).resistance is not JointElement.resistance
 
     def springs_matrix(self) -> Array:
-        """Stiffness that finite springs, axes and pitch make of the two nodes in global axes, (..., 12, 12)."""
+        """Stiffness that finite springs, axes and pitch make of the two nodes.
+
+        Returns
+        -------
+        ndarray
+            In global axes, first node before second, (..., 12, 12): force per length and moment per radian.
+        """
         axes = np.eye(3) if self.axes is None else self.axes
         acts = np.zeros((*np.broadcast_shapes(axes.shape[:-2], self.pitch.shape), 6, 6))
         acts[..., :3, :3] = acts[..., 3:, 3:] = axes
