@@ -150,7 +150,7 @@ class InBulk(Editable):
         Parameters
         ----------
         nodes
-            The nodes.
+            Names of the nodes.
         *names
             Global displacement components ``ux uy uz rx ry rz``.
         """
@@ -164,7 +164,7 @@ class InBulk(Editable):
         Parameters
         ----------
         nodes
-            The nodes, n of them.
+            Names of the nodes, n of them.
         **force
             Values by component ``fx fy fz mx my mz``: a number for all nodes, or (..., n) with one for each; a batch
             leads.

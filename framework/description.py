@@ -209,7 +209,7 @@ class Description:
         name
             Further name, not that of a node.
         node
-            The node.
+            Name of the node.
 
         Raises
         ------
@@ -233,7 +233,7 @@ class Description:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -257,7 +257,7 @@ class Description:
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
 
         Returns
         -------
@@ -278,7 +278,7 @@ class Description:
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
 
         Returns
         -------
@@ -534,7 +534,7 @@ class Description:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         *names
             Global displacement components ``ux uy uz rx ry rz``.
 
@@ -563,7 +563,7 @@ class Description:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         **displacement
             Values by component, ``ux uy uz`` in length and ``rx ry rz`` in radians; each may carry a batch.
 
@@ -635,7 +635,7 @@ class Description:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         **force
             Values by component: force ``fx fy fz`` and moment ``mx my mz``; each may carry a batch, (...).
 
@@ -672,7 +672,7 @@ class Description:
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         local
             Components in the member's own axes instead of the global ones.
         span
@@ -718,7 +718,7 @@ class Description:
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distance from the member's start, length, from 0 to that of the member.
         local

@@ -73,7 +73,7 @@ class Editable(Description):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         **force
             Values by component ``fx fy fz mx my mz`` in global axes; each may carry a batch. None for no load.
 

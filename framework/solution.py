@@ -139,7 +139,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -170,7 +170,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -201,7 +201,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start, (..., k); the batch may vary them.
 
@@ -242,7 +242,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
 
         Returns
         -------
@@ -271,7 +271,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -305,7 +305,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -334,7 +334,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -561,7 +561,7 @@ class Solution(SavedResults):
         Returns
         -------
         str
-            Such as ``nothing resists rotation of ...``; empty where nothing moves.
+            Such as ``free motion 1: B (+uy +rz), C (+uy)``, the nodes that move most first; empty where nothing moves.
 
         Raises
         ------
@@ -734,7 +734,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------

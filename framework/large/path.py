@@ -72,7 +72,7 @@ class EquilibriumPath:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------

@@ -102,7 +102,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -119,7 +119,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start before loading, (..., k); the batch may vary them.
 
@@ -136,7 +136,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -154,7 +154,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
 
         Returns
         -------
@@ -170,7 +170,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -192,7 +192,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -208,7 +208,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -291,7 +291,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------

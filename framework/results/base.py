@@ -134,7 +134,7 @@ class Results(ABC):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start before loading, (..., k); the batch may vary them.
 
@@ -166,7 +166,7 @@ class Results(ABC):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start before loading, (..., k); the batch may vary them.
 

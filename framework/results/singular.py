@@ -52,7 +52,7 @@ class FreeMotion:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------

@@ -83,7 +83,12 @@ class Study(Statistics):
         Parameters
         ----------
         cut
-            Which samples.
+            Range of the sample numbers.
+
+        Returns
+        -------
+        Accuracy
+            Displacements, (poses kept, some, 3), computed when read.
         """
         found = self.parts.make(cut)
         assert isinstance(found, Accuracy)
@@ -140,7 +145,7 @@ class Study(Statistics):
         return self.total.envelope
 
     def quantile(self, p: ArrayLike) -> Array:
-        """Quantiles of the displacement.
+        """Quantile of the displacement at one or more probabilities.
 
         Parameters
         ----------
