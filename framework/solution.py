@@ -788,7 +788,7 @@ class Solution(SavedResults):
         return type(self)(self.frame, Plan(plan.frame, cut=True, method=plan.asked), self.clearances)
 
     def stacked(self, rows: Sequence[Row]) -> Array:
-        """Combinations of unknowns and prescribed numbers, evaluated as one array of the batch shape.
+        """Value of each combination of unknowns and prescribed numbers, as one array of the batch shape.
 
         Parameters
         ----------

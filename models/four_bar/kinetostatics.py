@@ -30,7 +30,7 @@ class Link:
     Parameters
     ----------
     mass
-        Mass, (...).
+        Mass of the link, (...).
     centre
         Centre of mass (x, y) in the link's axes (crank: A towards B, coupler: B towards D, rocker: E towards D).
     inertia
