@@ -452,7 +452,7 @@ class Description:
         Raises
         ------
         FrameError
-            If a node is unknown, or it follows another one already.
+            If a node is unknown, or tied to itself.
 
         Examples
         --------
@@ -483,7 +483,7 @@ class Description:
         Raises
         ------
         FrameError
-            If a node or a component is unknown, or the second node follows another one already.
+            If a node or a component is unknown, or a node is tied to itself.
 
         Examples
         --------
@@ -502,14 +502,24 @@ class Description:
         self._tie(master, (slave,), components(names), rigid=False)
 
     def members_on(self, on: str | Sequence[str], what: str) -> list[str]:
-        """Names of the members that names of members and bodies stand for, each once.
+        """Look up the members that names of members and bodies stand for, each once.
 
         Parameters
         ----------
         on
-            A member, a body (all members on it), ``"beam"`` for all members, or several of these.
+            Name of a member, of a body (all members on it), ``"beam"`` for all members, or several of these.
         what
             What asks, for messages.
+
+        Returns
+        -------
+        list of str
+            Names of the members.
+
+        Raises
+        ------
+        FrameError
+            If a name is unknown, or a body has no members on it.
         """
         chosen: dict[str, None] = {}
         for each in [on] if isinstance(on, str) else on:
@@ -607,7 +617,7 @@ class Description:
         Raises
         ------
         FrameError
-            If the joint or a component is unknown, the joint is free in it, or shapes do not broadcast.
+            If the joint or a component is unknown, a value is not finite, or shapes do not broadcast.
 
         Examples
         --------

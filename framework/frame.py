@@ -216,7 +216,7 @@ class Frame(InBulk):
         Raises
         ------
         FrameError
-            If `count` is not among these, or a mass is missing.
+            If `count` is not among these, the frame has no mass, or fewer modes with mass.
 
         Examples
         --------

@@ -27,8 +27,8 @@ NOT_ASKED = re.compile("PR04|RT02|SA0.|ES01|EX01")
 # Where somebody begins to read: what describes, solves and evaluates. Pictures need OpenGL, so that no example
 # can draw one everywhere.
 ENTRY_POINTS = {
-    "Frame": "add add_many add_nodes alias body buckling change exclude explain fix gravity line_load load matrices "
-    "modes node offset path point_load prescribe rigid set_load solve tie unload",
+    "Frame": "add add_form add_many add_nodes alias basis body buckling change exclude explain fix gravity "
+    "line_load load matrices modes node offset path point_load prescribe rigid set_load solve tie unload",
     "Solution": "contact displacement displacement_along distance_to_singularity end_forces error_bound forces "
     "free_motion joint_displacement joint_force nonlinearity reaction refined save sensitivity stress",
     "Linkage": "cylindrical dead_points drive drive_range fixed gravity link load mobility move planar point prismatic "
@@ -204,6 +204,8 @@ def test_equations_and_entry_points_have_an_example() -> None:
     for cls, verbs in ENTRY_POINTS.items():
         whole = getattr(importlib.import_module("linkframe"), cls)
         lacking |= {f"{cls}.{verb}" for verb in verbs.split() if ">>>" not in getattr(whole, verb).__doc__}
+    functions = {name for name, (thing, cls) in EVERYTHING.items() if cls is None and inspect.isfunction(thing)}
+    lacking |= {name for name in functions - {"movie", "picture"} if not example(name)}
     assert not lacking
 
 

@@ -193,8 +193,7 @@ class Accuracy:
         Returns
         -------
         Frame
-            Of the batch shape, clamped at the drive; where the contact angles are given, the clearances are offsets in
-            its joints.
+            Of the batch shape, clamped at the drive; its clearances are offsets in the joints, towards the contact.
         """
         frame = self._loaded()
         for joint, gap in self.offsets.items():

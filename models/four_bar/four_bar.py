@@ -51,8 +51,8 @@ class FourBarMotion(FourBarKinematics):
         Returns
         -------
         Frame
-            With the nodes A, B, P, D, E and, of the same places on the later links, those that the joints lead to;
-            batch shape the broadcast of poses and linkage.
+            Without loads; nodes A (fixed), B.crank, B.coupler, P, D.coupler, D.rocker, E.rocker and E (fixed), joints
+            B, D, E; batch shape the broadcast of poses, linkage and clearances.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class FourBarMotion(FourBarKinematics):
     ) -> Kinetostatics:
         """Joint reactions and drive torque of the rigid linkage, by the Newton-Euler equations of its three links.
 
-        These are Eq. (1) to (3) of the accuracy paper and those of Norton, *Design of Machinery*, section 11.4.
+        Nine equations, Eq. (1)-(4) of the accuracy paper (Norton, *Design of Machinery*, section 11.4).
 
         Parameters
         ----------
@@ -167,7 +167,8 @@ class FourBar(FourBarDescription):
 
         Examples
         --------
-        Crank 2, coupler 7, rocker 9, ground 6 at 30° (Norton, *Design of Machinery*, example 4-1: 88.8° and 117.3°).
+        Crank 2, coupler 7, rocker 9, ground 6 at 30° (Norton, *Design of Machinery*, Table P4-1, row a: 88.8° and
+        117.3°).
 
         >>> import numpy as np
         >>> from linkframe.models import FourBar

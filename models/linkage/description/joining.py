@@ -292,7 +292,7 @@ class Joining(Sketch):
         Examples
         --------
         Two shafts at 30° to each other, the second in a bearing: ``tan(out) = tan(in) / cos(30°)`` or its inverse, by
-        where the cross starts (Norton, *Design of Machinery*, section 2.18).
+        where the cross starts (Shigley & Uicker, *Theory of Machines and Mechanisms*, on Hooke's joint).
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage
@@ -397,7 +397,7 @@ class Joining(Sketch):
         Raises
         ------
         FrameError
-            As by `revolute`, or if the pitch is zero.
+            As by `revolute`.
 
         Examples
         --------
