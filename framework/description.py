@@ -390,7 +390,7 @@ class Description:
         intorder
             Order of integration as scikit-fem's, along each segment; that of the member's own matrices where None.
         **parameters
-            What the form finds in ``w``, each a number or a batch of numbers.
+            What the form finds in ``w``, each a number or a batch of numbers, (...).
 
         Raises
         ------
@@ -575,7 +575,7 @@ class Description:
         node
             Name of the node.
         **displacement
-            Values by component, ``ux uy uz`` in length and ``rx ry rz`` in radians; each may carry a batch.
+            Values by component, (...): ``ux uy uz`` in length and ``rx ry rz`` in radians.
 
         Raises
         ------
@@ -612,7 +612,8 @@ class Description:
         joint
             Name of the joint.
         **displacement
-            Displacement of the second node relative to the first by component.
+            Displacement of the second node relative to the first by component, (...): ``ux uy uz`` in length and ``rx
+            ry rz`` in radians.
 
         Raises
         ------

@@ -75,7 +75,7 @@ class Editable(Description):
         node
             Name of the node.
         **force
-            Values by component ``fx fy fz mx my mz`` in global axes; each may carry a batch. None for no load.
+            Values by component, (...): force ``fx fy fz`` and moment ``mx my mz`` in global axes. None for no load.
 
         Examples
         --------

@@ -39,11 +39,11 @@ class Frame(InBulk):
     ties
         Rigid links and ties.
     supports
-        By node: component index and prescribed displacement.
+        By node: prescribed displacement, (...), by index of the component.
     offsets
-        By joint: component index and imposed relative displacement, in the joint's axes.
+        By joint: imposed relative displacement, (...), by index of the component in the joint's axes.
     loads
-        By node: component index and value of each load.
+        By node: index of the component and value, (...), of each load.
     member_loads
         By member: line and point loads.
     weight

@@ -53,7 +53,8 @@ class FrameMatrices:
     Kg
         Geometric stiffness of the forces that the loads make in members, joints and rigid links, (6 nodes, 6 nodes).
     T, g
-        All that holds, supports included: ``u = T q + g`` with as many q as there are ways to move.
+        All that holds, supports included: ``u = T q + g`` with as many q as there are ways to move, T (6 nodes, q) and
+        g (6 nodes,).
 
     Examples
     --------

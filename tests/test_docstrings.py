@@ -13,7 +13,9 @@ from functools import cached_property
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from numpydoc.docscrape import get_doc_object
 from numpydoc.validate import Validator, validate
 
@@ -154,6 +156,22 @@ def repeated(name: str) -> list[str]:
     return [f"{name}: {each} is said to be {text!r}" for each, text in given.items() if repeats(each, text)]
 
 
+def shapeless(name: str) -> list[str]:
+    """Arrays that are taken or given without a word of their shape, such as (..., 3), or of where it is told."""
+    doc, thing = Documented(name), EVERYTHING[name][0]
+    told = {key.strip("*"): " ".join(text) for key, (_, text) in doc.doc_all_parameters.items()}
+    told["return"] = " ".join(line for each in doc.returns for line in each.desc)
+    function = thing
+    if inspect.isclass(thing):
+        function = thing.__init__
+    elif not inspect.isfunction(thing):
+        function = thing.fget if isinstance(thing, property) else thing.func
+        told["return"] = thing.__doc__
+    kinds = getattr(function, "__annotations__", {})
+    arrays = [key for key, kind in kinds.items() if re.search("Array|States", str(kind)) and told.get(key)]
+    return [f"{name}: {key} has no shape" for key in arrays if not re.search(r"\(|[Aa]s for ", told[key])]
+
+
 @pytest.mark.parametrize("name", THINGS)
 def test_docstrings_are_what_numpydoc_asks_for(name: str) -> None:
     for each in THINGS[name]:
@@ -164,8 +182,8 @@ def test_docstrings_are_what_numpydoc_asks_for(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", THINGS)
-def test_what_is_taken_is_not_just_named(name: str) -> None:
-    assert not [finding for each in THINGS[name] for finding in repeated(each)]
+def test_what_is_taken_and_given_is_more_than_named(name: str) -> None:
+    assert not [finding for each in THINGS[name] for finding in (*repeated(each), *shapeless(each))]
 
 
 def test_every_public_name_is_looked_at() -> None:
@@ -173,7 +191,7 @@ def test_every_public_name_is_looked_at() -> None:
     assert {"Frame.solve", "Frame.load", "Beam.axes", "Motion.accuracy", "FourBar.move"} <= set(EVERYTHING)
 
 
-def undocumented(load: float, of: str = "") -> float:
+def scaled(load: ArrayLike, of: str = "") -> float:
     """
     Scales a load.
 
@@ -182,13 +200,14 @@ def undocumented(load: float, of: str = "") -> float:
     load
         the load
     """
-    return load * len(of)
+    return float(np.max(load)) * len(of)
 
 
-def test_what_is_missing_would_be_found() -> None:
-    found = {code for code, _ in validate(undocumented, validator_cls=Documented)["errors"]}
-    assert {"PR01", "PR08", "PR09", "RT01", "SS05"} <= found
-    assert repeats("node", "The node.")
+def test_what_is_missing_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(EVERYTHING, "scaled", (scaled, None))
+    assert {finding.split()[1] for finding in findings("scaled")} == {"PR01", "PR08", "PR09", "RT01", "SS05"}
+    assert repeated("scaled") == ["scaled: load is said to be 'the load'"]
+    assert shapeless("scaled") == ["scaled: load has no shape"]
     assert repeats("drive_rate", "Its drive rate, (...).")
     assert not repeats("node", "Name of the node.")
 

@@ -98,7 +98,10 @@ class EquilibriumPath:
 
     @cached_property
     def limits(self) -> list[Array]:
-        """By batch entry, flattened: load factors of the limit points, from the parabola through three points each."""
+        """Load factors of the limit points, (k,) for each batch entry, entries flattened.
+
+        Each is the summit of the parabola through three points of the path.
+        """
         return [_limits(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
 
 

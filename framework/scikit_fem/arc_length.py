@@ -42,7 +42,7 @@ class ArcLengthMapping(Mapping):  # type: ignore[misc]
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
 
         Returns
         -------
@@ -60,7 +60,7 @@ class ArcLengthMapping(Mapping):  # type: ignore[misc]
         x
             Points in space, (3, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
 
         Returns
         -------
@@ -79,7 +79,7 @@ class ArcLengthMapping(Mapping):  # type: ignore[misc]
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
 
         Returns
         -------
@@ -96,7 +96,7 @@ class ArcLengthMapping(Mapping):  # type: ignore[misc]
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
 
         Returns
         -------
@@ -113,7 +113,7 @@ class ArcLengthMapping(Mapping):  # type: ignore[misc]
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
 
         Returns
         -------

@@ -66,7 +66,7 @@ class ElementLineFrame(Element):  # type: ignore[misc]
         i
             Degree of freedom, 0 to 11.
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
 
         Returns
         -------

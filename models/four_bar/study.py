@@ -229,7 +229,7 @@ def monte_carlo(
           component; ``"clearance"``, ``"contact"``: ε and γ, radians (11). Each is shared by the joints; with
           ``".B"``, ``".D"``, ``".E"`` behind it, that joint's own. The more particular name rules.
     load, clearance, contact
-        Nominal values, as for `accuracy`.
+        Nominal values as for `accuracy`, numbers without batch.
     n
         Number of samples.
     rng

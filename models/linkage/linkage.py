@@ -24,7 +24,7 @@ class Linkage(LinkageDescription):
     points
         Coordinates by the name of the point, (..., 2) or (..., 3), length, for names that are no Python identifiers.
     **named
-        The same by keyword.
+        The same by keyword, (..., 2) or (..., 3).
 
     Attributes
     ----------
@@ -96,8 +96,8 @@ class Linkage(LinkageDescription):
             Values of the driven coordinates by joint, (...), or (..., f) where f of a joint are driven, for names
             that are no Python identifiers. A drive without values stays as drawn.
         rates, accelerations
-            Their first and second derivatives by time, by joint; 0 where not given. Those of a spherical joint are
-            its angular velocity and acceleration, in the joint's axes on the first link.
+            First and second time derivatives of these values by joint, (...) or (..., f); 0 where not given. Those of a
+            spherical joint are its angular velocity and acceleration, in the joint's axes on the first link.
         branch
             ``"keep"``: through a change point the motion goes on smoothly; ``"switch"``: it takes the other branch.
         tolerance
@@ -108,7 +108,7 @@ class Linkage(LinkageDescription):
             Give positions also where the linkage can be assembled in another assembly mode only, to which no path
             leads: of those found that which is most like the reference configuration, open or crossed.
         **named
-            Values of the driven coordinates by keyword.
+            Values of the driven coordinates by keyword, (...) or (..., f).
 
         Returns
         -------
