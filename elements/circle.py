@@ -43,7 +43,7 @@ class Circle(CrossSection):
         return {"A": area, "Iy": inertia, "Iz": inertia, "J": 2.0 * inertia, "ky": 6.0 / 7.0, "kz": 6.0 / 7.0}
 
     def stress(self, forces: Array) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress on the rim, (..., 3).
+        """Extreme stresses, which are on the rim.
 
         A shear force gives the tangential stress ``4/3 V sin(angle) / A`` on the rim (Timoshenko,
         *Strength of Materials* I, on beams of circular section).
@@ -51,6 +51,19 @@ class Circle(CrossSection):
         Parameters
         ----------
         forces
-            ``N Vy Vz T My Mz``, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz``, (..., 6).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
+
+        Examples
+        --------
+        Torsion alone, ``sqrt(3) 16 T / (pi d^3)``.
+
+        >>> from linkframe.elements import Circle
+        >>> Circle(diameter=2.0).stress([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]).round(6).tolist()
+        [0.0, 0.0, 1.102658]
         """
         return rim_stress(forces, self.A, self.Iy, 0.5 * self.diameter, 4.0 / 3.0)

@@ -17,8 +17,8 @@ from .parameters import Real, common_shape, derived_number, given_state, positiv
 class CrossSection(ABC):
     """A doubly symmetric cross-section in the local y, z axes of its member.
 
-    A subclass is a frozen dataclass of sizes, positive numbers or arrays of them, from which
-    it derives the properties below. Normal stress is ``N / A - Mz y / Iz + My z / Iy``, tension positive.
+    A subclass is a frozen dataclass of sizes, positive numbers or arrays of them, from which it derives the properties
+    below. Normal stress is ``N / A - Mz y / Iz + My z / Iy`` (Timoshenko, *Strength of Materials* I), tension positive.
 
     Attributes
     ----------
@@ -60,7 +60,19 @@ class CrossSection(ABC):
         return given_state(self)
 
     def sizes(self) -> dict[str, Real]:
-        """What the section was made from, by name."""
+        """What the section was made from, by name.
+
+        Returns
+        -------
+        dict
+            Number or array, (...), by the name of the parameter.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Rectangle
+        >>> Rectangle(y=0.02, z=0.01).sizes()
+        {'y': 0.02, 'z': 0.01}
+        """
         return {each.name: getattr(self, each.name) for each in fields(self) if each.init}
 
     @property
@@ -81,7 +93,18 @@ class CrossSection(ABC):
         end
             Section at the fraction 1.
         fraction
-            Fraction of the way, (...).
+            Fraction of the way, 0 here and 1 at `end`, (...).
+
+        Returns
+        -------
+        same type
+            The section there, its batch shape the broadcast of both sections' and the fraction's.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Circle
+        >>> Circle(diameter=0.02).between(Circle(diameter=0.04), 0.25).diameter
+        0.025
         """
         here, there = self.sizes(), end.sizes()
         return type(self)(
@@ -94,12 +117,17 @@ class CrossSection(ABC):
 
     @abstractmethod
     def stress(self, forces: Array) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress, (..., 3).
+        """Extreme stresses over the section.
 
         Parameters
         ----------
         forces
-            ``N Vy Vz T My Mz``, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz``, (..., 6).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
         """
 
 

@@ -78,7 +78,7 @@ class ISection(CrossSection):
         }
 
     def stress(self, forces: Array) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress, (..., 3).
+        """Extreme stresses, at the tips of the flanges and along the web.
 
         Normal stress is extreme at a flange tip. Von Mises stress is the greatest over the flange tips
         (no shear), the flanges above the web (shear flow of both shear forces, torsion
@@ -89,7 +89,21 @@ class ISection(CrossSection):
         Parameters
         ----------
         forces
-            ``N Vy Vz T My Mz``, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz``, (..., 6).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
+
+        Examples
+        --------
+        An IPE 300 without its fillets under 100 kN m about its strong axis, ``M / W`` with W = 533 cm^3.
+
+        >>> from linkframe.elements import ISection
+        >>> ipe300 = ISection(height=0.300, width=0.150, web=0.0071, flange=0.0107)
+        >>> (ipe300.stress([0.0, 0.0, 0.0, 0.0, 100e3, 0.0]) / 1e6).round(1).tolist()
+        [-187.5, 187.5, 187.5]
         """
         N, Vy, Vz, T, My, Mz = split(forces)
         h, b, tw, tf = self.height, self.width, self.web, self.flange

@@ -107,7 +107,12 @@ class Joint(JointElement):
         return shape_of(self.stiffness.shape[:-1], axes, self.clearance.shape, self.pitch.shape)
 
     def matrix(self) -> Array:
-        """Stiffness of the two nodes in global axes, of a joint in contact all round, (..., 12, 12).
+        """Stiffness of the two nodes, of a joint in contact all round.
+
+        Returns
+        -------
+        ndarray
+            In global axes, first node before second, (..., 12, 12): force per length and moment per radian.
 
         Raises
         ------
@@ -121,5 +126,11 @@ class Joint(JointElement):
         return self.springs_matrix()
 
     def typical(self) -> Joint:
-        """The joint without clearance, each spring the stiffest of its batch, (6,)."""
+        """The joint without clearance, each spring the stiffest of its batch, (6,).
+
+        Returns
+        -------
+        Joint
+            Its stiffness (6,), its axes and pitch as they are.
+        """
         return Joint(self.stiffness.reshape(-1, 6).max(axis=0), self.axes, pitch=self.pitch)

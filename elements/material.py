@@ -48,6 +48,7 @@ class Material:
 
     Examples
     --------
+    >>> from linkframe.elements import Material
     >>> steel = Material(E=200e9, nu=0.25, density=7850.0)
     >>> steel.G
     80000000000.0

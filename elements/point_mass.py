@@ -17,7 +17,8 @@ from .parameters import Real, array_of, common_shape, not_negative, require
 class PointMass(PointElement):
     """Rigid mass on a node.
 
-    With the offset o from the node to the centre of mass, whose velocity is ``u' + r' x o``, ::
+    With the offset o from the node to the centre of mass, whose velocity is ``u' + r' x o``, the parallel-axis theorem
+    gives (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2), ::
 
         M = [[m I, -m S], [m S, I_c - m S S]],    S x = o x x
 
@@ -67,7 +68,21 @@ class PointMass(PointElement):
         return np.broadcast_shapes(np.shape(self.mass), self.inertia.shape[:-2], self.offset.shape[:-1])
 
     def mass_matrix(self) -> Array:
-        """Mass in global axes, (..., 6, 6)."""
+        """Inertia of the node in global axes.
+
+        Returns
+        -------
+        ndarray
+            By ``ux uy uz rx ry rz``, (..., 6, 6), symmetric.
+
+        Examples
+        --------
+        A mass of 2 kg at 0.5 m from its node has 0.5 kg m^2 about it.
+
+        >>> from linkframe.elements import PointMass
+        >>> PointMass(2.0, offset=(0.5, 0.0, 0.0)).mass_matrix().diagonal().tolist()
+        [2.0, 2.0, 2.0, 0.0, 0.5, 0.5]
+        """
         x, y, z = np.moveaxis(self.offset, -1, 0)
         cross = np.zeros((*self.offset.shape[:-1], 3, 3))
         cross[..., 0, 1], cross[..., 0, 2], cross[..., 1, 2] = -z, y, -x

@@ -70,7 +70,7 @@ class Rectangle(CrossSection):
         return np.where(upright, of_long, of_short), np.where(upright, of_short, of_long)
 
     def stress(self, forces: Array) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress, (..., 3).
+        """Extreme stresses, in the corners, at mid-sides and in the centre.
 
         Normal stress is extreme in a corner. Von Mises stress is the greatest over the corners
         (no shear), the four mid-sides (torsion, and 3/2 of the mean shear along the side) and the centre.
@@ -78,7 +78,20 @@ class Rectangle(CrossSection):
         Parameters
         ----------
         forces
-            ``N Vy Vz T My Mz``, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz``, (..., 6).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
+
+        Examples
+        --------
+        Bending alone, ``6 M / (z y^2)``.
+
+        >>> from linkframe.elements import Rectangle
+        >>> Rectangle(y=2.0, z=1.0).stress([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]).tolist()
+        [-1.5, 1.5, 1.5]
         """
         N, Vy, Vz, T, My, Mz = split(forces)
         axial, by_y, by_z = N / self.A, -Mz * self.y / (2.0 * self.Iz), My * self.z / (2.0 * self.Iy)

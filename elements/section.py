@@ -69,7 +69,13 @@ class Section(CrossSection):
         return type(self), tuple(self.sizes())
 
     def sizes(self) -> dict[str, Real]:
-        """The properties that were given, by name."""
+        """The properties that were given, by name.
+
+        Returns
+        -------
+        dict
+            Number or array, (...), by the name of the property.
+        """
         return {name: value for name, value in super().sizes().items() if not np.any(np.isnan(value))}
 
     def _derive(self) -> dict[str, Real]:
@@ -82,8 +88,8 @@ class Section(CrossSection):
         ----------
         purpose
             What for, as the error tells it.
-        names
-            Properties needed.
+        *names
+            Names of the properties that it needs.
 
         Raises
         ------
@@ -95,7 +101,7 @@ class Section(CrossSection):
             raise FrameError(f"Section: {purpose} needs {', '.join(names)}; give {', '.join(missing)}")
 
     def stress(self, forces: Array) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress, (..., 3).
+        """Extreme stresses, estimated upwards.
 
         Bounds, since the form is not known: the extreme fibres are taken to meet in corners, with the
         whole torsional stress there; and the mean shear ``V / (k A)`` of both directions and the torsional stress
@@ -104,12 +110,25 @@ class Section(CrossSection):
         Parameters
         ----------
         forces
-            ``N Vy Vz T My Mz``, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz``, (..., 6).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area: none is less than
+            in truth.
 
         Raises
         ------
         FrameError
             If one of ky, kz, cy, cz, Wt was not given.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Section
+        >>> section = Section(A=2.0, Iy=1.0, Iz=1.0, J=1.0, ky=1.0, kz=1.0, cy=0.5, cz=0.5, Wt=1.0)
+        >>> section.stress([2.0, 0.0, 0.0, 0.0, 0.0, 4.0]).tolist()
+        [-1.0, 3.0, 3.0]
         """
         self.require("stress", "ky", "kz", "cy", "cz", "Wt")
         N, Vy, Vz, T, My, Mz = split(forces)

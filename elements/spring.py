@@ -102,26 +102,41 @@ class Spring(LineElement):
             Which part, from 0.
         count
             Number of parts.
+
+        Returns
+        -------
+        Spring
+            Of `count` times the stiffness, with the same force.
         """
         return self if count == 1 else Spring(count * np.asarray(self.stiffness), self.force, applied=self.applied)
 
     def stiffness_matrix(self, length: Array | float) -> Array:
-        """Stiffness, (..., 12, 12).
+        """Stiffness in local axes: along the line that of the spring, across it that of the force at rest.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the spring, (...).
+
+        Returns
+        -------
+        ndarray
+            Forces on both ends by their displacements, (..., 12, 12); zero for moments and rotations.
         """
         return self._stamped(self.stiffness, self._across(length))
 
     def springs(self, length: Array | float) -> tuple[Array, Array]:
-        """The stiffness as springs on differences of displacements, (..., 6) and (..., 6, 12).
+        """The stiffness as springs on differences of displacements.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the spring, (...).
+
+        Returns
+        -------
+        tuple of ndarray
+            Stiffnesses, (..., 6), and deformations by the end displacements, (..., 6, 12).
         """
         across = self._across(length)
         shape = np.broadcast_shapes(np.shape(across), np.shape(self.stiffness))
@@ -131,36 +146,51 @@ class Spring(LineElement):
         return stiffness, rows
 
     def mass_matrix(self, length: Array | float) -> Array:
-        """A spring has no mass, (..., 12, 12).
+        """Zero, as a spring has no mass.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the spring, (...).
+
+        Returns
+        -------
+        ndarray
+            Zeros, (..., 12, 12).
         """
         return np.zeros((*np.shape(length), 12, 12))
 
     def geometric_matrix(self, length: Array | float, axial: Array | float) -> Array:
-        """Stiffness across the line under the axial force `axial`, (..., 12, 12).
+        """Stiffness across the line under an axial force, in local axes.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the spring, (...).
         axial
             Axial force, (...), tension positive.
+
+        Returns
+        -------
+        ndarray
+            The force over the length where ends move apart across the line, (..., 12, 12).
         """
         return self._stamped(0.0, as_real(axial) / as_real(length))
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
-        """Forces on the ends by their displacement, (..., 12).
+        """Force on each end by the displacement of both.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the spring, (...).
         displacement
             End displacements in local axes, (..., 12).
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12), in local axes; moments are zero.
         """
         stiffness, _ = self.springs(length)
         moved = np.asarray(displacement, dtype=np.float64)
@@ -168,12 +198,17 @@ class Spring(LineElement):
         return np.concatenate([-pull, pull], axis=-1)
 
     def shape_functions(self, length: Array | float, x: Array | float) -> Array:
-        """Displacement of a straight line between the ends, turned as it is, (..., 6, 12).
+        """Displacement of a straight line between the ends, turned as it is.
 
         Parameters
         ----------
         length, x
-            Length and distance from the start, (...).
+            Length of the spring and distance from its start, (...).
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz`` there by the twelve of the ends, in local axes, (..., 6, 12).
         """
         return straight_shapes(np.asarray(length), np.asarray(x))
 

@@ -57,7 +57,7 @@ class Tube(CrossSection):
         return self.outer - 2.0 * self.thickness
 
     def stress(self, forces: Array) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress on the outer rim, (..., 3).
+        """Extreme stresses, which are on the outer rim.
 
         A shear force V gives the tangential stress ``p V sin(angle) / A`` with
         ``p = 4/3 (D^2 + D d + d^2) / (D^2 + d^2)``: Jourawski's formula at the neutral axis, and
@@ -66,7 +66,21 @@ class Tube(CrossSection):
         Parameters
         ----------
         forces
-            ``N Vy Vz T My Mz``, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz``, (..., 6).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
+
+        Examples
+        --------
+        Bending alone, ``M D / (2 I)``.
+
+        >>> from linkframe.elements import Tube
+        >>> pipe = Tube(outer=2.0, thickness=0.5)
+        >>> pipe.stress([0.0, 0.0, 0.0, 0.0, pipe.Iy, 0.0]).round(12).tolist()
+        [-1.0, 1.0, 1.0]
         """
         D, d = self.outer, self._inner
         peak = 4.0 / 3.0 * (D * D + D * d + d * d) / (D * D + d * d)

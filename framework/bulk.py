@@ -110,6 +110,18 @@ class InBulk(Editable):
         ------
         FrameError
             As by `add`; nothing is added then.
+
+        Examples
+        --------
+        Three rods between four nodes, by the numbers of these.
+
+        >>> import numpy as np
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> names = frame.add_nodes(4, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
+        >>> frame.add_many(Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), np.array([(0, 1), (1, 2), (2, 3)]))
+        ['0', '1', '2']
         """
         starts, stops = self._ends(pairs)
         count = len(self.members) + len(self.joints) + len(self.masses)
@@ -140,7 +152,7 @@ class InBulk(Editable):
         Parameters
         ----------
         nodes
-            The nodes.
+            Names of the nodes.
         *names
             Global displacement components ``ux uy uz rx ry rz``.
         """
@@ -154,7 +166,7 @@ class InBulk(Editable):
         Parameters
         ----------
         nodes
-            The nodes, n of them.
+            Names of the nodes, n of them.
         **force
             Values by component ``fx fy fz mx my mz``: a number for all nodes, or (..., n) with one for each; a batch
             leads.

@@ -138,6 +138,25 @@ class Description:
             Global position of its origin, (..., 3).
         axes
             Its axes as columns in global components, (..., 3, 3); the global axes where None.
+
+        Raises
+        ------
+        FrameError
+            If the name is taken, `axes` are not orthonormal and right-handed, or shapes do not broadcast.
+
+        Examples
+        --------
+        A crank of 0.1 m at three angles: its end stays where it is in the crank's axes.
+
+        >>> import numpy as np
+        >>> from linkframe.framework import Frame
+        >>> angle = np.radians([0.0, 90.0, 180.0])
+        >>> c, s, o = np.cos(angle), np.sin(angle), np.zeros(3)
+        >>> frame = Frame()
+        >>> frame.body("crank", axes=np.moveaxis(np.array([[c, -s, o], [s, c, o], [o, o, o + 1.0]]), -1, 0))
+        >>> frame.node("B", (0.1, 0.0, 0.0), body="crank")
+        >>> frame.position("B").round(3).tolist()
+        [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0]]
         """
         name = new("body", name, self.bodies)
         place = vector(origin, f"origin of body {name!r}")
@@ -153,9 +172,25 @@ class Description:
         name
             Name of the node.
         coordinates
-            Position (..., 3), in the axes of `body` or global.
+            Position (..., 3), length, in the axes of `body` or global.
         body
-            Body that carries the node.
+            Name of the body that carries the node; global coordinates where None.
+
+        Raises
+        ------
+        FrameError
+            If the name is taken, the body unknown, a coordinate is not finite, or shapes do not broadcast.
+
+        Examples
+        --------
+        Two nodes, the second at three heights.
+
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0))
+        >>> frame.node("B", [(1.0, 0.0, 0.0), (1.0, 0.1, 0.0), (1.0, 0.2, 0.0)])
+        >>> frame.shape
+        (3,)
         """
         name = new("node", name, self.nodes, self.aliases)
         if body is not None:
@@ -172,20 +207,43 @@ class Description:
         Parameters
         ----------
         name
-            The other name.
+            Further name, not that of a node.
         node
-            The node.
+            Name of the node.
+
+        Raises
+        ------
+        FrameError
+            If the name is taken or the node unknown.
+
+        Examples
+        --------
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("B", (1.0, 0.0, 0.0)); frame.alias("tip", "B")
+        >>> frame.position("tip").tolist()
+        [1.0, 0.0, 0.0]
         """
         name = new("node", name, self.nodes, self.aliases)
         self.aliases[name] = self._node(node)
 
     def position(self, node: str) -> Array:
-        """Global position of a node, (..., 3).
+        """Position of a node without loads, in global axes.
 
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
+
+        Returns
+        -------
+        ndarray
+            Coordinates x y z, (..., 3), length.
+
+        Raises
+        ------
+        FrameError
+            If the node is unknown.
         """
         at = self.nodes[self._node(node)]
         if at.body is None:
@@ -194,23 +252,43 @@ class Description:
         return body.origin + turned(body.axes, at.coordinates)
 
     def chord(self, member: str) -> Array:
-        """Vector from start to end of a member, (..., 3), in the axes of its body where both ends share one.
+        """Vector from start to end of a member, in the axes of its body where both ends share one, else global.
 
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
+
+        Returns
+        -------
+        ndarray
+            Components, (..., 3), length.
+
+        Raises
+        ------
+        FrameError
+            If the member is unknown.
         """
         ends = self.members[self._member(member)]
         return self._chord(ends.start, ends.end)
 
     def length(self, member: str) -> Array:
-        """Length of a member, (...).
+        """Distance between the two nodes of a member.
 
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
+
+        Returns
+        -------
+        ndarray
+            Length without loads, (...).
+
+        Raises
+        ------
+        FrameError
+            If the member is unknown.
         """
         length: Array = np.linalg.norm(self.chord(member), axis=-1)
         return length
@@ -225,10 +303,32 @@ class Description:
         name
             Name of the member, joint or mass.
         element
-            What is added; its parameters may carry a batch. Of an element that is not linkframe's own, what it
-            returns is put to the test.
+            What is added, such as a `linkframe.elements.Beam`, `Joint`, `Spring` or `PointMass`; its parameters may
+            carry a batch. Of an element that is not linkframe's own, what it returns is put to the test.
         *nodes
             Names of its nodes, start (first) before end (second).
+
+        Raises
+        ------
+        FrameError
+            If the name is taken, a node is unknown or named twice, a member has no length, a joint's nodes do not
+            coincide, or an element of one's own does not return what the protocol asks.
+
+        Examples
+        --------
+        Two rods with a hinge about z between them, and a flywheel.
+
+        >>> from linkframe.elements import Beam, Circle, Joint, Material, PointMass
+        >>> from linkframe.framework import Frame
+        >>> rod = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0, "C": 1.0, "D": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", rod, "A", "B"); frame.add("CD", rod, "C", "D")
+        >>> frame.add("hinge", Joint(stiffness=(1e9, 1e9, 1e9, 1e6, 1e6, 0.0)), "B", "C")
+        >>> frame.add("flywheel", PointMass(2.0, inertia=(0.1, 0.1, 0.2)), "D")
+        >>> sorted(frame.members), sorted(frame.joints), sorted(frame.masses)
+        (['AB', 'CD'], ['hinge'], ['flywheel'])
         """
         name = new("element", name, self.members, self.joints, self.masses)
         if not isinstance(element, (LineElement, JointElement, PointElement)):
@@ -289,7 +389,7 @@ class Description:
         intorder
             Order of integration as scikit-fem's, along each segment; that of the member's own matrices where None.
         **parameters
-            What the form finds in ``w``, each a number or a batch of numbers.
+            What the form finds in ``w``, each a number or a batch of numbers, (...).
 
         Raises
         ------
@@ -344,9 +444,28 @@ class Description:
         Parameters
         ----------
         master
-            The node that leads.
+            Name of the node that the others follow.
         *slaves
-            The nodes that follow.
+            Names of the nodes that follow, each at the end of a rigid arm.
+
+        Raises
+        ------
+        FrameError
+            If a node is unknown, or tied to itself.
+
+        Examples
+        --------
+        A force at the end of a rigid arm of 0.1 m is a force and a moment on the node that it follows.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, place in {"A": (0.0, 0.0, 0.0), "B": (1.0, 0.0, 0.0), "C": (1.0, 0.1, 0.0)}.items():
+        ...     frame.node(name, place)
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.rigid("B", "C"); frame.fix("A"); frame.load("C", fx=100.0)
+        >>> frame.solve().reaction("A").round(6).tolist()
+        [-100.0, 0.0, 0.0, 0.0, 0.0, 10.0]
         """
         self._tie(master, slaves, tuple(range(6)), rigid=True)
 
@@ -356,26 +475,50 @@ class Description:
         Parameters
         ----------
         master, slave
-            The two nodes; they need not coincide, and no arm between them is taken into account.
+            Names of the two nodes; they need not coincide, and no arm between them is taken into account.
         *names
             Components ``ux uy uz rx ry rz``.
-        """
-        self._tie(master, (slave,), components(names), rigid=False)
-
-    def members_on(self, on: str | Sequence[str], what: str = "members_on") -> list[str]:
-        """Names of the members that names of members and bodies stand for, each once.
-
-        Parameters
-        ----------
-        on
-            A member, a body (all members on it), ``"beam"`` for all members, or several of these.
-        what
-            What asks, for messages.
 
         Raises
         ------
         FrameError
-            If `on` names nothing.
+            If a node or a component is unknown, or a node is tied to itself.
+
+        Examples
+        --------
+        Two rods side by side whose free ends go up together share the force.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> rod, frame = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), Frame()
+        >>> for k, (start, end) in enumerate(("AB", "CD")):
+        ...     frame.node(start, (0.0, 0.0, k)); frame.node(end, (1.0, 0.0, k))
+        ...     frame.add(start + end, rod, start, end); frame.fix(start)
+        >>> frame.tie("B", "D", "uy"); frame.load("B", fy=10.0)
+        >>> frame.solve().reactions()[:, 1].round(9).tolist()
+        [-5.0, -5.0]
+        """
+        self._tie(master, (slave,), components(names), rigid=False)
+
+    def members_on(self, on: str | Sequence[str], what: str = "members_on") -> list[str]:
+        """Look up the members that names of members and bodies stand for, each once.
+
+        Parameters
+        ----------
+        on
+            Name of a member, of a body (all members on it), ``"beam"`` for all members, or several of these.
+        what
+            What asks, for messages.
+
+        Returns
+        -------
+        list of str
+            Names of the members.
+
+        Raises
+        ------
+        FrameError
+            If a name is unknown, or a body has no members on it.
         """
         chosen: dict[str, None] = {}
         for each in [on] if isinstance(on, str) else on:
@@ -400,9 +543,25 @@ class Description:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         *names
             Global displacement components ``ux uy uz rx ry rz``.
+
+        Raises
+        ------
+        FrameError
+            If the node or a component is unknown.
+
+        Examples
+        --------
+        A hinge about z: everything is held but ``rz``.
+
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0))
+        >>> frame.fix("A", "ux", "uy", "uz", "rx", "ry")
+        >>> sorted(frame.supports["A"])
+        [0, 1, 2, 3, 4]
         """
         node, zeros = self._node(node, "support"), {index: np.zeros(()) for index in components(names)}
         self.supports.setdefault(node, {}).update(zeros)
@@ -413,9 +572,29 @@ class Description:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         **displacement
-            Values by component, ``ux uy uz`` in length and ``rx ry rz`` in radians; each may carry a batch.
+            Values by component, (...): ``ux uy uz`` in length and ``rx ry rz`` in radians.
+
+        Raises
+        ------
+        FrameError
+            If the node or a component is unknown, or shapes do not broadcast.
+
+        Examples
+        --------
+        A beam of 2 m whose right support settles by 3 mm turns by 1.5 mrad.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A", "ux", "uy", "uz", "rx", "ry"); frame.fix("B", "uz", "rx", "ry")
+        >>> frame.prescribe("B", uy=-3e-3)
+        >>> frame.solve().displacement("A")[5].round(9).tolist()
+        -0.0015
         """
         node = self._node(node, "support")
         given = values(f"support of {node!r}", displacement, DISPLACEMENTS)
@@ -432,7 +611,28 @@ class Description:
         joint
             Name of the joint.
         **displacement
-            Displacement of the second node relative to the first by component.
+            Displacement of the second node relative to the first by component, (...): ``ux uy uz`` in length and ``rx
+            ry rz`` in radians.
+
+        Raises
+        ------
+        FrameError
+            If the joint or a component is unknown, a value is not finite, or shapes do not broadcast.
+
+        Examples
+        --------
+        A joint that is 0.1 mm out along y lifts the free end of what it carries.
+
+        >>> from linkframe.elements import Beam, Circle, Joint, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 0.0, "C": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("seat", Joint(stiffness=(1e9, 1e9, 1e9, 1e6, 1e6, 1e6)), "A", "B")
+        >>> frame.add("BC", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "B", "C")
+        >>> frame.fix("A"); frame.offset("seat", uy=1e-4)
+        >>> frame.solve().displacement("C")[:3].round(9).tolist()
+        [0.0, 0.0001, 0.0]
         """
         joint = found("offset joint", joint, self.joints)
         given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
@@ -445,9 +645,29 @@ class Description:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         **force
-            Values by component ``fx fy fz mx my mz``; each may carry a batch.
+            Values by component: force ``fx fy fz`` and moment ``mx my mz``; each may carry a batch, (...).
+
+        Raises
+        ------
+        FrameError
+            If the node or a component is unknown, a value is not finite, or shapes do not broadcast.
+
+        Examples
+        --------
+        A force on the tip of a cantilever in five load cases, and its moment at the clamp.
+
+        >>> import numpy as np
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 0.5}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=np.linspace(0.0, 40.0, 5))
+        >>> frame.solve().reaction("A")[:, 5].round(9).tolist()
+        [0.0, -5.0, -10.0, -15.0, -20.0]
         """
         node = self._node(node, "load")
         given = values(f"load at {node!r}", force, FORCES)
@@ -462,13 +682,35 @@ class Description:
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         local
             Components in the member's own axes instead of the global ones.
         span
             Distances from the member's start between which the load acts; the whole length where None.
         **force
-            ``fx fy fz`` per length; a tuple ``(start, end)`` varies linearly over the span.
+            Force per length by component, ``fx fy fz``, (...); a tuple ``(start, end)`` varies linearly over the span.
+
+        Raises
+        ------
+        FrameError
+            If the member or a component is unknown, the span is not on the member, or shapes do not broadcast.
+
+        Examples
+        --------
+        A cantilever of 1 m under 100 N/m, ``M = q L^2 / 2`` at the clamp (Timoshenko, *Strength of Materials* I), and
+        under a load that falls to zero at the tip, ``M = q L^2 / 6``.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> def clamp(force):
+        ...     frame = Frame()
+        ...     for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...         frame.node(name, (x, 0.0, 0.0))
+        ...     frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        ...     frame.fix("A"); frame.line_load("AB", fy=force)
+        ...     return float(frame.solve().reaction("A")[5].round(6))
+        >>> clamp(-100.0), clamp((-100.0, 0.0))
+        (50.0, 16.666667)
         """
         member = self._member(member, "line load")
         pairs = {k: v if isinstance(v, tuple) and len(v) == 2 else (v, v) for k, v in force.items()}
@@ -486,13 +728,30 @@ class Description:
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
-            Distance from the member's start.
+            Distance from the member's start, length, from 0 to that of the member.
         local
             Components in the member's own axes instead of the global ones.
         **force
-            Values by component ``fx fy fz mx my mz``.
+            Values by component: force ``fx fy fz`` and moment ``mx my mz``, (...).
+
+        Raises
+        ------
+        FrameError
+            If the member or a component is unknown, `at` is not on the member, or shapes do not broadcast.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.point_load("AB", at=0.25, fy=-100.0)
+        >>> float(frame.solve().reaction("A")[5].round(9))
+        25.0
         """
         member = self._member(member, "point load")
         given = values(f"point load on {member!r}", force, FORCES)
@@ -508,7 +767,23 @@ class Description:
         Parameters
         ----------
         acceleration
-            Acceleration of gravity (..., 3), such as ``(0, 0, -9.81)``.
+            Acceleration of gravity, global, (..., 3), length per time squared, such as ``(0, 0, -9.81)``.
+
+        Raises
+        ------
+        FrameError
+            If these are not three finite numbers, or shapes do not broadcast.
+
+        Examples
+        --------
+        >>> from linkframe.elements import PointMass
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0)); frame.fix("A")
+        >>> frame.add("block", PointMass(2.0), "A")
+        >>> frame.gravity((0.0, 0.0, -9.81))
+        >>> float(frame.solve().reaction("A")[2].round(9))
+        19.62
         """
         weight = vector(acceleration, "gravity")
         self._join({"gravity": weight.shape[:-1]})
@@ -523,6 +798,20 @@ class Description:
         ----------
         where
             True for the entries to leave out, (...).
+
+        Raises
+        ------
+        FrameError
+            If `where` does not broadcast with the batch.
+
+        Examples
+        --------
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0)); frame.fix("A")
+        >>> frame.load("A", fx=[1.0, 2.0, 3.0]); frame.exclude([False, True, False])
+        >>> frame.solve().status.tolist()
+        ['regular', 'absent', 'regular']
         """
         left = np.array(where)
         if left.dtype != np.bool_:
@@ -531,7 +820,13 @@ class Description:
         self.absent = left if self.absent is None else self.absent | left
 
     def copy(self) -> Self:
-        """The description as it is now; what is said of the one later does not change the other."""
+        """Independent copy.
+
+        Returns
+        -------
+        same type
+            The description as it is now; what is added to either later is not in the other. Arrays are shared.
+        """
         twin = object.__new__(type(self))
         for name, value in vars(self).items():
             setattr(twin, name, value)

@@ -73,9 +73,18 @@ class Editable(Description):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
         **force
-            Values by component ``fx fy fz mx my mz`` in global axes; each may carry a batch. None for no load.
+            Values by component, (...): force ``fx fy fz`` and moment ``mx my mz`` in global axes. None for no load.
+
+        Examples
+        --------
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0)); frame.fix("A")
+        >>> frame.load("A", fx=1.0); frame.set_load("A", fy=2.0)
+        >>> frame.solve().reaction("A")[:3].tolist()
+        [0.0, -2.0, 0.0]
         """
         node = self._node(node, "load")
         given = values(f"load at {node!r}", force, FORCES) if force else {}
@@ -95,6 +104,16 @@ class Editable(Description):
         ----------
         *names
             Nodes and members from which loads are taken; where none is named, from all of them, gravity too.
+
+        Examples
+        --------
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name in "AB":
+        ...     frame.node(name, (0.0, 0.0, 0.0)); frame.fix(name); frame.load(name, fx=1.0)
+        >>> frame.unload("A")
+        >>> frame.solve().reactions()[:, 0].tolist()
+        [0.0, -1.0]
         """
         nodes = [self.aliases.get(name, name) for name in names]
         for name, node in zip(names, nodes, strict=True):

@@ -39,11 +39,11 @@ class Frame(InBulk):
     ties
         Rigid links and ties.
     supports
-        By node: component index and prescribed displacement.
+        By node: prescribed displacement, (...), by index of the component.
     offsets
-        By joint: component index and imposed relative displacement, in the joint's axes.
+        By joint: imposed relative displacement, (...), by index of the component in the joint's axes.
     loads
-        By node: component index and value of each load.
+        By node: index of the component and value, (...), of each load.
     member_loads
         By member: line and point loads.
     weight
@@ -107,10 +107,34 @@ class Frame(InBulk):
         steps
             For `large`, number of equal steps in which loads, offsets and prescribed displacements grow.
 
+        Returns
+        -------
+        Solution or LargeSolution
+            Displacements, forces, stresses and their error bounds by name, each of the batch shape, computed when read;
+            a `LargeSolution` where `large` is True.
+
         Raises
         ------
         FrameError
-            Where the method is unknown, not installed, or not for this batch.
+            Where the method is unknown, not installed, or not for this batch, or a switch is neither True nor False.
+
+        Examples
+        --------
+        A cantilever of 1 m under 10 N at its tip, ``F L^3 = 3 E I uy`` (Timoshenko, *Strength of Materials* I), as a
+        batch of two forces; and under a hundred times as much at large displacement, where the tip comes nearer to the
+        wall (Mattiasson, Int. J. Numer. Methods Eng. 17 (1981) 145-153).
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3), segments=8), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=[10.0, 1000.0])
+        >>> frame.solve().displacement("B")[:, :2].round(6).tolist()
+        [[0.0, 0.0025], [0.0, 0.25]]
+        >>> frame.solve(large=True).displacement("B")[:, :2].round(4).tolist()
+        [[-0.0, 0.0025], [-0.034, 0.2356]]
         """
         from .solution import Solution
 
@@ -154,6 +178,23 @@ class Frame(InBulk):
         -----
         PathWarning
             Where a path ends before `to`.
+
+        Examples
+        --------
+        Two bars in line that are pushed through a low arch: the load rises to a limit point and falls again.
+
+        >>> from linkframe.elements import Beam, Circle, Joint, Material
+        >>> from linkframe.framework import Frame
+        >>> rod, pin = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), Joint(stiffness=(1e12,) * 5 + (0.0,))
+        >>> frame = Frame()
+        >>> for name, place in {"A": (0.0, 0.0, 0.0), "B": (1.0, 0.05, 0.0), "C": (1.0, 0.05, 0.0)}.items():
+        ...     frame.node(name, place)
+        >>> frame.add("AB", rod, "A", "B"); frame.add("pin", pin, "B", "C")
+        >>> frame.fix("A", "ux", "uy", "uz", "rx", "ry"); frame.fix("C", "ux", "uz", "rx", "ry", "rz")
+        >>> frame.load("C", fy=-1000.0)
+        >>> path = frame.path("C", "uy", to=-0.1)
+        >>> bool(path.reached), bool(path.factor.max() > 1.0), len(path.limits[0])
+        (True, True, 2)
         """
         from .large.path import follow
 
@@ -165,7 +206,32 @@ class Frame(InBulk):
         Parameters
         ----------
         count
-            Number of modes.
+            Number of modes, from 1 to the number of unknowns.
+
+        Returns
+        -------
+        Modes
+            ``frequencies`` in Hz, (..., count), the lowest first, and ``shapes(node)``, (..., count, 6).
+
+        Raises
+        ------
+        FrameError
+            If `count` is not among these, the frame has no mass, or fewer modes with mass.
+
+        Examples
+        --------
+        A clamped rod of 1 m, ``3.516 / (2 pi) sqrt(E I / m L^4)`` (Timoshenko, *Vibration Problems in Engineering*).
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> steel = Material(E=200e9, nu=0.3, density=7850.0)
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), steel, segments=8), "A", "B")
+        >>> frame.fix("A")
+        >>> float(frame.modes(1).frequencies[0].round(2))
+        14.12
         """
         from .results.modes import modes
 
@@ -177,7 +243,33 @@ class Frame(InBulk):
         Parameters
         ----------
         count
-            Number of factors.
+            Number of factors, from 1 to the number of unknowns.
+
+        Returns
+        -------
+        Buckling
+            ``factors``, (..., count), by which all loads may grow, the smallest positive first and inf where there are
+            no more; and ``shapes(node)``, (..., count, 6).
+
+        Raises
+        ------
+        FrameError
+            If `count` is not among these, or the frame is a mechanism without its loads.
+
+        Examples
+        --------
+        Euler's column, clamped at its foot: ``pi^2 E I / (4 L^2)`` (Timoshenko & Gere, *Theory of Elastic Stability*,
+        ch. 2).
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, z in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (0.0, 0.0, z))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3), segments=8), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fz=-1000.0)
+        >>> float(frame.buckling(1).factors[0].round(3))
+        3.876
         """
         from .results.buckling import buckling
 
@@ -195,7 +287,7 @@ class Frame(InBulk):
 
     @property
     def dofs(self) -> Any:
-        """scikit-fem's ``Dofs`` of `mesh`: six a node, ``ux uy uz rx ry rz``, nodes in the order of description."""
+        """Numbering of `mesh`, a ``Dofs``: six a node, ``ux uy uz rx ry rz``, nodes in the order of description."""
         return self._numbered.numbering
 
     def basis(self, on: str | Sequence[str] = "beam", *, intorder: int = 6) -> Any:
@@ -262,6 +354,19 @@ class Frame(InBulk):
         ------
         FrameError
             If the batch has no such entry.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=[10.0, 20.0])
+        >>> second = frame.matrices(1)
+        >>> second.K.shape, float(second.f[7]), second.D.tolist()
+        ((12, 12), 20.0, [0, 1, 2, 3, 4, 5])
         """
         from .matrices import frame_matrices
 
@@ -271,5 +376,22 @@ class Frame(InBulk):
         """What a linear solution will build, at which batch shapes, and what it skips and why, in plain words.
 
         For large displacement: ``frame.solve(large=True).explain()``.
+
+        Returns
+        -------
+        str
+            Lines for a reader: batch shapes, the method and why it was picked, what is eliminated in which order.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=[10.0, 20.0])
+        >>> "(2,)" in frame.explain()
+        True
         """
         return self.solve().explain()

@@ -53,7 +53,8 @@ class FrameMatrices:
     Kg
         Geometric stiffness of the forces that the loads make in members, joints and rigid links, (6 nodes, 6 nodes).
     T, g
-        All that holds, supports included: ``u = T q + g`` with as many q as there are ways to move.
+        All that holds, supports included: ``u = T q + g`` with as many q as there are ways to move, T (6 nodes, q) and
+        g (6 nodes,).
 
     Examples
     --------
@@ -109,6 +110,23 @@ class FrameMatrices:
         -------
         tuple
             ``T^T K T``, ``T^T (f - K g)`` or ``T^T matrix T``, g or 0, and how u follows from q.
+
+        Examples
+        --------
+        A rod on an ideal hinge, which the matrices over u do not hold: in the coordinates q they do.
+
+        >>> import skfem
+        >>> from linkframe.elements import Beam, Circle, Joint, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 0.0, "C": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("hinge", Joint(stiffness=(float("inf"),) * 5 + (100.0,)), "A", "B")
+        >>> frame.add("BC", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "B", "C")
+        >>> frame.fix("A"); frame.load("C", fy=1.0)
+        >>> u = skfem.solve(*frame.matrices().condensed())
+        >>> bool(abs(u.reshape(-1, 6) - frame.solve().displacements()).max() < 1e-12)
+        True
         """
         everywhere = np.arange(len(self.f))
         if matrix is None:

@@ -98,7 +98,7 @@ class LineElement(ABC):
 
     @abstractmethod
     def shape_functions(self, length: Array, x: Array) -> Array:
-        """Displacement at distance `x` from the start for unit end displacements, (..., 6, 12).
+        """Displacement at a distance from the start for unit end displacements.
 
         At the ends the displacement, not always the rotation, is that of the nodes. Where the stiffness follows from a
         section law they come in the precision of `length`, and hold every rigid motion.
@@ -106,13 +106,18 @@ class LineElement(ABC):
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
         x
             Distance from the start, (...).
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz`` there by the twelve of the ends, in local axes, (..., 6, 12).
         """
 
     def section_flexibility(self, fraction: Array) -> Array:
-        """Strain and curvature per unit ``N Vy Vz T My Mz`` at `fraction` of the length, (..., 6).
+        """Strain and curvature per unit ``N Vy Vz T My Mz`` at a fraction of the length.
 
         A component without flexibility deforms nothing. Of an element that gives `springs` zero by default, so that
         its displacement between the nodes follows its ends.
@@ -120,14 +125,19 @@ class LineElement(ABC):
         Parameters
         ----------
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
+
+        Returns
+        -------
+        ndarray
+            One over the stiffness of the section, such as ``1 / (E A)``, in each of the six, (..., 6).
         """
         if not self.has_springs:
             raise NotImplementedError
         return np.zeros((*np.broadcast_shapes(np.shape(fraction), self.shape), 6))
 
     def springs(self, length: Array) -> tuple[Array, Array]:
-        """The stiffness as any number n of springs k (..., n) on deformations b (..., n, 12).
+        """The stiffness as any number n of springs k on deformations b of the member.
 
         ``K = sum_i k_i b_i b_i^T``. The deformations come in the precision of `length`, as do `axes` in that of the
         chord: error bounds rest on it that a rigid motion costs no energy. A beam has six; where something outside the
@@ -137,7 +147,12 @@ class LineElement(ABC):
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
+
+        Returns
+        -------
+        tuple of ndarray
+            Stiffnesses k, (..., n), and deformations b by the end displacements, (..., n, 12).
         """
         return section_springs(self, length)
 
@@ -217,6 +232,11 @@ class LineElement(ABC):
             Which part, from 0.
         count
             Number of parts.
+
+        Returns
+        -------
+        LineElement
+            Of the length over `count`.
         """
         return self
 
@@ -230,21 +250,36 @@ class LineElement(ABC):
         ----------
         change
             What takes the entries out of an array, given the array and the number of its axes that are no batch axes.
+
+        Returns
+        -------
+        same type
+            The element, its numbers changed and not checked again.
+
+        Raises
+        ------
+        FrameError
+            If it is no dataclass.
         """
         found: Self = changed(self, change)
         return found
 
     def check(self, chord: Array) -> None:  # noqa: B027
-        """Raise FrameError where the member cannot lie along `chord` (..., 3); by default it can lie anyhow.
+        """Refuse a direction in which the member cannot lie; by default it can lie anyhow.
 
         Parameters
         ----------
         chord
             From the first node to the second, (..., 3).
+
+        Raises
+        ------
+        FrameError
+            Where it cannot.
         """
 
     def axes(self, chord: Array) -> Array:
-        """Local axes as rows, (..., 3, 3), of a member along `chord` (..., 3).
+        """Local axes of a member as rows x, y, z.
 
         By default z is as near to global z as can be; a member along global z has its local y along global y.
 
@@ -252,18 +287,28 @@ class LineElement(ABC):
         ----------
         chord
             From the first node to the second, (..., 3).
+
+        Returns
+        -------
+        ndarray
+            Unit vectors in global components, (..., 3, 3), in the precision of the chord.
         """
         return default_axes(chord)
 
     # -- matrices and forces ----------------------------------------------------------------------------------------
 
     def stiffness_matrix(self, length: Array) -> Array:
-        """Stiffness, (..., 12, 12): the sum of its own springs, or the scikit-fem form of the section law.
+        """Stiffness in local axes: the sum of its own springs, or the scikit-fem form of the section law.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
+
+        Returns
+        -------
+        ndarray
+            Forces and moments at both ends by their displacements and rotations, (..., 12, 12).
         """
         if not self.has_springs:
             found: Array = _integrals().integrated_stiffness(self, length)
@@ -272,38 +317,54 @@ class LineElement(ABC):
         return summed(stiffness, rows)
 
     def mass_matrix(self, length: Array) -> Array:
-        """Consistent mass, (..., 12, 12), by the scikit-fem form of `section_inertia`.
+        """Consistent mass in local axes, by the scikit-fem form of `section_inertia`.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
+
+        Returns
+        -------
+        ndarray
+            Inertia of both ends, (..., 12, 12).
         """
         found: Array = _integrals().integrated_mass(self, length)
         return found
 
     def geometric_matrix(self, length: Array, axial: Array) -> Array:
-        """Geometric stiffness under the axial force `axial` (tension positive), (..., 12, 12), by `section_sway`.
+        """Geometric stiffness under an axial force in local axes, by the scikit-fem form of `section_sway`.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
         axial
             Axial force, (...), tension positive.
+
+        Returns
+        -------
+        ndarray
+            By the end displacements, (..., 12, 12).
         """
         found: Array = _integrals().integrated_geometric(self, length, axial)
         return found
 
     def end_forces(self, length: Array, displacement: Array) -> Array:
-        """Stiffness times `displacement` (..., 12), by way of the deformations, (..., 12).
+        """Force and moment on each end of the member, by way of its deformations.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
         displacement
             End displacements in local axes, (..., 12).
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12), in local axes: the stiffness times the
+            displacement.
         """
         stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
         pulls = stiffness * (rows @ np.asarray(displacement)[..., None])[..., 0]
@@ -342,65 +403,90 @@ class LineElement(ABC):
     # -- along the member -------------------------------------------------------------------------------------------
 
     def shape_gradients(self, length: Array, x: Array) -> Array:
-        """Derivative of `shape_functions` by `x`, (..., 6, 12).
+        """Derivative of `shape_functions` along the member.
 
         By default that of a polynomial up to the seventh degree.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
         x
             Distance from the start, (...).
+
+        Returns
+        -------
+        ndarray
+            ``ux' .. rz'`` there by the twelve end displacements, (..., 6, 12), per length.
         """
         return gradients(self, np.asarray(length), np.asarray(x) / length)
 
     def shape_rows(self, length: Array, fraction: Array) -> tuple[Array, Array]:
-        """Both `shape_functions` and `shape_gradients` at `fraction` of the length, (..., 6, 12) each.
+        """Both `shape_functions` and `shape_gradients`, at a fraction of the length.
 
         Parameters
         ----------
         length
-            Length, (...).
+            Length of the member, (...).
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
+
+        Returns
+        -------
+        tuple of ndarray
+            Values and derivatives, (..., 6, 12) each.
         """
         return self.shape_functions(length, fraction * length), self.shape_gradients(length, fraction * length)
 
     def section_inertia(self, fraction: Array) -> Array:
-        """Inertia per length with ``ux .. rz`` at `fraction` of the length, (..., 6); by default of translation alone.
+        """Inertia per length that goes with each of ``ux .. rz``; by default of translation alone.
 
         Parameters
         ----------
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
+
+        Returns
+        -------
+        ndarray
+            Mass per length three times, and its moments about x, y and z, (..., 6).
         """
         mass: Array = np.asarray(self.mass_per_length(fraction))[..., None] * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
         return mass
 
     def section_sway(self, fraction: Array) -> Array:
-        """Weights of ``ux' .. rz'`` squared in twice the work of a unit axial force, (..., 6).
+        """Weight of each of ``ux' .. rz'`` squared in twice the work of a unit axial force.
 
         Parameters
         ----------
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
+
+        Returns
+        -------
+        ndarray
+            By default 1 for ``uy'`` and ``uz'`` and 0 for the others, (..., 6).
         """
         across = np.array([0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
         return np.broadcast_to(across, (*np.broadcast_shapes(np.shape(fraction), self.shape), 6))
 
     def mass_per_length(self, fraction: Array) -> Array:
-        """Mass per length at `fraction` of the length, (...); zero by default.
+        """Mass per length at a fraction of the length; zero by default.
 
         Parameters
         ----------
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
+
+        Returns
+        -------
+        ndarray
+            Mass over length there, (...).
         """
         return np.zeros(np.broadcast_shapes(np.shape(fraction), self.shape))
 
     def free_strain(self, fraction: Array) -> Array | None:
-        """Strain and curvature without forces at `fraction` of the length, (..., 6), such as by heat; None for none.
+        """Strain and curvature without forces at a fraction of the length, such as by heat; None for none.
 
         They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `held_forces` they load the
         frame.
@@ -408,19 +494,29 @@ class LineElement(ABC):
         Parameters
         ----------
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
+
+        Returns
+        -------
+        ndarray or None
+            Of the six that work with ``N Vy Vz T My Mz``, (..., 6).
         """
         return None
 
     def held_forces(self, fraction: Array) -> Array | None:
-        """``N Vy Vz T My Mz`` that undo the free strain, with their sign turned, (..., 6); None for none.
+        """Internal forces that undo the free strain, with their sign turned; None for none.
 
         By default the free strain divided by the section flexibility.
 
         Parameters
         ----------
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
+
+        Returns
+        -------
+        ndarray or None
+            ``N Vy Vz T My Mz`` there, (..., 6).
         """
         strain = self.free_strain(fraction)
         if strain is None:
@@ -430,17 +526,26 @@ class LineElement(ABC):
         return np.divide(strain, flexibility, out=np.zeros(strain.shape), where=flexibility > 0.0)
 
     def stress(self, fraction: Array, forces: Array) -> Array:
-        """Least and greatest normal stress and greatest von Mises stress, (..., 3).
+        """Extreme stresses over the section at a fraction of the length.
 
-        `forces` (..., 6) are ``N Vy Vz T My Mz`` at `fraction` of the length. An element without a section, as by
-        default, raises FrameError.
+        An element without a section, as by default, refuses.
 
         Parameters
         ----------
         fraction
-            Fraction of the length, (...).
+            Distance from the start over the length, 0 to 1, (...).
         forces
-            ``N Vy Vz T My Mz`` there, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz`` there, (..., 6).
+
+        Returns
+        -------
+        ndarray
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
+
+        Raises
+        ------
+        FrameError
+            If the element has no section.
         """
         raise FrameError(f"{type(self).__name__}: stress needs a section; ask for its forces")
 
@@ -478,12 +583,25 @@ class JointElement(ABC):
 
     @abstractmethod
     def matrix(self) -> Array:
-        """Stiffness of the two nodes in global axes, (..., 12, 12): what springs, axes and pitch make."""
+        """Stiffness of the two nodes: what springs, axes and pitch make.
+
+        Returns
+        -------
+        ndarray
+            In global axes, first node before second, (..., 12, 12): force per length and moment per radian.
+        """
 
     @abstractmethod
     def typical(self) -> JointElement:
-        """The joint without clearance, its springs those that are stiffest in the batch: what has no batch of its own
-        but that of its geometry."""
+        """The joint without clearance, each of its springs the stiffest in the batch.
+
+        It has no batch of its own but that of its geometry.
+
+        Returns
+        -------
+        JointElement
+            Its stiffness (6,), its axes and pitch as they are.
+        """
 
     def resistance(self, displacement: Array, pick: Change) -> tuple[Array, Array, Array]:
         """Energy, force and tangent at a displacement in the joint's axes: springs, and contact in what has play.
@@ -524,7 +642,13 @@ class JointElement(ABC):
         return type(self).resistance is not JointElement.resistance
 
     def springs_matrix(self) -> Array:
-        """Stiffness that finite springs, axes and pitch make of the two nodes in global axes, (..., 12, 12)."""
+        """Stiffness that finite springs, axes and pitch make of the two nodes.
+
+        Returns
+        -------
+        ndarray
+            In global axes, first node before second, (..., 12, 12): force per length and moment per radian.
+        """
         axes = np.eye(3) if self.axes is None else self.axes
         acts = np.zeros((*np.broadcast_shapes(axes.shape[:-2], self.pitch.shape), 6, 6))
         acts[..., :3, :3] = acts[..., 3:, 3:] = axes
@@ -537,7 +661,26 @@ class JointElement(ABC):
 
 
 class PointElement(ABC):
-    """Inertia at one node."""
+    """Inertia at one node.
+
+    Examples
+    --------
+    A block that weighs 2 kg and has no inertia against rotation.
+
+    >>> import numpy as np
+    >>> from linkframe.framework import Frame, PointElement
+    >>> class Block(PointElement):
+    ...     shape = ()
+    ...
+    ...     def mass_matrix(self):
+    ...         return np.diag([2.0, 2.0, 2.0, 0.0, 0.0, 0.0])
+    >>> frame = Frame()
+    >>> frame.node("A", (0.0, 0.0, 0.0)); frame.fix("A")
+    >>> frame.add("block", Block(), "A")
+    >>> frame.gravity((0.0, 0.0, -9.81))
+    >>> float(frame.solve().reaction("A")[2].round(9))
+    19.62
+    """
 
     @property
     @abstractmethod
@@ -546,7 +689,13 @@ class PointElement(ABC):
 
     @abstractmethod
     def mass_matrix(self) -> Array:
-        """Mass in global axes, (..., 6, 6)."""
+        """Inertia of the node in global axes.
+
+        Returns
+        -------
+        ndarray
+            By ``ux uy uz rx ry rz``, (..., 6, 6), symmetric.
+        """
 
 
 def _integrals() -> Any:

@@ -155,6 +155,17 @@ def straight_shapes(length: Array, x: Array) -> Array:
     ----------
     length, x
         Length and distance from the start, (...).
+
+    Returns
+    -------
+    ndarray
+        ``ux uy uz rx ry rz`` there by the twelve of the ends, (..., 6, 12).
+
+    Examples
+    --------
+    >>> from linkframe.framework import straight_shapes
+    >>> straight_shapes(2.0, 0.5)[1, [1, 7]].tolist()
+    [0.75, 0.25]
     """
     kind = np.result_type(length, x, np.float64)
     length, s = np.asarray(length, kind), np.asarray(x, kind) / length
@@ -173,6 +184,19 @@ def cubic_shapes(length: Array, x: Array) -> Array:
     ----------
     length, x
         Length and distance from the start, (...).
+
+    Returns
+    -------
+    ndarray
+        ``ux uy uz rx ry rz`` there by the twelve of the ends, (..., 6, 12).
+
+    Examples
+    --------
+    Half way a beam that bends takes half of each deflection, and an eighth of the length times each rotation.
+
+    >>> from linkframe.framework import cubic_shapes
+    >>> cubic_shapes(2.0, 1.0)[1, [1, 5, 7, 11]].tolist()
+    [0.5, 0.25, 0.5, -0.25]
     """
     kind = np.result_type(length, x, np.float64)
     length, s = np.asarray(length, kind), np.asarray(x, kind) / length

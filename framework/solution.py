@@ -105,6 +105,16 @@ class Solution(SavedResults):
             The way in which it is solved, see `Frame.solve`.
         clearance
             Whether to find where joints with clearance are in contact, see `Frame.solve`.
+
+        Returns
+        -------
+        Solution
+            Nothing is solved yet: each result is computed when it is first read.
+
+        Raises
+        ------
+        FrameError
+            If the method is unknown, not installed, or not for this batch.
         """
         described = frame.copy()
         plan, factors = planned(frame, described, checked(method))
@@ -129,12 +139,26 @@ class Solution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
         ndarray
             ``ux uy uz rx ry rz``, (..., 6), length and radians.
+
+        Examples
+        --------
+        The end of a rod that is pulled by 1 kN, ``u = F L / E A`` (Timoshenko, *Strength of Materials* I).
+
+        >>> from linkframe.elements import Beam, Rectangle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.01, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fx=1000.0)
+        >>> float(frame.solve().displacement("B")[0].round(12))
+        0.0001
         """
         number = self.plan.topology.number[self._node(node)]
         return self._read(("displacement", node), lambda: self._settled(self.plan.tree.global_rows(number)))
@@ -146,12 +170,26 @@ class Solution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
         ndarray
             ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
+
+        Examples
+        --------
+        A hinge with a rotational spring of 50 N m/rad under 1 N m.
+
+        >>> from linkframe.elements import Joint
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0)); frame.node("B", (0.0, 0.0, 0.0))
+        >>> frame.add("hinge", Joint(stiffness=(1e9, 1e9, 1e9, 1e6, 1e6, 50.0)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", mz=1.0)
+        >>> solution = frame.solve()
+        >>> float(solution.joint_displacement("hinge")[5].round(12)), float(solution.joint_force("hinge")[5].round(12))
+        (0.02, 1.0)
         """
         self._joint(joint)
         return self._read(("joint", joint), lambda: self._settled(self._recovery.joint_rows(joint)))
@@ -163,7 +201,7 @@ class Solution(SavedResults):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start, (..., k); the batch may vary them.
 
@@ -171,6 +209,22 @@ class Solution(SavedResults):
         -------
         ndarray
             ``ux uy uz rx ry rz``, (..., k, 6).
+
+        Examples
+        --------
+        The middle of a beam on two supports, between its nodes: ``5 q L^4 / (384 E I)`` (Timoshenko, *Strength of
+        Materials* I).
+
+        >>> from linkframe.elements import Beam, Material, Section
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Section(A=1.0, Iy=1.0, Iz=1.0, J=1.0), Material(E=1.0, nu=0.3)), "A", "B")
+        >>> frame.fix("A", "ux", "uy", "uz", "rx"); frame.fix("B", "uy", "uz")
+        >>> frame.line_load("AB", fy=-1.0)
+        >>> bool(abs(frame.solve().displacement_along("AB", [1.0])[0, 1] + 5.0 * 2.0**4 / 384.0) < 1e-12)
+        True
         """
         stations = np.atleast_1d(at)
         found = self._masked(self._recovery.displacement_along(self._member(member), stations))
@@ -183,17 +237,29 @@ class Solution(SavedResults):
 
     @of_part(of_member)
     def end_forces(self, member: str) -> Array:
-        """Forces and moments on the ends of a member in its local axes.
+        """Force and moment on each end of a member in its local axes.
 
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
 
         Returns
         -------
         ndarray
-            Start before end, (..., 12).
+            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12).
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fx=5.0, fy=10.0)
+        >>> frame.solve().end_forces("AB")[[0, 1, 5, 6, 7]].round(9).tolist()
+        [-5.0, -10.0, -20.0, 5.0, 10.0]
         """
         self._member(member)
         return self._read(("ends", member), lambda: self._recovery.end_forces(member))
@@ -205,17 +271,29 @@ class Solution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., 6); zero in components that are not held.
+            Force ``fx fy fz`` and moment ``mx my mz``, (..., 6); zero in components that are not held.
 
         Raises
         ------
         FrameError
             If the node has no support.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=-10.0)
+        >>> frame.solve().reaction("A").round(9).tolist()
+        [0.0, 10.0, 0.0, 0.0, 0.0, 10.0]
         """
         node = self._supported(node)
         return self._read(("reaction", node), lambda: self._recovery.reaction(node))
@@ -227,12 +305,25 @@ class Solution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
         ndarray
             ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components.
+
+        Examples
+        --------
+        A ball joint passes a force on and no moment.
+
+        >>> from linkframe.elements import Joint
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0)); frame.node("B", (0.0, 0.0, 0.0))
+        >>> frame.add("ball", Joint(stiffness=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0)), "A", "B")
+        >>> frame.fix("A"); frame.fix("B", "rx", "ry", "rz"); frame.load("B", fx=3.0)
+        >>> frame.solve().joint_force("ball").round(9).tolist()
+        [3.0, 0.0, 0.0, 0.0, 0.0, 0.0]
         """
         self._joint(joint)
         return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
@@ -243,12 +334,32 @@ class Solution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
+
+        Returns
+        -------
+        Contact
+            State, normal, force and gap, each of the batch shape.
 
         Raises
         ------
         FrameError
             If the joint has no clearance, or clearances were left out.
+
+        Examples
+        --------
+        A stop with 1 mm of clearance is reached by the second force and not by the first.
+
+        >>> from linkframe.elements import Beam, Joint, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0, "C": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.add("stop", Joint(stiffness=(0.0, 1e9, 0.0, 0.0, 0.0, 0.0), clearance=1e-3), "B", "C")
+        >>> frame.fix("A"); frame.fix("C"); frame.load("B", fy=[1.0, 10.0])
+        >>> frame.solve().contact("stop").state.tolist()
+        ['open', 'closed']
         """
         name = self._played(joint, [] if self.clearances is None else self.clearances.names)
         assert self.clearances is not None
@@ -265,13 +376,16 @@ class Solution(SavedResults):
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """By batch entry: ``regular``; ``mechanism`` where loads move it without resistance, as far as extended
-        precision can tell (`distance_to_singularity` is rounding, 1e-15, where it is so); ``idle`` where it can
-        move but no load does so: forces hold, and displacements but those that depend on how far it has moved, which
-        are NaN (a `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can
-        move within their clearances without any force, and the results are one choice of many; ``unresolved`` where
-        rounding hides a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries
-        at which that is not regular carry its words, such as ``near dead point``."""
+        """State of each batch entry in words, (...).
+
+        ``regular``; ``mechanism`` where loads move it without resistance, as far as extended precision can tell
+        (`distance_to_singularity` is rounding, 1e-15, where it is so); ``idle`` where it can move but no load does so:
+        forces hold, and displacements but those that depend on how far it has moved, which are NaN (a
+        `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can move within
+        their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding hides
+        a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries at which that is
+        not regular carry its words, such as ``near dead point``.
+        """
         return with_origin(words(self.own_state, SolutionState), self.frame.made_from, self.shape)
 
     @cached_property
@@ -333,6 +447,22 @@ class Solution(SavedResults):
         ------
         FrameError
             Where the name or the kind of result is unknown.
+
+        Examples
+        --------
+        The stated bound is above what differs from the exact 2.5 mm, and of the size of the last digit.
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=10.0)
+        >>> solution = frame.solve()
+        >>> bound = solution.error_bound("B")[1]
+        >>> bool(abs(solution.displacement("B")[1] - 2.5e-3) <= bound), bool(bound < 1e-15)
+        (True, True)
         """
         name, computed = self._asked(name, of)
         return self._read(
@@ -340,7 +470,7 @@ class Solution(SavedResults):
         )
 
     def refined(self, name: str, of: str = "displacement") -> tuple[Array, Array]:
-        """Results after one step of iterative refinement in extended precision, and the bound on their error.
+        """Result after one step of iterative refinement in extended precision, and the bound on its error.
 
         Worth it where `error_bound` is large: what is left is what rounding of the members' stiffnesses leaves open.
 
@@ -355,13 +485,31 @@ class Solution(SavedResults):
         -------
         tuple of ndarray
             Results and bounds, (..., 6), or (..., 12) for ``end_forces``.
+
+        Raises
+        ------
+        FrameError
+            Where the name or the kind of result is unknown.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=10.0)
+        >>> value, bound = frame.solve().refined("B")
+        >>> bool(abs(value[1] - 2.5e-3) <= bound[1])
+        True
         """
         name, computed = self._asked(name, of)
         values, bounds = self.bounds.refined(name, of)
         return (values if self.idle is None else np.where(np.isinf(bounds), computed, values)), self._unknown(bounds)
 
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
-        """Derivatives of one component of a result by every load, joint stiffness, offset, support and member.
+        """Derivative of one component of a result by every load, joint stiffness, offset, support and member.
 
         Those by loads, offsets and supports do not depend on the load, and hold where there is none.
 
@@ -383,6 +531,21 @@ class Solution(SavedResults):
         ------
         FrameError
             Where the name, the component or the kind of result is unknown.
+
+        Examples
+        --------
+        A deflection is in inverse proportion to Young's modulus: ``E du/dE = -u``, the sum over a member's stiffnesses.
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=10.0)
+        >>> found = frame.solve().sensitivity("B", "uy")
+        >>> float(found.members["AB"].sum().round(12)), float(found.loads["B"][1].round(12))
+        (-0.0025, 0.00025)
         """
         name, _ = self._asked(name, of)
         return sensitivity(self, name, component, of)
@@ -395,6 +558,11 @@ class Solution(SavedResults):
         *entry
             Indices of a batch entry, one for each batch axis.
 
+        Returns
+        -------
+        str
+            Such as ``free motion 1: B (+uy +rz), C (+uy)``, the nodes that move most first; empty where nothing moves.
+
         Raises
         ------
         FrameError
@@ -403,17 +571,37 @@ class Solution(SavedResults):
         return describe(self.plan, one_entry(self.shape, entry, "mechanism"))
 
     def free_motion(self, *entry: int) -> FreeMotion:
-        """Motions that nothing resists at a batch entry: shapes, turning joints, work of the loads on them.
+        """Motion that nothing resists at a batch entry: its shapes, turning joints, and the work of the loads on it.
 
         Parameters
         ----------
         *entry
             Indices of a batch entry, one for each batch axis.
 
+        Returns
+        -------
+        FreeMotion
+            As many motions as are independent, (count, ...); count is 0 where everything is held.
+
         Raises
         ------
         FrameError
             If the batch has no such entry.
+
+        Examples
+        --------
+        A rod on a hinge turns about it without resistance.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A", "ux", "uy", "uz", "rx", "ry"); frame.load("B", fy=1.0)
+        >>> motion = frame.solve().free_motion()
+        >>> motion.count, abs(motion.displacement("B")[0]).round(9).tolist()
+        (1, [0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
         """
         at = one_entry(self.shape, entry, "free_motion")
         return free_motion(self.plan, at, solvable=not self._singular[at])
@@ -426,6 +614,31 @@ class Solution(SavedResults):
         With the stiffness as springs k on deformations B q it is that of ``sqrt(k) B``, the square root of the least
         eigenvalue of the scaled stiffness: rounding (1e-15) where nothing resists some motion. For a four-bar it falls
         in proportion to the angle from a singular pose.
+
+        Returns
+        -------
+        ndarray
+            From 0 to about 1, (...), without unit.
+
+        Examples
+        --------
+        A low arch of two pinned bars: in proportion to its height.
+
+        >>> import numpy as np
+        >>> from linkframe.elements import Beam, Circle, Joint, Material
+        >>> from linkframe.framework import Frame
+        >>> rod, pin = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), Joint(stiffness=(np.inf,) * 5 + (0.0,))
+        >>> height = np.array([1e-3, 1e-4, 1e-5])
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0, "C": 1.0, "D": 2.0}.items():
+        ...     frame.node(name, np.stack(np.broadcast_arrays(x, height if name in "BC" else 0.0, 0.0), axis=-1))
+        >>> frame.add("AB", rod, "A", "B"); frame.add("CD", rod, "C", "D"); frame.add("pin", pin, "B", "C")
+        >>> for foot in "AD":
+        ...     frame.fix(foot, "ux", "uy", "uz", "rx", "ry")
+        >>> frame.load("B", fy=-1.0)
+        >>> distance = frame.solve().distance_to_singularity()
+        >>> (distance / distance[0]).round(2).tolist()
+        [1.0, 0.1, 0.01]
         """
         return self._read("distance", lambda: self.bounds.distance())
 
@@ -436,6 +649,25 @@ class Solution(SavedResults):
 
         From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
         `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.
+
+        Returns
+        -------
+        ndarray
+            Zero or above, (...): 0.05 stands for displacements that are off by 5 %.
+
+        Examples
+        --------
+        A cantilever bent by a twentieth of its length, and by half of it.
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=[200.0, 2000.0])
+        >>> frame.solve().linear.tolist()
+        [True, False]
         """
         return self._read("nonlinearity", lambda: nonlinearity(self))
 
@@ -445,15 +677,33 @@ class Solution(SavedResults):
         return self.nonlinearity() < LINEAR
 
     def condition_number(self) -> Array:
-        """2-norm condition number of K, assembled in the usual way with joints as springs between nodes, (...)."""
+        """2-norm condition number of K, assembled in the usual way with joints as springs between nodes, (...).
+
+        Returns
+        -------
+        ndarray
+            Greatest over least singular value, (...); inf or huge where the frame is a mechanism.
+        """
         return self._read("condition", lambda: usual(self.plan))
 
     def scaled_condition_number(self) -> Array:
-        """2-norm condition number of K in joint-relative coordinates after scaling its diagonal to one, (...)."""
+        """2-norm condition number of K in joint-relative coordinates after scaling its diagonal to one, (...).
+
+        Returns
+        -------
+        ndarray
+            Greatest over least singular value, (...): about as many of 16 digits are at risk as it has.
+        """
         return self._read("scaled", lambda: scaled(self.plan))
 
     def explain(self) -> str:
-        """What is built at which batch shapes, what is skipped, and why, in plain words."""
+        """What is built at which batch shapes, what is skipped, and why, in plain words.
+
+        Returns
+        -------
+        str
+            Lines for a reader.
+        """
         return explain(self, self.clearances)
 
     # -- inside -----------------------------------------------------------------------------------------------------
@@ -484,7 +734,12 @@ class Solution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
+
+        Returns
+        -------
+        Solution
+            Solution that shares what is known already with this one.
         """
         number = self.plan.topology.number.get(node or "")
         if number is None or not isinstance(self.solver, BroadcastSolver) or len(self.plan.excited) < 2:
@@ -506,6 +761,11 @@ class Solution(SavedResults):
         ----------
         unknowns
             Numbers of unknowns.
+
+        Returns
+        -------
+        Solution
+            This one where these unknowns were solved for.
         """
         solver = self.solver.reaching(unknowns)
         if solver is self.solver:
@@ -514,7 +774,13 @@ class Solution(SavedResults):
         return type(self)(self.frame, plan, self.clearances, self.primary.under(plan, solver))
 
     def cut(self) -> Solution:
-        """The solution of the frame with its members cut into their segments; this one where they are."""
+        """The solution of the frame with its members cut into their segments; this one where they are.
+
+        Returns
+        -------
+        Solution
+            Of the same frame, with a node between any two segments.
+        """
         plan = self.plan
         counts = [member.element.segments for member in plan.frame.members.values()]
         if np.array_equal(plan.topology.counts, counts):
@@ -522,22 +788,28 @@ class Solution(SavedResults):
         return type(self)(self.frame, Plan(plan.frame, cut=True, method=plan.asked), self.clearances)
 
     def stacked(self, rows: Sequence[Row]) -> Array:
-        """Values of combinations of unknowns and known numbers as one array of the batch shape.
+        """Value of each combination of unknowns and prescribed numbers, as one array of the batch shape.
 
         Parameters
         ----------
         rows
-            n combinations.
+            The n combinations, coefficient by number of the unknown (below zero: of the prescribed number).
 
         Returns
         -------
         ndarray
-            (..., n).
+            Their values, (..., n).
         """
         return self.primary.stacked(rows)
 
     def nodal(self) -> Array:
-        """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
+        """Displacement of every node in its own axes, those inside members included.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., nodes, 6), in the order of the plan's numbers.
+        """
         return self.primary.nodal()
 
     @cached_property

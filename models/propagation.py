@@ -70,7 +70,7 @@ class Propagation(Statistics):
         return self.kept
 
     def quantile(self, p: ArrayLike) -> Array:
-        """Quantiles of the result.
+        """Quantile of the result at one or more probabilities.
 
         Parameters
         ----------
@@ -81,6 +81,11 @@ class Propagation(Statistics):
         -------
         ndarray
             Quantiles, (k..., ...), interpolated linearly between samples.
+
+        Raises
+        ------
+        FrameError
+            If the samples were not kept, or a probability is not in [0, 1].
         """
         return quantiles(self.samples, p, axis=0, nan_policy=self.nan_policy)
 
@@ -136,11 +141,6 @@ def propagate(
         the statistics are those of the others; ``"propagate"``: the statistics are NaN; ``"raise"``. The first two
         warn with their number and the inputs of the first one.
 
-    Warns
-    -----
-    SampleWarning
-        If some samples are NaN.
-
     Returns
     -------
     Propagation
@@ -151,6 +151,11 @@ def propagate(
     FrameError
         If a distribution, `n`, `rng`, `sampler` or `nan_policy` cannot be meant, `fn` returns no axis of samples at
         `axis`, or a sample is NaN and the policy is to raise.
+
+    Warns
+    -----
+    SampleWarning
+        If some samples are NaN.
 
     Examples
     --------

@@ -58,7 +58,7 @@ def sobol_indices(
     Parameters
     ----------
     fn
-        Function of arrays, as for `propagate`.
+        Function of arrays (m,) that returns their results, as for `propagate`.
     distributions
         Frozen `scipy.stats` distributions by the name of the argument.
     n

@@ -67,7 +67,7 @@ class Spread(Statistics):
         return int(self.samples.shape[-2])
 
     def quantile(self, p: ArrayLike) -> Array:
-        """Quantiles, interpolated linearly between samples.
+        """Quantile of each component at one or more probabilities, interpolated linearly between samples.
 
         Parameters
         ----------

@@ -90,7 +90,7 @@ class Contact:
         Returns
         -------
         ndarray
-            One less along `axis` than the batch: True at k for a jump between k and k + 1.
+            True at k for a jump between k and k + 1, (...) but with one entry less along `axis` than the batch.
 
         Raises
         ------

@@ -67,12 +67,23 @@ class EquilibriumPath:
         return f"<EquilibriumPath of {len(self.factor)} points of {self.frame!r}>"
 
     def displacement(self, node: str) -> Array:
-        """Displacement and rotation vector of a node, (points, ..., 6), global.
+        """Displacement and rotation vector of a node at every point of the path, in global axes.
 
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz`` as lengths and the rotation vector in radians, (points, ..., 6); NaN after the end of an
+            entry's path.
+
+        Raises
+        ------
+        FrameError
+            If the node is unknown.
         """
         name = found("node", self.frame.aliases.get(plain("node", node), node), self.frame.nodes)
         number = self._model.topology.number[name]
@@ -87,7 +98,10 @@ class EquilibriumPath:
 
     @cached_property
     def limits(self) -> list[Array]:
-        """By batch entry, flattened: load factors of the limit points, from the parabola through three points each."""
+        """Load factors of the limit points, (k,) for each batch entry, entries flattened.
+
+        Each is the summit of the parabola through three points of the path.
+        """
         return [_limits(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
 
 

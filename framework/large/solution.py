@@ -71,6 +71,16 @@ class LargeSolution(SavedResults):
             Whether the joints' clearances are taken into account.
         steps
             Number of load steps.
+
+        Returns
+        -------
+        LargeSolution
+            Nothing is solved yet: each result is computed when it is first read.
+
+        Raises
+        ------
+        FrameError
+            If a method is named, or `steps` is not a whole number above zero.
         """
         if method is not None:
             raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
@@ -92,7 +102,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -109,7 +119,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start before loading, (..., k); the batch may vary them.
 
@@ -126,7 +136,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -139,17 +149,18 @@ class LargeSolution(SavedResults):
     # -- forces -----------------------------------------------------------------------------------------------------
 
     def end_forces(self, member: str) -> Array:
-        """Forces and moments on the ends of a member.
+        """Force and moment on each end of a member.
 
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
 
         Returns
         -------
         ndarray
-            Start before end, (..., 12), in axes that follow the chord of the piece (of ``segments``) at that end.
+            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12), in axes that follow the chord of the
+            piece (of ``segments``) at that end.
         """
         return self._masked(self._recovery.end_forces(self._member(member)))
 
@@ -159,7 +170,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -181,7 +192,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -197,7 +208,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -216,10 +227,12 @@ class LargeSolution(SavedResults):
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """By batch entry: ``stable``; ``stable beyond a saddle`` where a free mode had to be followed; ``unstable``
-        (or neutral); ``not converged``, and the results are where the iteration stopped; ``absent`` where the entry
-        was left out. Where the frame was made from a motion, entries at which that is not regular carry its words
-        as well."""
+        """State of each batch entry in words, (...).
+
+        ``stable``; ``stable beyond a saddle`` where a free mode had to be followed; ``unstable`` (or neutral); ``not
+        converged``, and the results are where the iteration stopped; ``absent`` where the entry was left out. Where the
+        frame was made from a motion, entries at which that is not regular carry its words as well.
+        """
         return with_origin(words(self.state, SolutionState), self.frame.made_from, self.shape)
 
     @cached_property
@@ -233,13 +246,13 @@ class LargeSolution(SavedResults):
 
     @cached_property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether the energy has a minimum, (...): the tangent has no negative eigenvalue beyond its rounding; motion
-        out of the plane included.
+        """Whether the energy has a minimum, (...), motion out of the plane included.
 
-        That is the same in all units and axes. Motions that neither load nor stiffness resists (an unheld plane) do not
-        count. Moments in space keep their axis and have no energy; they count by the symmetric part of the tangent, as
-        semitangential moments do: any motion then takes work, which is enough for stability (Hill, J. Mech. Phys.
-        Solids 6 (1958) 236-249)."""
+        That is so where the tangent has no negative eigenvalue beyond its rounding, and the same in all units and axes.
+        Motions that neither load nor stiffness resists (an unheld plane) do not count. Moments in space keep their axis
+        and have no energy; they count by the symmetric part of the tangent, as semitangential moments do: any motion
+        then takes work, which is enough for stability (Hill, J. Mech. Phys. Solids 6 (1958) 236-249).
+        """
         found = self._found
         out = self.converged.reshape(-1) & found.stable
         if len(self.model.components) < 6:
@@ -278,7 +291,7 @@ class LargeSolution(SavedResults):
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------
@@ -302,11 +315,18 @@ class LargeSolution(SavedResults):
     def work(self) -> Array:
         """Work of loads and given motions up to each load step, (steps, ...), by the trapezoidal rule over the steps.
 
-        What it differs by from `strain_energy` falls with the square of the step."""
+        What it differs by from `strain_energy` falls with the square of the step.
+        """
         return self._history.work.reshape(self._steps, *self.shape)
 
     def explain(self) -> str:
-        """What is built and solved, in plain words; nothing is computed for it."""
+        """What is built and solved, in plain words; nothing is computed for it.
+
+        Returns
+        -------
+        str
+            Lines for a reader: unknowns, load steps, and which way the equations are solved.
+        """
         return explain(self, self._steps)
 
     # -- inside -----------------------------------------------------------------------------------------------------

@@ -86,7 +86,7 @@ def write_names(path: Path, names: Mapping[str, Sequence[str]]) -> None:
 
 
 def read_names(path: str | Path) -> dict[str, list[str]]:
-    """Names of the members, links and joints that a saved .vtu or .pvd numbers.
+    """Read the names of the members, links and joints that a saved .vtu or .pvd numbers.
 
     Parameters
     ----------

@@ -134,7 +134,7 @@ class Results(ABC):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start before loading, (..., k); the batch may vary them.
 
@@ -143,6 +143,20 @@ class Results(ABC):
         ndarray
             ``N Vy Vz T My Mz``, (..., k, 6), in local axes; at large displacement in those that follow the chord of
             the piece (of ``segments``).
+
+        Examples
+        --------
+        A cantilever of 1 m under 10 N across and 5 N along: N and Mz at the clamp and in the middle.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fx=5.0, fy=10.0)
+        >>> frame.solve().forces("AB", [0.0, 0.5])[:, [0, 5]].round(9).tolist()
+        [[5.0, 10.0], [5.0, 5.0]]
         """
         return self._masked(self._recovery.forces(self._member(member), np.atleast_1d(at)))
 
@@ -152,7 +166,7 @@ class Results(ABC):
         Parameters
         ----------
         member
-            The member.
+            Name of the member.
         at
             Distances from the member's start before loading, (..., k); the batch may vary them.
 
@@ -160,13 +174,27 @@ class Results(ABC):
         -------
         ndarray
             Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
+
+        Examples
+        --------
+        The clamp of a cantilever, ``s = M / W`` with ``W = b h^2 / 6`` (Timoshenko, *Strength of Materials* I).
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.015), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=10.0)
+        >>> (frame.solve().stress("AB", [0.0])[0] / 1e6).round(6).tolist()
+        [-10.0, 10.0, 10.0]
         """
         return self._masked(self._recovery.stress(self._member(member), np.atleast_1d(at)))
 
     # -- all at once ------------------------------------------------------------------------------------------------
 
     def displacements(self) -> Array:
-        """Displacements and rotations of all nodes in global axes, in the order of ``frame.nodes``.
+        """Displacement and rotation of every node in global axes, in the order of ``frame.nodes``.
 
         Returns
         -------
@@ -178,7 +206,7 @@ class Results(ABC):
         return self._stacked([self.displacement(node) for node in self.frame.nodes], 6)
 
     def reactions(self) -> Array:
-        """Forces and moments of all supports on their nodes in global axes, in the order of ``frame.supports``.
+        """Force and moment of every support on its node in global axes, in the order of ``frame.supports``.
 
         Returns
         -------
@@ -188,19 +216,19 @@ class Results(ABC):
         return self._stacked([self.reaction(node) for node in self.frame.supports], 6)
 
     def all_end_forces(self) -> Array:
-        """Forces and moments on the ends of all members in their local axes, in the order of ``frame.members``.
+        """Force and moment on each end of every member in its local axes, in the order of ``frame.members``.
 
         Returns
         -------
         ndarray
-            Start before end, (..., members, 12).
+            ``fx fy fz mx my mz`` at the start and then at the end, (..., members, 12).
         """
         if (whole := self._at_once) is not None:
             return self._masked(whole.end_forces())
         return self._stacked([self.end_forces(member) for member in self.frame.members], 12)
 
     def displacements_at(self, fractions: ArrayLike) -> Array:
-        """Displacements and rotations along all members in global axes, in the order of ``frame.members``.
+        """Displacement and rotation along every member in global axes, in the order of ``frame.members``.
 
         Parameters
         ----------

@@ -43,5 +43,21 @@ class SavedResults(Results):
         ------
         FrameError
             If the name ends otherwise, the batch does not fit, or the folder cannot be written.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=[1.0, 2.0])
+        >>> with TemporaryDirectory() as folder:
+        ...     frame.solve().save(Path(folder) / "rod.pvd")
+        ...     sorted(path.name for path in Path(folder).iterdir())
+        ['rod', 'rod.pvd']
         """
         save(self, path, entry=entry, axis=axis, times=times, stations=stations)

@@ -27,7 +27,7 @@ class Shapes:
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
 
         Returns
         -------

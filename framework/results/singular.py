@@ -47,12 +47,17 @@ class FreeMotion:
     _displacements: dict[str, Array]
 
     def displacement(self, node: str) -> Array:
-        """Displacement of a node, global, (count, 6).
+        """Displacement and rotation of a node in each motion, in global axes.
 
         Parameters
         ----------
         node
-            The node.
+            Name of the node.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (count, 6), in units in which the largest of the motion is one.
 
         Raises
         ------

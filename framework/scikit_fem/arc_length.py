@@ -35,65 +35,90 @@ class ArcLengthMapping(Mapping):  # type: ignore[misc]
         self.length = np.linalg.norm(self.chord, axis=0)
 
     def F(self, X: Array, tind: Array | None = None) -> Array:
-        """Points in space, (3, elements, points).
+        """Point in space at a fraction of each line.
 
         Parameters
         ----------
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
+
+        Returns
+        -------
+        ndarray
+            Coordinates, (3, elements, points), length.
         """
         e = chosen(tind)
         return np.asarray(self.start[:, e, None] + self.chord[:, e, None] * X[0])
 
     def invF(self, x: Array, tind: Array | None = None) -> Array:
-        """Fractions, (1, elements, points), of points projected on the line.
+        """Fraction of each line at which a point in space projects on it.
 
         Parameters
         ----------
         x
             Points in space, (3, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
+
+        Returns
+        -------
+        ndarray
+            Fractions, (1, elements, points), 0 at the start and 1 at the end.
         """
         e = chosen(tind)
         along = np.einsum("ie,ieq->eq", self.chord[:, e], x - self.start[:, e, None])
         return np.asarray(along[None] / self.length[e, None] ** 2)
 
     def DF(self, X: Array, tind: Array | None = None) -> Array:
-        """Length per fraction, (1, 1, elements, points).
+        """Jacobian of `F`: length per fraction.
 
         Parameters
         ----------
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
+
+        Returns
+        -------
+        ndarray
+            Length of each line, (1, 1, elements, points).
         """
         return self.detDF(X, tind)[None, None]
 
     def invDF(self, X: Array, tind: Array | None = None) -> Array:
-        """Fraction per length, (1, 1, elements, points).
+        """Inverse of the Jacobian: fraction per length.
 
         Parameters
         ----------
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
+
+        Returns
+        -------
+        ndarray
+            One over the length of each line, (1, 1, elements, points).
         """
         return 1.0 / self.DF(X, tind)
 
     def detDF(self, X: Array, tind: Array | None = None) -> Array:
-        """Length per fraction, (elements, points).
+        """Determinant of the Jacobian, by which integrals along the line are weighted.
 
         Parameters
         ----------
         X
             Fractions, (1, points) or (1, elements, points).
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
+
+        Returns
+        -------
+        ndarray
+            Length of each line, (elements, points).
         """
         return np.repeat(self.length[chosen(tind), None], X.shape[-1], axis=1)
 

@@ -55,7 +55,7 @@ class ElementLineFrame(Element):  # type: ignore[misc]
         self._known: tuple[Any, Any, Any, Array, Array] | None = None
 
     def gbasis(self, mapping: ArcLengthMapping, X: Array, i: int, tind: Array | None = None) -> tuple[DiscreteField]:
-        """Field (6, elements, points) of one degree of freedom of each element, and its derivative.
+        """Field of one degree of freedom of each element, and its derivative along the member.
 
         Parameters
         ----------
@@ -66,7 +66,12 @@ class ElementLineFrame(Element):  # type: ignore[misc]
         i
             Degree of freedom, 0 to 11.
         tind
-            Numbers of the elements; all if None.
+            Numbers of the elements, (elements,); all if None.
+
+        Returns
+        -------
+        tuple of DiscreteField
+            One field, its value and its grad (6, elements, points) each, in the members' local axes.
         """
         values, slopes = self._rows(mapping, X, tind)
         return (DiscreteField(value=values[i], grad=slopes[i]),)

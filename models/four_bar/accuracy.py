@@ -153,24 +153,48 @@ class Accuracy:
         return np.broadcast_to(self._under_load.nonlinearity(), self.shape)
 
     def condition_number(self) -> Array:
-        """2-norm condition number of the stiffness matrix as the paper assembles it, (...)."""
+        """2-norm condition number of the stiffness matrix as the paper assembles it.
+
+        Returns
+        -------
+        ndarray
+            Greatest over least singular value, (...).
+        """
         return np.broadcast_to(self._under_load.condition_number(), self.shape)
 
     def planar_condition_number(self) -> Array:
-        """The same of the rows and columns in the plane alone, ``ux uy rz`` of every node, (...)."""
+        """2-norm condition number of the rows and columns in the plane alone, ``ux uy rz`` of every node.
+
+        Returns
+        -------
+        ndarray
+            Greatest over least singular value, (...).
+        """
         frame = self._bare.copy()
         for node in frame.nodes:
             frame.fix(node, "uz", "rx", "ry")
         return np.broadcast_to(frame.solve().condition_number(), self.shape)
 
     def scaled_condition_number(self) -> Array:
-        """Condition number after diagonal scaling in joint-relative coordinates, (...): what the solution feels."""
+        """Condition number after diagonal scaling in joint-relative coordinates: what the solution feels.
+
+        Returns
+        -------
+        ndarray
+            Greatest over least singular value, (...).
+        """
         return np.broadcast_to(self._under_load.scaled_condition_number(), self.shape)
 
     # -- frames -----------------------------------------------------------------------------------------------------
 
     def frame(self) -> Frame:
-        """The linkage as a frame with its load and its clearance, (...)."""
+        """The linkage as a frame with its load and its clearance, (...).
+
+        Returns
+        -------
+        Frame
+            Of the batch shape, clamped at the drive; its clearances are offsets in the joints, towards the contact.
+        """
         frame = self._loaded()
         for joint, gap in self.offsets.items():
             frame.offset(joint, ux=gap.real, uy=gap.imag)

@@ -79,32 +79,42 @@ class FourBarDescription:
         return a, b, c, d
 
     def link_beam(self, link: str) -> Beam:
-        """Beam of a link.
+        """Cross-section, material and shear of a link, as they were given or the ones by default.
 
         Parameters
         ----------
         link
-            ``"crank"``, ``"coupler"`` or ``"rocker"``.
+            One of ``"crank"``, ``"coupler"`` and ``"rocker"``.
 
         Returns
         -------
         Beam
-            The link's beam.
+            Element of the link in the frame.
+
+        Raises
+        ------
+        FrameError
+            If there is no such link.
         """
         return self.beam[link] if isinstance(self.beam, Mapping) else self.beam
 
     def joint_stiffness(self, joint: str) -> Array:
-        """Stiffness of a passive joint.
+        """Six springs of a passive joint, as they were given or the ones by default.
 
         Parameters
         ----------
         joint
-            ``"B"``, ``"D"`` or ``"E"``.
+            One of ``"B"``, ``"D"`` and ``"E"``.
 
         Returns
         -------
         ndarray
-            ``ktx kty ktz krx kry krz``, (..., 6).
+            ``ktx kty ktz krx kry krz``, (..., 6), force per length and moment per radian.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint.
         """
         return np.asarray(self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness)
 
@@ -114,7 +124,7 @@ class FourBarDescription:
         return Closure(*self.lengths, angle, str(self.branch))
 
     def gap(self, theta: ArrayLike) -> Array:
-        """Distance that coupler and rocker lack to close the loop at drive angles `theta`, (...); 0 where it closes.
+        """Distance that coupler and rocker lack to close the loop at drive angles; 0 where it closes.
 
         Parameters
         ----------
@@ -124,12 +134,20 @@ class FourBarDescription:
         Returns
         -------
         ndarray
-            Gap, (...), in units of length.
+            Length, (...).
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from linkframe.models import FourBar
+        >>> four_bar = FourBar(crank=3.0, coupler=1.0, rocker=1.0, ground=2.0)
+        >>> four_bar.gap(np.radians([0.0, 180.0])).round(12).tolist()
+        [0.0, 3.0]
         """
         return self._closure(theta).gap
 
     def assembles(self, theta: ArrayLike) -> NDArray[np.bool_]:
-        """Whether the four-bar can be assembled at drive angles `theta`, (...).
+        """Whether the four-bar can be assembled at drive angles.
 
         Parameters
         ----------
@@ -140,11 +158,18 @@ class FourBarDescription:
         -------
         ndarray
             True where it can, (...).
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from linkframe.models import FourBar
+        >>> FourBar(crank=3.0, coupler=1.0, rocker=1.0, ground=2.0).assembles(np.radians([0.0, 90.0])).tolist()
+        [True, False]
         """
         return np.asarray(self.gap(theta) == 0.0)
 
     def singular(self, theta: ArrayLike) -> NDArray[np.bool_]:
-        """Whether coupler and rocker lie in line at drive angles `theta`, (...): the drive then no longer rules them.
+        """Whether coupler and rocker lie in line at drive angles: the drive then no longer rules them.
 
         Parameters
         ----------
@@ -155,6 +180,15 @@ class FourBarDescription:
         -------
         ndarray
             True where they do, (...).
+
+        Examples
+        --------
+        The symmetric linkage of the accuracy paper is singular where its crank lies along the ground.
+
+        >>> import numpy as np
+        >>> from linkframe.models import FourBar
+        >>> FourBar().singular(np.radians([0.0, 90.0, 180.0])).tolist()
+        [True, False, True]
         """
         return self._closure(theta).singular
 

@@ -74,7 +74,7 @@ class FourBarKinematics:
     # -- points -----------------------------------------------------------------------------------------------------
 
     def position(self, point: str) -> Array:
-        """Position of a point, (..., 3).
+        """Position of a point.
 
         Parameters
         ----------
@@ -84,12 +84,25 @@ class FourBarKinematics:
         Returns
         -------
         ndarray
-            Global coordinates, (..., 3).
+            Global coordinates x y z, (..., 3), length.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from linkframe.models import FourBar
+        >>> motion = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0).move(np.radians([0.0, 90.0]))
+        >>> motion.position("B").round(9).tolist()
+        [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
         """
         return self.position_on(*self._point(point))
 
     def velocity(self, point: str) -> Array:
-        """Velocity of a point, (..., 3).
+        """Velocity of a point.
 
         Parameters
         ----------
@@ -99,12 +112,25 @@ class FourBarKinematics:
         Returns
         -------
         ndarray
-            Global components, (..., 3).
+            Global components, (..., 3), length per time.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point.
+
+        Examples
+        --------
+        The crank pin moves across the crank.
+
+        >>> from linkframe.models import FourBar
+        >>> FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0).move(0.0, rate=3.0).velocity("B").round(9).tolist()
+        [0.0, 6.0, 0.0]
         """
         return self.velocity_on(*self._point(point))
 
     def acceleration(self, point: str) -> Array:
-        """Acceleration of a point, (..., 3).
+        """Acceleration of a point.
 
         Parameters
         ----------
@@ -114,7 +140,12 @@ class FourBarKinematics:
         Returns
         -------
         ndarray
-            Global components, (..., 3).
+            Global components, (..., 3), length per time squared.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point.
         """
         return self.acceleration_on(*self._point(point))
 
@@ -184,6 +215,14 @@ class FourBarKinematics:
         -------
         ndarray
             Angle from global x, (...).
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from linkframe.models import FourBar
+        >>> motion = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0).move(np.radians(30.0))
+        >>> float(np.degrees(motion.angle("rocker")).round(3))
+        117.286
         """
         return np.broadcast_to(np.angle(self.direction(link)), self.shape)
 
@@ -229,7 +268,7 @@ class FourBarKinematics:
         Returns
         -------
         ndarray
-            x + i y, (...).
+            Complex x + i y, (...).
         """
         return self._direction(_known(link), 0)
 
@@ -244,7 +283,7 @@ class FourBarKinematics:
         Returns
         -------
         ndarray
-            x + i y, (...).
+            Complex x + i y, (...), length.
         """
         return self._origin(_known(link), 0)
 

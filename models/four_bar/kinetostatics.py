@@ -30,7 +30,7 @@ class Link:
     Parameters
     ----------
     mass
-        Mass, (...).
+        Mass of the link, (...).
     centre
         Centre of mass (x, y) in the link's axes (crank: A towards B, coupler: B towards D, rocker: E towards D).
     inertia
@@ -110,7 +110,7 @@ class Kinetostatics:
         return self.unknowns[..., 8]
 
     def reaction(self, joint: str) -> Array:
-        """Force in a joint, global components, (..., 3).
+        """Force in a joint, by one of its links on the other.
 
         A: on the crank, by the ground. B: on the crank, by the coupler. D: on the coupler, by the rocker.
         E: on the rocker, by the ground. (F12, F32, F43, F14 in Norton's notation, force of the first index on the
@@ -124,7 +124,12 @@ class Kinetostatics:
         Returns
         -------
         ndarray
-            Force, (..., 3).
+            Global components, (..., 3); z is zero.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint.
         """
         if joint not in REACTIONS:
             raise FrameError(f"the four-bar has no joint {joint!r}: choose one of {', '.join(REACTIONS)}")
@@ -147,7 +152,7 @@ class Kinetostatics:
         Returns
         -------
         ndarray
-            Angle from global x, (...).
+            Angle from global x, radians in (-π, π], (...).
         """
         force = self.reaction(joint)
         return np.arctan2(force[..., 1], force[..., 0])

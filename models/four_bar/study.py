@@ -83,7 +83,12 @@ class Study(Statistics):
         Parameters
         ----------
         cut
-            Which samples.
+            Range of the sample numbers.
+
+        Returns
+        -------
+        Accuracy
+            Displacements, (poses kept, some, 3), computed when read.
         """
         found = self.parts.make(cut)
         assert isinstance(found, Accuracy)
@@ -140,7 +145,7 @@ class Study(Statistics):
         return self.total.envelope
 
     def quantile(self, p: ArrayLike) -> Array:
-        """Quantiles of the displacement.
+        """Quantile of the displacement at one or more probabilities.
 
         Parameters
         ----------
@@ -224,7 +229,7 @@ def monte_carlo(
           component; ``"clearance"``, ``"contact"``: ε and γ, radians (11). Each is shared by the joints; with
           ``".B"``, ``".D"``, ``".E"`` behind it, that joint's own. The more particular name rules.
     load, clearance, contact
-        Nominal values, as for `accuracy`.
+        Nominal values as for `accuracy`, numbers without batch.
     n
         Number of samples.
     rng

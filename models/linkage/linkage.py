@@ -22,9 +22,9 @@ class Linkage(LinkageDescription):
     Parameters
     ----------
     points
-        Points by name, for names that are no Python identifiers; coordinates (..., 2) or (..., 3).
-    named
-        Points by keyword.
+        Coordinates by the name of the point, (..., 2) or (..., 3), length, for names that are no Python identifiers.
+    **named
+        The same by keyword, (..., 2) or (..., 3).
 
     Attributes
     ----------
@@ -96,8 +96,8 @@ class Linkage(LinkageDescription):
             Values of the driven coordinates by joint, (...), or (..., f) where f of a joint are driven, for names
             that are no Python identifiers. A drive without values stays as drawn.
         rates, accelerations
-            Their first and second derivatives by time, by joint; 0 where not given. Those of a spherical joint are
-            its angular velocity and acceleration, in the joint's axes on the first link.
+            First and second time derivatives of these values by joint, (...) or (..., f); 0 where not given. Those of a
+            spherical joint are its angular velocity and acceleration, in the joint's axes on the first link.
         branch
             ``"keep"``: through a change point the motion goes on smoothly; ``"switch"``: it takes the other branch.
         tolerance
@@ -107,8 +107,8 @@ class Linkage(LinkageDescription):
         other_modes
             Give positions also where the linkage can be assembled in another assembly mode only, to which no path
             leads: of those found that which is most like the reference configuration, open or crossed.
-        named
-            Values by keyword.
+        **named
+            Values of the driven coordinates by keyword, (...) or (..., f).
 
         Returns
         -------
@@ -120,6 +120,23 @@ class Linkage(LinkageDescription):
         FrameError
             If a drive is unknown or given twice, shapes do not broadcast, the linkage hangs in the air, its drawing
             cannot be assembled, its drives leave points free to move, or a stiffness is inf where a joint is free.
+
+        Examples
+        --------
+        The piston of a slider-crank, ``x = r cos(t) + sqrt(l^2 - r^2 sin(t)^2)`` (Norton, *Design of Machinery*,
+        section 13.2).
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(4, 0))
+        >>> linkage.link("crank", "A", "B"); linkage.link("rod", "B", "C"); linkage.link("piston", "C")
+        >>> linkage.revolute("A", "ground", "crank", drive=True)
+        >>> linkage.revolute("B", "crank", "rod"); linkage.revolute("C", "rod", "piston")
+        >>> linkage.prismatic("C", "ground", "piston", axis=(1, 0), name="slide")
+        >>> t = np.radians([0.0, 60.0, 120.0])
+        >>> motion = linkage.move(A=t)
+        >>> bool(abs(motion.position("C")[:, 0] - np.cos(t) - np.sqrt(9.0 - np.sin(t)**2)).max() < 1e-14)
+        True
         """
         given = by_joint("drives", drives)
         for name in named.keys() & given.keys():

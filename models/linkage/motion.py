@@ -53,7 +53,7 @@ class Motion(FramedPoses):
         return {name: value for name, value in vars(self).items() if name != "frames"}
 
     def transmission_angle(self, joint: str) -> Array:
-        """Angle of transmission at a joint, radians in [0, π/2], (...): best at π/2, none at 0.
+        """Angle of transmission at a joint: best at π/2, none at 0.
 
         The angle between the force that the joint passes on to its second link and the direction square to the motion
         of that link's half of the joint; 90° less the pressure angle. For a four-bar at the joint between coupler and
@@ -70,61 +70,106 @@ class Motion(FramedPoses):
         Returns
         -------
         ndarray
-            Radians, (...).
+            Radians in [0, π/2], (...).
 
         Raises
         ------
         FrameError
             If there is no such joint, or its second link is the ground.
+
+        Examples
+        --------
+        A square four-bar passes its force on at a right angle.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(0, 1), C=(1, 1), D=(1, 0))
+        >>> for link in ("AB", "BC", "CD"):
+        ...     linkage.link(link, *link)
+        >>> linkage.revolute("A", "ground", "AB", drive=True); linkage.revolute("B", "AB", "BC")
+        >>> linkage.revolute("C", "BC", "CD"); linkage.revolute("D", "CD", "ground")
+        >>> float(np.degrees(linkage.move(A=0.0).transmission_angle("C")).round(5))
+        90.0
         """
         return transmission_angle(self, joint)
 
     # -- joints -----------------------------------------------------------------------------------------------------
 
     def coordinate(self, joint: str) -> Array:
-        """Coordinates of a joint, (..., f): of the second link relative to the first.
+        """Relative position of the two links of a joint: its coordinates, of the second relative to the first.
 
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
         ndarray
-            In the order of the kind's coordinates; ``at`` as drawn. Angles go on beyond a turn: they count the turns
-            that the joint makes while the drives go to the pose from their reference values. Of a ball: the rotation
-            vector, of length at most π.
+            In the order of the kind's coordinates, lengths and radians, (..., f); ``at`` in the reference
+            configuration. Angles go on beyond a turn: they count the turns that the joint makes while the drives go to
+            the pose from their reference values. Of a ball: the rotation vector, of length at most π.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint.
+
+        Examples
+        --------
+        A parallelogram: the pin between crank and coupler turns back as the crank turns on.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(0, 1), C=(2, 1), D=(2, 0))
+        >>> for link in ("AB", "BC", "CD"):
+        ...     linkage.link(link, *link)
+        >>> linkage.revolute("A", "ground", "AB", drive=True); linkage.revolute("B", "AB", "BC")
+        >>> linkage.revolute("C", "BC", "CD"); linkage.revolute("D", "CD", "ground")
+        >>> np.degrees(linkage.move(A=np.radians([0.0, 30.0])).coordinate("B")).round(9).tolist()
+        [[0.0], [-30.0]]
         """
         return coordinate_of(self, self.linkage.joint(joint))
 
     def coordinate_rate(self, joint: str) -> Array:
-        """Rates of a joint's coordinates, (..., f).
+        """Time derivative of a joint's coordinates.
 
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
         ndarray
-            Time derivatives; of a ball the angular velocity, in the joint's axes on its first link.
+            Lengths and radians per time, (..., f); of a ball the angular velocity, in the joint's axes on its first
+            link.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint.
         """
         return rates_of_coordinate(self, self.linkage.joint(joint), 0)
 
     def coordinate_acceleration(self, joint: str) -> Array:
-        """Accelerations of a joint's coordinates, (..., f).
+        """Second time derivative of a joint's coordinates.
 
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
         ndarray
-            Second time derivatives; of a ball the rate of the components that `coordinate_rate` gives.
+            Lengths and radians per time squared, (..., f); of a ball the rate of the components that `coordinate_rate`
+            gives.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint.
         """
         return rates_of_coordinate(self, self.linkage.joint(joint), 1)
 
@@ -143,17 +188,18 @@ class Motion(FramedPoses):
         Returns
         -------
         Reactions
-            Reactions and drive forces; NaN where no finite forces hold the linkage.
-
-        Warns
-        -----
-        LoadsWarning
-            Where a frame of the motion was given loads.
+            Force and moment in every joint, (..., 6), and of every drive, (..., f); NaN where no finite forces hold the
+            linkage.
 
         Raises
         ------
         FrameError
             If masses, loads, springs or gravity do not broadcast with the motion.
+
+        Warns
+        -----
+        LoadsWarning
+            Where a frame of the motion was given loads.
 
         Examples
         --------
@@ -169,11 +215,36 @@ class Motion(FramedPoses):
         return reactions(self)
 
     def kinetic_energy(self) -> Array:
-        """Kinetic energy of all links, (...)."""
+        """Kinetic energy of all links at the motion's rates.
+
+        The sum of ``m v^2 / 2 + w I w / 2`` over the links, v of the centre of mass and w the angular velocity
+        (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2).
+
+        Returns
+        -------
+        ndarray
+            Energy, (...); zero where no link has a mass.
+
+        Raises
+        ------
+        FrameError
+            If masses do not broadcast with the motion.
+
+        Examples
+        --------
+        A mass of 3 kg that goes round at 2 m with 5 rad/s.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B", mass=3.0, centre=(2, 0), inertia=0.0)
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> float(linkage.move(A=0.0, rates={"A": 5.0}).kinetic_energy().round(9))
+        150.0
+        """
         return kinetic_energy(self)
 
     def free_accelerations(self, forces: Mapping[str, ArrayLike] | None = None) -> dict[str, Array]:
-        """Accelerations of the drives under given drive forces, at the motion's poses and rates.
+        """Acceleration of each drive under given drive forces, at the motion's poses and rates.
 
         With the rates as they are, the drive forces of `reactions` are linear in the accelerations,
         ``M a + h``; this solves ``M a = f - h`` (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6).
@@ -186,12 +257,24 @@ class Motion(FramedPoses):
         Returns
         -------
         dict of ndarray
-            By driven joint, (..., f).
+            By driven joint, (..., f), length or radians per time squared.
 
         Raises
         ------
         FrameError
             If a joint is not driven, or the linkage has no inertia against one of its drives.
+
+        Examples
+        --------
+        A pendulum let go from the level, its mass at its end: ``g / l`` (Featherstone 2008).
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B", mass=3.0, centre=(2, 0), inertia=0.0)
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.gravity((0, -10))
+        >>> linkage.move(A=0.0).free_accelerations()["A"].round(9).tolist()
+        [-5.0]
         """
         return free_accelerations(self, forces or {})
 
@@ -232,6 +315,19 @@ class Motion(FramedPoses):
         Frame
             The frame, batch shape (...) and that of beams, stiffnesses and loads. Poses that are not assembled are
             left out: their status is ``absent``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("arm", "A", "B", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> frame = linkage.move(A=np.radians([0.0, 90.0])).frame()
+        >>> frame.load("B", fy=10.0)
+        >>> frame.solve().displacement("B")[:, 1].round(9).tolist()
+        [0.0025, 2.5e-07]
         """
         built = frame(self, clearance=clearance, loads=loads, inertia=inertia)
         self.frames[built] = loads_of(built)
@@ -268,6 +364,20 @@ class Motion(FramedPoses):
         ------
         FrameError
             If the name ends otherwise, the motion is not one row of poses, or the folder cannot be written.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> with TemporaryDirectory() as folder:
+        ...     linkage.move(A=np.radians([0.0, 90.0])).save(Path(folder) / "arm.pvd")
+        ...     sorted(path.name for path in Path(folder).iterdir())
+        ['arm', 'arm.pvd']
         """
         from .export import save  # what it writes with takes long to load
 
@@ -292,7 +402,27 @@ class Motion(FramedPoses):
         Returns
         -------
         PointAccuracy
-            Displacements (..., 6), computed when read.
+            Displacements ``ux uy uz rx ry rz`` by ``compliance``, by ``clearance`` and in ``total``, (..., 6) each,
+            length and radians, computed when read.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point or link, the link has it not, or a component of the load is unknown.
+
+        Examples
+        --------
+        An arm of 1 m on a pin with 0.1 mm of clearance, loaded across: its compliance ``F L^3 / (3 E I)`` (Timoshenko,
+        *Strength of Materials* I), and what the pin gives.
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("arm", "A", "B", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+        >>> linkage.revolute("A", "ground", "arm", drive=True, clearance=1e-4)
+        >>> found = linkage.move(A=0.0).accuracy("B", fy=10.0)
+        >>> float(found.compliance[1].round(9)), float(found.clearance[1].round(9))
+        (0.0025, 0.0001)
         """
         return accuracy(self, point, link, load, inertia=inertia)
 
@@ -313,7 +443,20 @@ class Motion(FramedPoses):
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz`` by ``fx fy fz mx my mz``, global, (..., 6, 6); symmetric.
+            ``ux uy uz rx ry rz`` by ``fx fy fz mx my mz``, global, (..., 6, 6); symmetric. Length per force, and
+            radians per moment.
+
+        Examples
+        --------
+        The tip of an arm of 1 m, ``L^3 / (3 E I)``.
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("arm", "A", "B", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> float(linkage.move(A=0.0).flexibility("B")[1, 1].round(12))
+        0.00025
         """
         return flexibility(self, point, link)
 
@@ -330,12 +473,25 @@ class Motion(FramedPoses):
         Returns
         -------
         ndarray
-            End-point stiffness, global, (..., 6, 6); NaN where nothing holds the point in some direction.
+            ``fx fy fz mx my mz`` by ``ux uy uz rx ry rz``, global, (..., 6, 6); NaN where nothing holds the point in
+            some direction. Force per length, and moment per radian.
 
         Raises
         ------
         FrameError
             If links and joints are rigid on the way to the point, so that it cannot give way in some direction.
+
+        Examples
+        --------
+        The tip of an arm of 1 m while it does not rotate, ``12 E I / L^3`` (Przemieniecki 1968, Eq. 5.116).
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("arm", "A", "B", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> float(linkage.move(A=0.0).stiffness("B")[1, 1].round(6))
+        16000.0
         """
         return stiffness(self, point, link)
 
@@ -345,12 +501,25 @@ class Motion(FramedPoses):
         Parameters
         ----------
         count
-            Number of frequencies.
+            Number of frequencies, from 1 to the number of unknowns of the frame.
 
         Returns
         -------
         ndarray
             Hz, (..., count); NaN where the pose is unstable.
+
+        Examples
+        --------
+        A clamped arm of 1 m, ``3.516 / (2 pi) sqrt(E I / m L^4)`` (Timoshenko, *Vibration Problems in Engineering*).
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.models import Linkage
+        >>> steel = Material(E=200e9, nu=0.3, density=7850.0)
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("arm", "A", "B", beam=Beam(Circle(diameter=0.02), steel, segments=8))
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.move(A=0.0).frequencies(1).round(2).tolist()
+        [14.12]
         """
         return frequencies(self, count)
 
@@ -362,17 +531,31 @@ class Motion(FramedPoses):
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
 
         Returns
         -------
         Stress
-            By pose, and the envelope over all poses.
+            At stations along the members of the link, (..., members, stations, 3), its extremes by pose, and the
+            envelope over all poses, force per area.
 
         Raises
         ------
         FrameError
-            If the link is rigid.
+            If there is no such link, or it is rigid.
+
+        Examples
+        --------
+        An arm of 1 m under 10 N across, ``s = M / W`` with ``W = b h^2 / 6`` (Timoshenko, *Strength of Materials* I).
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("arm", "A", "B", beam=Beam(Rectangle(y=0.02, z=0.015), Material(E=200e9, nu=0.3)))
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.load("B", fy=10.0)
+        >>> float((linkage.move(A=0.0).stress("arm").greatest / 1e6).round(6))
+        10.0
         """
         self._check_frames("stress()")
         return stress(self, link)

@@ -39,7 +39,7 @@ class Joining(Sketch):
         ----------
         point
             Where the pin is.
-        first, others
+        first, *others
             Links that it joins; with several, `first` carries the pin and each other link has a joint of its own
             with it, named by the joint's name, and from the second on with ``.link`` behind it.
         axis
@@ -65,13 +65,24 @@ class Joining(Sketch):
             Whether it takes the place of the joint of that name, or where no name is given of that of its kind
             between the same links at the same point; it is new where there is none.
         at
-            Angle in the drawing, radians, (...).
+            Angle in the reference configuration, radians, (...).
 
         Raises
         ------
         FrameError
             If a name is taken or unknown, if there is such a joint already, or if a number is not what it should be;
             the linkage is then as it was.
+
+        Examples
+        --------
+        A pin of 2e8 N/m with 0.1 mm of radial clearance about which both bars turn freely.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))
+        >>> linkage.link("left", "A", "B"); linkage.link("right", "B", "C")
+        >>> linkage.revolute("B", "left", "right", stiffness=(2e8, 2e8, 2e8, 2e5, 2e5, 0.0), clearance=1e-4)
+        >>> linkage.joint("B").kind.name
+        'revolute'
         """
         self._add(
             "revolute",
@@ -118,7 +129,23 @@ class Joining(Sketch):
         stiffness, clearance, name, replace
             As for `revolute`.
         at
-            Displacement in the drawing, (...).
+            Displacement in the reference configuration, length, (...).
+
+        Raises
+        ------
+        FrameError
+            As by `revolute`.
+
+        Examples
+        --------
+        A slide that is driven along x from where it is.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0))
+        >>> linkage.link("carriage", "A")
+        >>> linkage.prismatic("A", "ground", "carriage", axis=(1, 0), drive=True)
+        >>> linkage.move(A=[0.0, 0.25]).position("A", "carriage").tolist()
+        [[0.0, 0.0, 0.0], [0.25, 0.0, 0.0]]
         """
         self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
@@ -151,7 +178,24 @@ class Joining(Sketch):
         stiffness, clearance, name, replace
             As for `revolute`.
         at
-            Displacement and angle in the drawing, (..., 2).
+            Displacement (length) and angle (radians) in the reference configuration, (..., 2).
+
+        Raises
+        ------
+        FrameError
+            As by `revolute`.
+
+        Examples
+        --------
+        A sleeve on a shaft along z is pushed by 0.1 m and turned by 90°.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("sleeve", "A", "B")
+        >>> linkage.cylindrical("A", "ground", "sleeve", drive=True)
+        >>> linkage.move(A=(0.1, np.pi / 2)).position("B").round(12).tolist()
+        [0.0, 1.0, 0.1]
         """
         links = first, second
         self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
@@ -175,17 +219,34 @@ class Joining(Sketch):
         Parameters
         ----------
         point
-            Where it is.
+            Name of the centre of the ball.
         first, second
             Links that it joins.
         axis
-            z of the joint's axes as drawn, (..., 2 or 3).
+            Third axis z of the joint in the reference configuration, (..., 2 or 3).
         drive
             True where the rotation is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
         at
-            Rotation vector in the drawing, in the joint's axes, (..., 3).
+            Rotation vector in the reference configuration, in the joint's axes, radians, (..., 3).
+
+        Raises
+        ------
+        FrameError
+            As by `revolute`.
+
+        Examples
+        --------
+        A rod on a ball is turned by 90° about y.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("rod", "A", "B")
+        >>> linkage.spherical("A", "ground", "rod", drive=True)
+        >>> linkage.move(A=(0.0, np.pi / 2, 0.0)).position("B").round(12).tolist()
+        [0.0, 0.0, -1.0]
         """
         self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
@@ -221,7 +282,30 @@ class Joining(Sketch):
         stiffness, clearance, name, replace
             As for `revolute`.
         at
-            The two angles in the drawing, radians, (..., 2).
+            The two angles in the reference configuration, radians, (..., 2).
+
+        Raises
+        ------
+        FrameError
+            As by `revolute`, or if the axes are not perpendicular.
+
+        Examples
+        --------
+        Two shafts at 30° to each other, the second in a bearing: ``tan(out) = tan(in) / cos(30°)`` or its inverse, by
+        where the cross starts (Shigley & Uicker, *Theory of Machines and Mechanisms*, on Hooke's joint).
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> tilt = np.radians(30.0)
+        >>> out = np.array([np.cos(tilt), np.sin(tilt), 0.0])
+        >>> linkage = Linkage(A=(-1, 0), C=(0, 0), D=out)
+        >>> linkage.link("in", "A", "C"); linkage.link("out", "C", "D")
+        >>> linkage.revolute("A", "ground", "in", axis=(1, 0), drive=True)
+        >>> linkage.universal("C", "in", "out", axis=(0, 0, 1), second=(-out[1], out[0]))
+        >>> linkage.cylindrical("D", "ground", "out", axis=out)
+        >>> turned = linkage.move(A=np.radians(45.0)).coordinate("D")[1]
+        >>> float((np.tan(turned) / np.cos(tilt)).round(12))
+        1.0
         """
         links = first, second_link
         self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, at, 0.0, replace)
@@ -255,7 +339,24 @@ class Joining(Sketch):
         stiffness, clearance, name, replace
             As for `revolute`.
         at
-            Two displacements and the angle in the drawing, (..., 3).
+            Two displacements (length) and the angle (radians) in the reference configuration, (..., 3).
+
+        Raises
+        ------
+        FrameError
+            As by `revolute`.
+
+        Examples
+        --------
+        A plate on the table z = 0 is moved by (1, 2) and turned by 90°.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("plate", "A", "B")
+        >>> linkage.planar("A", "ground", "plate", drive=True)
+        >>> linkage.move(A=(1.0, 2.0, np.pi / 2)).position("B").round(12).tolist()
+        [1.0, 3.0, 0.0]
         """
         self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
 
@@ -285,13 +386,30 @@ class Joining(Sketch):
         axis
             Direction of the axis as drawn, (..., 2 or 3).
         pitch
-            Advance along the axis per turn, (...); below zero for a left-hand thread.
+            Advance along the axis per turn, (...), length; below zero for a left-hand thread.
         drive
             True where the angle is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
         at
-            Angle in the drawing, radians, (...).
+            Angle in the reference configuration, radians, (...).
+
+        Raises
+        ------
+        FrameError
+            As by `revolute`.
+
+        Examples
+        --------
+        Half a turn of a thread with a pitch of 2 mm.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0))
+        >>> linkage.link("nut", "A")
+        >>> linkage.screw("A", "ground", "nut", axis=(0, 0, 1), pitch=2e-3, drive=True)
+        >>> linkage.move(A=np.pi).position("A", "nut").round(12).tolist()
+        [0.0, 0.0, 0.001]
         """
         self._add("screw", point, (first, second), axis, None, drive, stiffness, clearance, name, at, pitch, replace)
 
@@ -312,13 +430,28 @@ class Joining(Sketch):
         Parameters
         ----------
         point
-            Where they are joined.
+            Name of the point where they are joined.
         first, second
             Links that it joins.
         axis
-            z of the joint's axes as drawn, (..., 2 or 3).
+            Third axis z of the joint in the reference configuration, (..., 2 or 3).
         stiffness, clearance, name, replace
             As for `revolute`.
+
+        Raises
+        ------
+        FrameError
+            As by `revolute`.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(1, 1))
+        >>> linkage.link("arm", "A", "B"); linkage.link("tool", "B", "C")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.fixed("B", "arm", "tool", stiffness=(1e8, 1e8, 1e8, 1e4, 1e4, 1e4))
+        >>> linkage.mobility().true
+        1
         """
         self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, 0.0, replace)
 
@@ -328,14 +461,24 @@ class Joining(Sketch):
         Parameters
         ----------
         joint
-            Its name.
-        coordinates
+            Name of the joint.
+        *coordinates
             Which of its coordinates, such as ``"rz"``; all where none is named.
 
         Raises
         ------
         FrameError
             If there is no such joint or coordinate.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm")
+        >>> linkage.drive("A")
+        >>> linkage.drives
+        {'A': ('rz',)}
         """
         self.drives[joint] = driven_coordinates(joint, self.joint(joint).kind, coordinates or True)
 

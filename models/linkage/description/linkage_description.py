@@ -36,7 +36,13 @@ class LinkageDescription(Joining):
         return dict(self.points), dict(self.links), dict(self.joints), tuple(self.drives.items())
 
     def alike(self) -> Self:
-        """The description as it is now: points, links, joints and drives that are added later are not in it."""
+        """Independent copy.
+
+        Returns
+        -------
+        same type
+            The description as it is now: what is added to either later is not in the other. Arrays are shared.
+        """
         other = copy(self)
         other.points, other.links = dict(self.points), dict(self.links)
         other.joints, other.drives = dict(self.joints), dict(self.drives)

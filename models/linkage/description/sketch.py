@@ -23,8 +23,8 @@ class Sketch:
     ----------
     points
         Points by name, for names that are no Python identifiers.
-    named
-        Points by keyword.
+    **named
+        The same by keyword.
     """
 
     def __init__(self, points: Mapping[str, ArrayLike] | None = None, /, **named: ArrayLike) -> None:
@@ -53,14 +53,22 @@ class Sketch:
         Parameters
         ----------
         name
-            Its name.
+            Name by which links and joints refer to it.
         place
-            Coordinates as drawn, (..., 2) in the plane z = 0, or (..., 3).
+            Coordinates in the reference configuration, length, (..., 2) in the plane z = 0, or (..., 3).
 
         Raises
         ------
         FrameError
             If the name is taken, or `place` is not two or three finite numbers.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage()
+        >>> linkage.point("A", (0.0, 0.1))
+        >>> linkage.points["A"].tolist()
+        [0.0, 0.1, 0.0]
         """
         if name in self.points:
             raise FrameError(f"point {name!r} is there already: choose another name")
@@ -86,8 +94,8 @@ class Sketch:
         Parameters
         ----------
         name
-            Its name.
-        points
+            Name by which joints refer to it.
+        *points
             Names of its points, one or more; beams follow them in this order. Points of a straight stretch may come in
             any order: where the line would run back over itself, one bar has them all.
         beam
@@ -106,6 +114,18 @@ class Sketch:
         ------
         FrameError
             If the name is taken, a point is unknown or given twice, or a number is not what it should be.
+
+        Examples
+        --------
+        A rigid triangle that weighs 2 kg, and a bar whose stiffness and weight are those of a beam.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(0, 1), D=(2, 0))
+        >>> linkage.link("triangle", "A", "B", "C", mass=2.0, centre=(0.3, 0.3), inertia=0.1)
+        >>> linkage.link("bar", "B", "D", beam=Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3, density=7850.0)))
+        >>> list(linkage.links)
+        ['triangle', 'bar']
         """
         if name in self.links or name == GROUND:
             raise FrameError(f"link {name!r} is there already: choose another name")
@@ -167,6 +187,18 @@ class Sketch:
         ------
         FrameError
             If an end is unknown, both are the same, a number is below zero, or the same spring is there already.
+
+        Examples
+        --------
+        A spring of 100 N/m that is stretched by 0.2 m pulls a level arm of 1 m downwards.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(1, -0.5))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.spring("B", ("ground", "C"), stiffness=100.0, length=0.3)
+        >>> linkage.move().reactions().drive("A").round(9).tolist()
+        [20.0]
         """
         ends = self.end(first, "spring"), self.end(second, "spring")
         if ends[0] == ends[1]:
@@ -207,11 +239,12 @@ class Sketch:
         Parameters
         ----------
         point
-            The point.
+            Name of the point.
         link
             The link that carries the load; the first that has the point where None.
         fx, fy, fz, mx, my, mz
-            Components, (...); with as many entries as the motion has poses, they differ from pose to pose.
+            Components of force and moment, (...); with as many entries as the motion has poses, they differ from pose
+            to pose.
         follows
             Whether they turn with the link, as the thrust of an engine does; they are then as drawn.
         replace
@@ -221,6 +254,18 @@ class Sketch:
         ------
         FrameError
             If there is no such point, no link has it, or the same load is there already.
+
+        Examples
+        --------
+        A weight of 10 N at the end of a level arm of 2 m takes a drive torque of 20 N m.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.load("B", fy=-10.0)
+        >>> linkage.move().reactions().drive("A").round(9).tolist()
+        [20.0]
         """
         where = self.end(point if link is None else (link, point), "load")
         if link is None and where[0] == GROUND:
@@ -242,13 +287,28 @@ class Sketch:
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
         mx, my, mz
-            Components, (...).
+            Components of the moment, (...).
         follows
             As for `load`.
         replace
             Whether it takes the place of all torques on the link.
+
+        Raises
+        ------
+        FrameError
+            If there is no such link, or the same torque is there already.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.torque("arm", mz=3.0)
+        >>> linkage.move().reactions().drive("A").round(9).tolist()
+        [-3.0]
         """
         self._link(link, "torque")
         self._act(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follows), replace=replace)
@@ -259,7 +319,22 @@ class Sketch:
         Parameters
         ----------
         acceleration
-            Acceleration of gravity, global, (..., 2 or 3).
+            Acceleration of gravity, global, (..., 2 or 3), length per time squared.
+
+        Raises
+        ------
+        FrameError
+            If these are not two or three finite numbers.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B", mass=3.0)
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.gravity((0.0, -9.81))
+        >>> linkage.move().reactions().drive("A").round(9).tolist()
+        [29.43]
         """
         self.weight = in_space(acceleration, "gravity")
 
@@ -279,17 +354,17 @@ class Sketch:
     # -- look-up ----------------------------------------------------------------------------------------------------
 
     def joint(self, name: str) -> Pair:
-        """A joint by its name.
+        """Look up a joint.
 
         Parameters
         ----------
         name
-            The joint's name.
+            Its name: that of its point, if none was given.
 
         Returns
         -------
         Pair
-            The joint.
+            Kind, links, point and axes of the joint.
 
         Raises
         ------

@@ -105,6 +105,29 @@ def read_linkage(path: str | Path) -> Linkage:
     ------
     FrameError
         If the file cannot be read or something in it is wrong; the line and the key are told.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from linkframe.models import read_linkage
+    >>> text = '''
+    ... [points]
+    ... A = [0.0, 0.0]
+    ... B = [1.0, 0.0]
+    ... [links.arm]
+    ... points = ["A", "B"]
+    ... [joints.A]
+    ... kind = "revolute"
+    ... point = "A"
+    ... links = ["ground", "arm"]
+    ... drive = true
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "arm.toml").write_text(text)
+    ...     linkage = read_linkage(Path(folder) / "arm.toml")
+    >>> linkage.drives
+    {'A': ('rz',)}
     """
     return linkage_of(Source(path))
 

@@ -28,7 +28,7 @@ def write_linkage(linkage: Linkage, path: str | Path) -> None:
     Parameters
     ----------
     linkage
-        The linkage.
+        What is written, all of its batch included.
     path
         The file; it is replaced, and its folder made where it is missing.
 

@@ -67,5 +67,5 @@ class ClassifiedPoses(Kinematics):
 
     @cached_property
     def held(self) -> tuple[Array, Array]:
-        """The conditioning, and at singular poses the motions of the unknown velocity coordinates that are not held."""
+        """Conditioning, (...), and at singular poses the motions of unknown velocity coordinates that nothing holds."""
         return conditioning(self)

@@ -73,6 +73,11 @@ class Kinematics:
         other_modes
             Whether poses in another assembly mode have positions.
 
+        Returns
+        -------
+        same type
+            All poses, closed or with the status that says why not.
+
         Raises
         ------
         FrameError
@@ -129,7 +134,7 @@ class Kinematics:
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -148,7 +153,7 @@ class Kinematics:
     # -- points -----------------------------------------------------------------------------------------------------
 
     def position(self, point: str, link: str | None = None) -> Array:
-        """Position of a point, (..., 3).
+        """Position of a point.
 
         Parameters
         ----------
@@ -160,12 +165,27 @@ class Kinematics:
         Returns
         -------
         ndarray
-            Global coordinates, (..., 3).
+            Global coordinates x y z, (..., 3), length; NaN where the pose has none.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point or link, or the link has it not.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.move(A=np.radians([0.0, 90.0])).position("B").round(12).tolist()
+        [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0]]
         """
         return self._position(*self._on(point, link))
 
     def velocity(self, point: str, link: str | None = None) -> Array:
-        """Velocity of a point, (..., 3).
+        """Velocity of a point.
 
         Parameters
         ----------
@@ -177,12 +197,26 @@ class Kinematics:
         Returns
         -------
         ndarray
-            Global components, (..., 3).
+            Global components, (..., 3), length per time.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point or link, or the link has it not.
+
+        Examples
+        --------
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.move(A=0.0, rates={"A": 3.0}).velocity("B").round(12).tolist()
+        [0.0, 6.0, 0.0]
         """
         return self._velocity_at(*self._on(point, link))
 
     def acceleration(self, point: str, link: str | None = None) -> Array:
-        """Acceleration of a point, (..., 3).
+        """Acceleration of a point.
 
         Parameters
         ----------
@@ -194,7 +228,12 @@ class Kinematics:
         Returns
         -------
         ndarray
-            Global components, (..., 3).
+            Global components, (..., 3), length per time squared.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point or link, or the link has it not.
         """
         return self._acceleration_at(*self._on(point, link))
 
@@ -204,7 +243,7 @@ class Kinematics:
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
         place
             The place in the drawing, (..., 2 or 3).
 
@@ -221,7 +260,7 @@ class Kinematics:
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
         place
             The place in the drawing, (..., 2 or 3).
 
@@ -238,7 +277,7 @@ class Kinematics:
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
         place
             The place in the drawing, (..., 2 or 3).
 
@@ -257,7 +296,7 @@ class Kinematics:
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
 
         Returns
         -------
@@ -267,17 +306,17 @@ class Kinematics:
         return self._position(link, np.zeros(3))
 
     def axes(self, link: str) -> Array:
-        """Axes of a link as columns, (..., 3, 3): the identity as drawn.
+        """Orientation of a link: its axes as columns, the identity in the reference configuration.
 
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
 
         Returns
         -------
         ndarray
-            Rotation from the drawing, (..., 3, 3).
+            Rotation from the reference configuration, (..., 3, 3).
         """
         if link == GROUND:
             return np.broadcast_to(np.eye(3), (*self.shape, 3, 3))
@@ -286,44 +325,44 @@ class Kinematics:
         return np.asarray(np.einsum("...ij,...kj->...ik", now, body.drawn_axes))
 
     def angular_velocity(self, link: str) -> Array:
-        """Angular velocity of a link, (..., 3).
+        """Angular velocity of a link.
 
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
 
         Returns
         -------
         ndarray
-            Global components, (..., 3).
+            Global components, (..., 3), radians per time.
         """
         return self._global(self._rates(link)[0])
 
     def angular_acceleration(self, link: str) -> Array:
-        """Angular acceleration of a link, (..., 3).
+        """Angular acceleration of a link.
 
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
 
         Returns
         -------
         ndarray
-            Global components, (..., 3).
+            Global components, (..., 3), radians per time squared.
         """
         return self._global(self._rates(link)[2])
 
     def joint_axes(self, joint: str) -> Array:
-        """Axes of a joint as columns x y z, (..., 3, 3).
+        """Orientation of a joint: its axes x y z as columns.
 
         They move with the joint's first link; those of a universal joint have z on the first and x on the second.
 
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------

@@ -32,7 +32,7 @@ class PointAccuracy:
     Attributes
     ----------
     motion
-        The motion.
+        Motion of the linkage, at whose poses the point is displaced.
     point
         The point's node.
     load

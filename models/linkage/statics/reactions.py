@@ -64,7 +64,7 @@ class Reactions:
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
         link
             One of the two links; the second where None.
 
@@ -90,7 +90,7 @@ class Reactions:
         Parameters
         ----------
         joint
-            The joint.
+            Name of the joint.
 
         Returns
         -------
@@ -101,17 +101,17 @@ class Reactions:
         return turned(np.swapaxes(axes, -1, -2), self.force(joint, self.motion.linkage.joint(joint).first))
 
     def drive(self, joint: str) -> Array:
-        """Forces and moments of a drive, which work on the rates of the driven coordinates.
+        """Force and moment of a drive, which work on the rates of the driven coordinates.
 
         Parameters
         ----------
         joint
-            The driven joint.
+            Name of the driven joint.
 
         Returns
         -------
         ndarray
-            One a driven coordinate, (..., f).
+            One for each driven coordinate, (..., f), force or moment.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class Reactions:
         Parameters
         ----------
         link
-            The link.
+            Name of the link.
 
         Returns
         -------
