@@ -95,7 +95,18 @@ class Joint(JointElement):
         object.__setattr__(self, "play", checked_play(springs, play) if gap.any() or play is not None else ())
 
     def along(self, axes: Array) -> Joint:
-        """The joint with other axes, (3, 3), which are known to be orthonormal and right-handed."""
+        """The joint with other axes.
+
+        Parameters
+        ----------
+        axes
+            Axes as columns in global components, (3, 3), known to be orthonormal and right-handed.
+
+        Returns
+        -------
+        Joint
+            Its stiffness, clearance and pitch as they are.
+        """
         twin = copy(self)
         object.__setattr__(twin, "axes", axes)
         return twin

@@ -170,8 +170,10 @@ class LineElement(ABC):
 
     @property
     def family(self) -> Hashable | None:
-        """Equal for elements that differ in their numbers alone, so that they are evaluated as one whose parameters are
-        arrays; None where each kind is evaluated by itself."""
+        """Equal for elements that differ in their numbers alone; None where each kind is evaluated by itself.
+
+        Those are evaluated as one element whose parameters are arrays.
+        """
         return None
 
     @property
@@ -381,7 +383,7 @@ class LineElement(ABC):
         Parameters
         ----------
         length
-            Length, (m,).
+            Length of the member, (m,).
         deformation
             Elongation, and the rotation of the start and of the end, each about x, y and z, from the chord and the mean
             twist, (m, 7).
