@@ -80,11 +80,11 @@ class ISection(CrossSection):
     def stress(self, forces: Array) -> Array:
         """Extreme stresses, at the tips of the flanges and along the web.
 
-        Normal stress is extreme at a flange tip. Von Mises stress is the greatest over the flange tips
-        (no shear), the flanges above the web (shear flow of both shear forces, torsion
-        ``T tf / J``), the web at the flanges and at mid-height (shear flow ``Vz S / Iy``, torsion ``T tw / J``). The
-        torsional stress of an open wall has opposite signs on its two faces, so that it adds to
-        the shear on one of them.
+        Normal stress is extreme at a flange tip. Von Mises stress is the greatest over the flange tips (no shear), the
+        flanges above the web (shear flow of both shear forces, torsion ``T tf / J``), the web at the flanges and at
+        mid-height (shear flow ``Vz S / Iy``, torsion ``T tw / J``), by Jourawski's and Saint-Venant's formulas
+        (Timoshenko, *Strength of Materials* I and II). The torsional stress of an open wall has opposite signs on its
+        two faces, so that it adds to the shear on one of them.
 
         Parameters
         ----------

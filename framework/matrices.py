@@ -58,7 +58,7 @@ class FrameMatrices:
 
     Examples
     --------
-    A cantilever by hand, ``F L^3 / 3 E I``.
+    A cantilever by hand, ``F L^3 / (3 E I)`` (Timoshenko, *Strength of Materials* I).
 
     >>> import skfem
     >>> from linkframe.elements import Beam, Material, Rectangle
@@ -99,6 +99,9 @@ class FrameMatrices:
 
     def condensed(self, matrix: csr_matrix | None = None) -> Condensed:
         """What ``skfem.solve`` takes to solve in the coordinates q, and to give u.
+
+        Master-slave elimination, by a congruence (Cook, Malkus, Plesha & Witt, *Concepts and Applications of Finite
+        Element Analysis*, 4th ed., ch. 13).
 
         Parameters
         ----------

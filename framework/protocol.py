@@ -139,7 +139,8 @@ class LineElement(ABC):
     def springs(self, length: Array) -> tuple[Array, Array]:
         """The stiffness as any number n of springs k on deformations b of the member.
 
-        ``K = sum_i k_i b_i b_i^T``. The deformations come in the precision of `length`, as do `axes` in that of the
+        ``K = sum_i k_i b_i b_i^T``, as by natural modes (Argyris, *Recent Advances in Matrix Methods of Structural
+        Analysis*, 1964). The deformations come in the precision of `length`, as do `axes` in that of the
         chord: error bounds rest on it that a rigid motion costs no energy. A beam has six; where something outside the
         frame holds the member, as a foundation does, springs resist its rigid motion. By default they are those of the
         section law at the points of the quadrature.

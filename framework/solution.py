@@ -511,7 +511,8 @@ class Solution(SavedResults):
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
         """Derivative of one component of a result by every load, joint stiffness, offset, support and member.
 
-        Those by loads, offsets and supports do not depend on the load, and hold where there is none.
+        They come from one adjoint solve (Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*, 2005, ch.
+        2). Those by loads, offsets and supports do not depend on the load, and hold where there is none.
 
         Parameters
         ----------

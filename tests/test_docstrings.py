@@ -22,8 +22,8 @@ from numpydoc.validate import Validator, validate
 PACKAGES = ("linkframe.framework", "linkframe.elements", "linkframe.models")
 
 # Not asked of a docstring: types of what is taken and given (PR04, RT02), which the annotations tell; a list of what
-# else to see (SA) and a second paragraph (ES01), where there is nothing to add; an example (EX01) but where
-# `test_equations_and_entry_points_have_an_example` asks for one; a summary below the quotes (GL01), which some versions
+# else to see (SA) and a second paragraph (ES01), where there is nothing to add; an example (EX01) but at equations
+# and entry points; a summary below the quotes (GL01), which some versions
 # of numpydoc want and others do not.
 NOT_ASKED = re.compile("PR04|RT02|SA0.|ES01|EX01|GL01")
 
@@ -41,7 +41,9 @@ ENTRY_POINTS = {
     "FourBar": "assembles gap move singular",
     "FourBarMotion": "angle frame position reactions velocity",
 }
-EQUATION = re.compile(r"``[^`\n]* = [^`\n]*``|::\n\n +\w+ = ")
+EQUATION = re.compile(r"``[^`\n]* = (?!\[)[^`\n]*``|::\n\n +\w+ = ")
+# A year, a number in the paper that the four-bar is from, or the title of a book.
+SOURCE = re.compile(r"\b(18|19|20)\d\d\b|Eq\. |\*[A-Z][\w\s]+\*")
 
 
 def modules() -> list[str]:
@@ -213,20 +215,24 @@ def test_what_is_missing_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None
     assert not repeats("node", "Name of the node.")
 
 
-def example(name: str) -> bool:
-    """Whether a docstring, or that of the class it belongs to, has an example."""
-    thing, cls = EVERYTHING[name]
-    return any(">>>" in (each.__doc__ or "") for each in (thing, cls))
+def has(name: str, pattern: str | re.Pattern[str]) -> bool:
+    """Whether a docstring, or that of the class it belongs to, has what a pattern finds."""
+    return any(re.search(pattern, each.__doc__ or "") for each in EVERYTHING[name] if each is not None)
 
 
-def test_equations_and_entry_points_have_an_example() -> None:
-    lacking = {name for name, (thing, _) in EVERYTHING.items() if EQUATION.search(thing.__doc__) and not example(name)}
-    for cls, verbs in ENTRY_POINTS.items():
-        whole = getattr(importlib.import_module("linkframe"), cls)
-        lacking |= {f"{cls}.{verb}" for verb in verbs.split() if ">>>" not in getattr(whole, verb).__doc__}
+def test_equations_have_a_source_and_an_example() -> None:
+    equations = [name for name, (thing, _) in EVERYTHING.items() if EQUATION.search(thing.__doc__)]
+    assert len(equations) > 20
+    assert not [name for name in equations if not has(name, ">>>")]
+    assert not [name for name in equations if not has(name, SOURCE)]
+
+
+def test_entry_points_have_an_example() -> None:
+    package = importlib.import_module("linkframe")
+    verbs = [getattr(getattr(package, cls), verb) for cls, names in ENTRY_POINTS.items() for verb in names.split()]
+    assert not [verb.__qualname__ for verb in verbs if ">>>" not in verb.__doc__]
     functions = {name for name, (thing, cls) in EVERYTHING.items() if cls is None and inspect.isfunction(thing)}
-    lacking |= {name for name in functions - {"movie", "picture"} if not example(name)}
-    assert not lacking
+    assert not {name for name in functions - {"movie", "picture"} if not has(name, ">>>")}
 
 
 @pytest.mark.parametrize("name", modules())

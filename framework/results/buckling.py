@@ -40,7 +40,8 @@ class Buckling(Shapes):
 
     Examples
     --------
-    A column of 1 m, clamped at its foot, and the same one pulled: Euler's load ``pi^2 E I / 4 L^2``.
+    A column of 1 m, clamped at its foot, and the same one pulled: Euler's load ``pi^2 E I / (4 L^2)`` (Timoshenko &
+    Gere, *Theory of Elastic Stability*, ch. 2).
 
     >>> from linkframe.elements import Beam, Circle, Material
     >>> from linkframe.framework import Frame

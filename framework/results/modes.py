@@ -43,7 +43,8 @@ class Modes(Shapes):
 
     Examples
     --------
-    A clamped rod of 1 m: bending in both planes alike, at ``3.516 sqrt(E I / m L^4) / 2 pi``.
+    A clamped rod of 1 m: bending in both planes alike, at ``3.516 / (2 pi) sqrt(E I / m L^4)`` (Timoshenko, *Vibration
+    Problems in Engineering*).
 
     >>> from linkframe.elements import Beam, Circle, Material
     >>> from linkframe.framework import Frame
