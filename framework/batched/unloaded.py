@@ -54,6 +54,8 @@ class Unloaded:
     @cached_property
     def constant(self) -> bool:
         """Whether the stiffness does not vary over the batch."""
+        if self.grid.sizes[-1] == 1:
+            return True
         tree = self.tree
         numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
         numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
