@@ -158,3 +158,18 @@ def distinct(objects: Sequence[object]) -> tuple[list[int], NDArray[np.int64]]:
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return first[order].tolist(), rank[which]
+
+
+class Same:
+    """A key that is equal for one and the same object, which it holds."""
+
+    __slots__ = ("it",)
+
+    def __init__(self, it: object) -> None:
+        self.it = it
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Same) and self.it is other.it
+
+    def __hash__(self) -> int:
+        return object.__hash__(self.it)

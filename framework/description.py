@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .added_forms import AddedForm, FormLoad
-from .batch import Array, Shape, aligned, finite, joined, rotation, turned, unvaried, vector
+from .batch import Array, Shape, aligned, distinct, finite, joined, rotation, turned, unvaried, vector
 from .dofs import DISPLACEMENTS, FORCES, components, values
 from .errors import FrameError
 from .examination import examine_joint, examine_mass, examine_member
@@ -423,18 +423,19 @@ class Description:
         widened = self._widened({f"parameter {name} of a form": value.shape for name, value in values.items()})
         added = AddedForm.of(form, into, stacked, values, intorder)
         apart = added.placed and added.strains
-        made: dict[object, LineElement] = {}
-        for name in names:
-            member = self.members[name]
-            key = name if apart else id(member.element)
-            if key not in made:
-                made[key] = FormedElement.of(member.element, added, lengths[name] if apart else None)
-                if made[key] is not member.element:
-                    examine_member(name, made[key], self._chord(member.start, member.end))
+        members = [self.members[name] for name in names]
+        leaders, which = distinct([member.element for member in members])
+        if apart:
+            leaders, which = list(range(len(names))), np.arange(len(names))
+        made: list[LineElement] = []
+        for k in leaders:
+            member = members[k]
+            made.append(FormedElement.of(member.element, added, lengths[names[k]] if apart else None))
+            if made[-1] is not member.element:
+                examine_member(names[k], made[-1], self._chord(member.start, member.end))
         self._shape, self._shapes = widened
-        for name in names:
-            member = self.members[name]
-            self.members[name] = replace(member, element=made[name if apart else id(member.element)])
+        for name, member, number in zip(names, members, which.tolist(), strict=True):
+            self.members[name] = replace(member, element=made[number])
             if added.pushes:
                 self.member_loads.setdefault(name, []).append(FormLoad(added))
 

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from .batch import Array, aligned, block_diagonal, one_entry, turned
 from .batched.plan import Plan
@@ -24,7 +24,7 @@ from .structure.edge import ABOUT, ALONG, Edge
 from .structure.matrices import Matrices
 from .structure.topology import Group, Index, Topology
 
-Condensed = tuple[csr_matrix, Any, Array, tuple[Index, Callable[[Array], Array]]]
+Condensed = tuple[scipy.sparse.csr_matrix, Any, Array, tuple[Index, Callable[[Array], Array]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,17 +77,17 @@ class FrameMatrices:
 
     mesh: Any
     dofs: Any
-    K: csr_matrix
-    M: csr_matrix
+    K: scipy.sparse.csr_matrix
+    M: scipy.sparse.csr_matrix
     f: Array
     D: Index
     x: Array
-    T: csr_matrix
+    T: scipy.sparse.csr_matrix
     g: Array
-    _geometric: Callable[[], csr_matrix] = field(repr=False)
+    _geometric: Callable[[], scipy.sparse.csr_matrix] = field(repr=False)
 
     @cached_property
-    def Kg(self) -> csr_matrix:
+    def Kg(self) -> scipy.sparse.csr_matrix:
         """Geometric stiffness under the loads, (6 nodes, 6 nodes): where ``K + factor Kg`` is singular a frame buckles.
 
         Raises
@@ -97,7 +97,7 @@ class FrameMatrices:
         """
         return self._geometric()
 
-    def condensed(self, matrix: csr_matrix | None = None) -> Condensed:
+    def condensed(self, matrix: scipy.sparse.csr_matrix | None = None) -> Condensed:
         """What ``skfem.solve`` takes to solve in the coordinates q, and to give u.
 
         Master-slave elimination, by a congruence (Cook, Malkus, Plesha & Witt, *Concepts and Applications of Finite
@@ -136,8 +136,8 @@ class FrameMatrices:
             right: Any = self.T.T @ (self.f - self.K @ self.g)
             start = self.g
         else:
-            right, start = csr_matrix(self.T.T @ matrix @ self.T), np.zeros_like(self.g)
-        return csr_matrix(self.T.T @ self.K @ self.T), right, start, (everywhere, lambda q: self.T @ q)
+            right, start = scipy.sparse.csr_matrix(self.T.T @ matrix @ self.T), np.zeros_like(self.g)
+        return scipy.sparse.csr_matrix(self.T.T @ self.K @ self.T), right, start, (everywhere, lambda q: self.T @ q)
 
 
 def frame_matrices(frame: Description, entry: int | Sequence[int]) -> FrameMatrices:
@@ -182,7 +182,7 @@ class _Assembly:
             self._geometric,
         )
 
-    def _geometric(self) -> csr_matrix:
+    def _geometric(self) -> scipy.sparse.csr_matrix:
         solution = Solution(self.plan.frame, self.plan)
         if solution.own_state[self.entry] == SolutionState.MECHANISM:
             raise FrameError(

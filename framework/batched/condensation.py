@@ -147,7 +147,18 @@ class Condensation:
         Stiffness whose rounding its diagonal carries, (chains, 12).
     """
 
+    pieces: Index
+    coupled: Index
+    stiffness: Real
+    scale: Real
+    _rounds: list[_Round]
+
     def __init__(self, topology: Topology, chains: list[Chain]) -> None:
+        if not chains:
+            self.chains, self._rounds = chains, []
+            self.pieces, self.coupled = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
+            self.stiffness, self.scale = np.zeros((0, 12, 12), dtype=Extended), np.zeros((0, 12), dtype=Extended)
+            return
         self._take(topology, chains)
         sound = self._joined()
         if not sound.all():
@@ -223,7 +234,7 @@ class Condensation:
         each[..., back] = each[..., back][_OTHER_WAY][:, _OTHER_WAY]
         i, j, piece = np.nonzero(each)
         dofs = np.stack([6 * before + k for k in range(6)] + [6 * after + k for k in range(6)])
-        self.coupled: Index = np.stack([dofs[i, piece], dofs[j, piece]], axis=-1)
+        self.coupled = np.stack([dofs[i, piece], dofs[j, piece]], axis=-1)
         self._each = each
 
     def _joined(self) -> NDArray[np.bool_]:
@@ -234,7 +245,7 @@ class Condensation:
         last = first + 1
         scale = each[np.arange(12), np.arange(12)]
         sound = np.ones(len(self.chains), dtype=bool)
-        self._rounds: list[_Round] = []
+        self._rounds = []
         while len(chain) > len(self.chains):
             even = (np.arange(len(chain)) - np.searchsorted(chain, chain)) % 2 == 0
             left = np.flatnonzero(even[:-1] & (chain[1:] == chain[:-1]))
@@ -247,8 +258,8 @@ class Condensation:
             last[left] = last[left + 1]
             kept = np.delete(np.arange(len(chain)), left + 1)
             each, scale, chain, first, last = each[..., kept], scale[..., kept], chain[kept], first[kept], last[kept]
-        self.stiffness: Real = np.moveaxis(each, -1, 0)
-        self.scale: Real = scale.T
+        self.stiffness = np.moveaxis(each, -1, 0)
+        self.scale = scale.T
         return sound
 
 

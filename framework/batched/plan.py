@@ -50,7 +50,8 @@ class Plan:
 
     def _of(self, frame: Description, unloaded: Unloaded, times: dict[str, float], *, again: bool) -> None:
         self.frame, self.unloaded, self.times, self.again = frame, unloaded, times, again
-        self.topology = unloaded.topology.loaded(frame)
+        # what is found of the members on the way is found once for the first loads and all others
+        self.topology = unloaded.topology if frame is unloaded.frame else unloaded.topology.loaded(frame)
         self.knowns = unloaded.knowns.copy()
         self._blocks: dict[int, Block] = {}
 

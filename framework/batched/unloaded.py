@@ -8,8 +8,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from ..cache import ORDERS
 from ..description import Description
@@ -55,6 +54,8 @@ class Unloaded:
     @cached_property
     def constant(self) -> bool:
         """Whether the stiffness does not vary over the batch."""
+        if self.grid.sizes[-1] == 1:
+            return True
         tree = self.tree
         numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
         numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
@@ -97,8 +98,8 @@ class Unloaded:
         joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
         first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
         size = len(self.topology.number)
-        graph = csr_matrix((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
-        return connected_components(graph, directed=False)[1].astype(np.int64)
+        graph = scipy.sparse.csr_matrix((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
+        return scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
     def varies(self, group: Group) -> bool:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
@@ -158,8 +159,8 @@ class Chained:
         both = np.concatenate([in_dofs[(in_dofs >= 0).all(axis=1)], both])
         pairs = np.searchsorted(names, both).T
         size = len(names)
-        graph = csr_matrix((np.ones(pairs.shape[1], dtype=bool), (pairs[0], pairs[1])), shape=(size, size))
-        _, label = connected_components(graph, directed=False)
+        graph = scipy.sparse.csr_matrix((np.ones(pairs.shape[1], dtype=bool), (pairs[0], pairs[1])), shape=(size, size))
+        _, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
         leaders = np.unique(label, return_index=True)[1]
         return {k: names[leader] for k, leader in zip(names, leaders[label].tolist(), strict=True)}
 

@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ..batch import Same
 from ..structure.parts import Value
 from .program import NONE, Operation, Products, Program, Step
 
@@ -132,10 +133,11 @@ class Recording:
             plain = float(value)
             if plain in (0.0, 1.0, -1.0):
                 return plain
-        if id(value) not in self._known:
-            self._known[id(value)] = self._new(len(self.given), mask_of(value))
+        key = Same(value)
+        if key not in self._known:
+            self._known[key] = self._new(len(self.given), mask_of(value))
             self.given.append(value)
-        return Term(self, self._known[id(value)])
+        return Term(self, self._known[key])
 
     def later(self, mask: int) -> Value:
         """A value that is given when the program runs, after those that were taken; it varies over these axes."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
@@ -49,16 +48,16 @@ def scaled(plan: Plan) -> Array:
     """2-norm condition number of K in joint-relative coordinates with unit diagonal, (...)."""
     if _sparse(plan):
         matrix = SparseSolver(plan).stiffness
-        root = diags(1.0 / np.sqrt(matrix.diagonal()))
-        return _spread(plan, extremes(csr_matrix(root @ matrix @ root)))
+        root = scipy.sparse.diags(1.0 / np.sqrt(matrix.diagonal()))
+        return _spread(plan, extremes(scipy.sparse.csr_matrix(root @ matrix @ root)))
     return _ratio(plan, dense.scaled(dense.stiffness(plan))[0])
 
 
 def _same(count: int, pairs: list[tuple[int, int]]) -> Index:
     """By node the one that stands for it, where pairs of nodes are the same."""
     there = np.ones(len(pairs), dtype=bool)
-    graph = csr_matrix((there, tuple(np.array(pairs, dtype=np.int64).reshape(-1, 2).T)), (count, count))
-    labels = connected_components(graph, directed=False)[1]
+    graph = scipy.sparse.csr_matrix((there, tuple(np.array(pairs, dtype=np.int64).reshape(-1, 2).T)), (count, count))
+    labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     return np.asarray(np.unique(labels, return_index=True)[1][labels])
 
 

@@ -9,7 +9,7 @@ Eigenvalue Problem*, 1998, ch. 11).
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from ..batch import Array
 from ..error_bounds.equilibrium import Statics
@@ -40,10 +40,12 @@ class SparsePencil:
         self.shift, self.unknowns = shift, solver.unknown.tolist()
         self.statics = Statics(solver.plan)
         self.mass = solver.mass if shift else None
-        matrix = solver.stiffness if self.mass is None else csr_matrix(solver.stiffness + shift * self.mass)
+        matrix = (
+            solver.stiffness if self.mass is None else scipy.sparse.csr_matrix(solver.stiffness + shift * self.mass)
+        )
         self.matrix, self.factor = matrix, solver.direct(matrix)
 
-    def greatest(self, other: csr_matrix, count: int, restarts: int = _RESTARTS) -> tuple[Array, Array]:
+    def greatest(self, other: scipy.sparse.csr_matrix, count: int, restarts: int = _RESTARTS) -> tuple[Array, Array]:
         """The `count` greatest eigenvalues mu, (count,), the greatest first, and vectors (n, count).
 
         Parameters
@@ -66,7 +68,7 @@ class SparsePencil:
                 break
         return values[:count], vectors[:, :count]
 
-    def _krylov(self, other: csr_matrix, block: Array) -> Array:
+    def _krylov(self, other: scipy.sparse.csr_matrix, block: Array) -> Array:
         """Orthonormal basis (n, m), scaled, of a block (n, k) and of what repeated inverse iteration makes of it."""
         root, size = self.factor.root[:, None], len(self.unknowns)
         basis = np.linalg.qr(block)[0]
@@ -77,7 +79,7 @@ class SparsePencil:
             newest, basis = larger[:, basis.shape[1] :], larger
         return basis
 
-    def _ritz(self, other: csr_matrix, basis: Array, count: int) -> tuple[Array, Array]:
+    def _ritz(self, other: scipy.sparse.csr_matrix, basis: Array, count: int) -> tuple[Array, Array]:
         """The greatest eigenvalues (count,) in the space of a basis (n, m), and vectors (n, count)."""
         flat = [
             each.reshape(basis.shape[1], -1).T for each in weighed(self.statics, self.unknowns, self._spread(basis))

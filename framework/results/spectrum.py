@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from ..batch import Array
 from ..batched.plan import Plan
@@ -62,7 +62,7 @@ def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[
     return values, root[..., :, None] * np.linalg.solve(np.swapaxes(half, -1, -2), vectors)
 
 
-def extremes(matrix: csr_matrix) -> tuple[Array, Array]:
+def extremes(matrix: scipy.sparse.csr_matrix) -> tuple[Array, Array]:
     """Least and greatest eigenvalue of a symmetric positive semidefinite matrix, by Lanczos."""
     from scipy.sparse.linalg import eigsh
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from ..batch import Array
 from ..batched.plan import Plan
@@ -41,7 +41,7 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
     return out
 
 
-def _matrices(plan: Plan, entries: Entries) -> Iterator[csr_matrix]:
+def _matrices(plan: Plan, entries: Entries) -> Iterator[scipy.sparse.csr_matrix]:
     """Sparse stiffness of the entries one by one."""
     stacks = [(group.nodes, dense.members(group, entries)) for group in plan.topology.groups]
     for k, entry in enumerate(zip(*entries.index, strict=True) if entries.index else [()]):
@@ -62,7 +62,7 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
     if plan.large and len(plan.unknowns) > DENSE:
         solver = SparseSolver(plan)
         shapes = solver.motions()
-        change: Array | csr_matrix = solver.matrices.global_substitution(nodes)
+        change: Array | scipy.sparse.csr_matrix = solver.matrices.global_substitution(nodes)
     else:
         matrix, root = dense.scaled(_only(dense.stiffness(plan, entries)))
         values, vectors = np.linalg.eigh(matrix)

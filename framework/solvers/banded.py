@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
-from scipy.sparse import csr_matrix
+import scipy
 
 from ..batch import Array
 from ..structure.topology import Index
@@ -23,7 +22,7 @@ class BandedFactor(Factor):
         Which unknown is eliminated first, second, ..., (n,); neighbours near each other.
     """
 
-    def __init__(self, matrix: csr_matrix, order: Index) -> None:
+    def __init__(self, matrix: scipy.sparse.csr_matrix, order: Index) -> None:
         super().__init__(matrix)
         self.order = order
         place = np.empty_like(order)
@@ -36,8 +35,8 @@ class BandedFactor(Factor):
         band[below[lower], entries.row[lower]] = entries.data[lower]
         self.instead: Factor | None = None
         try:
-            self.factor: Array = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
-        except LinAlgError:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
+            self.factor: Array = scipy.linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+        except scipy.linalg.LinAlgError:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
             self.instead = LUFactor(matrix)
 
     @property
@@ -50,5 +49,5 @@ class BandedFactor(Factor):
         if self.instead is not None:
             return self.instead.unscaled(load)
         out = np.empty_like(load)
-        out[self.order] = cho_solve_banded((self.factor, True), load[self.order], check_finite=False)
+        out[self.order] = scipy.linalg.cho_solve_banded((self.factor, True), load[self.order], check_finite=False)
         return out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, tril
+import scipy
 
 from ..batch import Array
 from ..structure.topology import Index
@@ -24,12 +24,12 @@ class CholeskyFactor(Factor):
         Which unknown is eliminated first, second, ..., (n,).
     """
 
-    def __init__(self, matrix: csr_matrix, order: Index) -> None:
+    def __init__(self, matrix: scipy.sparse.csr_matrix, order: Index) -> None:
         from cvxopt import cholmod, spmatrix
         from cvxopt import matrix as dense
 
         super().__init__(matrix)
-        lower = tril(self.scaled, format="csc")
+        lower = scipy.sparse.tril(self.scaled, format="csc")
         columns = np.repeat(np.arange(lower.shape[1]), np.diff(lower.indptr))
         places = dense(lower.indices.astype(np.int64)), dense(columns.astype(np.int64))
         entries = spmatrix(dense(lower.data), *places, lower.shape)

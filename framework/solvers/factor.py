@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags, eye
+import scipy
 
 from ..batch import Array
 from .rounding import zero_eigenvalue
@@ -35,10 +35,10 @@ class Factor(ABC):
         The scale (n,): ``scaled = diag(root) matrix diag(root)``.
     """
 
-    def __init__(self, matrix: csr_matrix) -> None:
+    def __init__(self, matrix: scipy.sparse.csr_matrix) -> None:
         diagonal = matrix.diagonal()
         self.root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.scaled = csr_matrix(diags(self.root) @ matrix @ diags(self.root))
+        self.scaled = scipy.sparse.csr_matrix(scipy.sparse.diags(self.root) @ matrix @ scipy.sparse.diags(self.root))
 
     @abstractmethod
     def unscaled(self, load: Array) -> Array | None:
@@ -69,7 +69,7 @@ class Factor(ABC):
                 return False
         return bool(1.0 / growth <= zero)
 
-    def motions(self, direct: Callable[[csr_matrix], Factor]) -> Array:
+    def motions(self, direct: Callable[[scipy.sparse.csr_matrix], Factor]) -> Array:
         """Vectors (n, motions) that the matrix sends to zero: Lanczos' method on the inverse of a shifted matrix.
 
         Parameters
@@ -83,7 +83,7 @@ class Factor(ABC):
         if size <= _FEW:
             values, vectors = np.linalg.eigh(self.scaled.toarray())
         else:
-            shifted = direct(csr_matrix(self.scaled + _NEAR * eye(size)))
+            shifted = direct(scipy.sparse.csr_matrix(self.scaled + _NEAR * scipy.sparse.eye(size)))
             inverse = LinearOperator((size, size), matvec=lambda x: shifted.solve(x.reshape(-1, 1))[:, 0], dtype=float)
             start = np.random.default_rng(0).standard_normal(size)
             values, vectors = eigsh(self.scaled, k=MOTIONS, sigma=-_NEAR, OPinv=inverse, v0=start)

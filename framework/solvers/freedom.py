@@ -6,10 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import qr
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..batch import Array
 from ..batched.unloaded import Unloaded
@@ -78,7 +76,7 @@ def freedom(
 
 def held_unknowns(motions: Array) -> Index:
     """Unknowns (r,) that hold all of some motions (r, n), where these move most."""
-    return np.asarray(qr(motions, mode="r", pivoting=True)[1][: len(motions)], dtype=np.int64)
+    return np.asarray(scipy.linalg.qr(motions, mode="r", pivoting=True)[1][: len(motions)], dtype=np.int64)
 
 
 def adrift(plan: Unloaded) -> Array:
@@ -91,7 +89,9 @@ def adrift(plan: Unloaded) -> Array:
     count = len(topology.number)
     edges = [(edge.first, edge.second) for edge in tree.edges if GROUND not in (edge.first, edge.second)]
     i, j = np.concatenate([topology.ends, np.array(edges, dtype=np.int64).reshape(-1, 2)]).T
-    parts, label = connected_components(coo_matrix((np.ones(len(i)), (i, j)), (count, count)), directed=False)
+    parts, label = scipy.sparse.csgraph.connected_components(
+        scipy.sparse.coo_matrix((np.ones(len(i)), (i, j)), (count, count)), directed=False
+    )
     floats = np.ones(parts, dtype=bool)
     for edge in tree.edges:
         if edge.kind == "tie" or GROUND in (edge.first, edge.second):

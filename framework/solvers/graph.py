@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from ..batch import Array
 from ..structure.parts import Row, unknowns
@@ -66,10 +65,10 @@ class Graph:
         owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
         rows = np.concatenate([free, *owners])
         columns = np.concatenate([free, *on_edges.values()])
-        carries = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+        carries = scipy.sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
         ends = self.topology.ends
-        joined = csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
-        whole = joined + csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
+        joined = scipy.sparse.csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+        whole = joined + scipy.sparse.csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
         coupled = (carries.T @ whole @ carries).tocoo()
         first, second = [coupled.row], [coupled.col]
         for spring in self.tree.springs:
@@ -91,8 +90,10 @@ class Graph:
     def band(self) -> Index:
         """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
         count, (first, second) = len(self._local[0]), self._local[1].T
-        joined = csr_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
-        return reverse_cuthill_mckee(csr_matrix(joined + joined.T), symmetric_mode=True).astype(np.int64)
+        joined = scipy.sparse.csr_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
+        return scipy.sparse.csgraph.reverse_cuthill_mckee(
+            scipy.sparse.csr_matrix(joined + joined.T), symmetric_mode=True
+        ).astype(np.int64)
 
     @cached_property
     def width(self) -> int:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix, diags
 
 from ..batch import Array
 from ..structure.topology import Index
@@ -62,7 +62,9 @@ class Iterative(Factor):
         Makes the factor that serves instead.
     """
 
-    def __init__(self, matrix: csr_matrix, places: Places, direct: Callable[[csr_matrix], Factor]) -> None:
+    def __init__(
+        self, matrix: scipy.sparse.csr_matrix, places: Places, direct: Callable[[scipy.sparse.csr_matrix], Factor]
+    ) -> None:
         super().__init__(matrix)
         self.matrix, self._direct = matrix, direct
         self.instead: Factor | None = None
@@ -106,7 +108,7 @@ class Iterative(Factor):
         assert self.instead is not None
         return self.instead.singular
 
-    def motions(self, direct: Callable[[csr_matrix], Factor]) -> Array:
+    def motions(self, direct: Callable[[scipy.sparse.csr_matrix], Factor]) -> Array:
         """Vectors (n, motions) that the matrix sends to zero."""
         if self.instead is not None:
             return self.instead.motions(direct)
@@ -184,23 +186,23 @@ def _norm(a: Array) -> float:
     return float(np.sqrt(_dot(a, a)))
 
 
-def _preconditioner(scaled: csr_matrix, root: Array, places: Places) -> Operator:
+def _preconditioner(scaled: scipy.sparse.csr_matrix, root: Array, places: Places) -> Operator:
     nodes = _node_inverses(scaled, places)
     rigid = _rigid_motions(places)
-    rigid = csr_matrix(diags(1.0 / root) @ rigid)
-    moved = csr_matrix(rigid.T @ scaled @ rigid)
+    rigid = scipy.sparse.csr_matrix(scipy.sparse.diags(1.0 / root) @ rigid)
+    moved = scipy.sparse.csr_matrix(rigid.T @ scaled @ rigid)
     stiff = moved.diagonal()
-    moved = csr_matrix(moved + diags(_FLOOR * stiff))
+    moved = scipy.sparse.csr_matrix(moved + scipy.sparse.diags(_FLOOR * stiff))
     kept = np.flatnonzero(stiff > _EPS * stiff.max(initial=0.0))
     coarse = LUFactor(moved[kept][:, kept])
-    rigid = csr_matrix(rigid[:, kept] @ diags(coarse.root))
-    back = csr_matrix(rigid.T)
+    rigid = scipy.sparse.csr_matrix(rigid[:, kept] @ scipy.sparse.diags(coarse.root))
+    back = scipy.sparse.csr_matrix(rigid.T)
     if coarse.factor is None:
         return lambda residual: np.asarray(nodes @ residual)
     return lambda residual: np.asarray(nodes @ residual + rigid @ coarse.factor.solve(back @ residual))
 
 
-def _node_inverses(scaled: csr_matrix, places: Places) -> csr_matrix:
+def _node_inverses(scaled: scipy.sparse.csr_matrix, places: Places) -> scipy.sparse.csr_matrix:
     """Inverse of each node's own matrix, (n, n)."""
     node, count = _compact(places.node)
     entries = scaled.tocoo()
@@ -209,18 +211,18 @@ def _node_inverses(scaled: csr_matrix, places: Places) -> csr_matrix:
     blocks = np.zeros((count, 6, 6)) + np.eye(6)
     blocks[node[row], places.component[row], places.component[column]] = entries.data[own]
     inverse = np.linalg.inv(blocks)
-    padded = csr_matrix(bsr_matrix((inverse, np.arange(count), np.arange(count + 1))).tocsr())
+    padded = scipy.sparse.csr_matrix(scipy.sparse.bsr_matrix((inverse, np.arange(count), np.arange(count + 1))).tocsr())
     present = 6 * node + places.component
-    out = csr_matrix(padded[present][:, present])
+    out = scipy.sparse.csr_matrix(padded[present][:, present])
     out.eliminate_zeros()
     return out
 
 
-def _rigid_motions(places: Places) -> csr_matrix:
+def _rigid_motions(places: Places) -> scipy.sparse.csr_matrix:
     """Displacements (n, 6 pieces) for the six motions of each rigid piece about its centre."""
     at = np.flatnonzero(places.free)
     if not len(at):
-        return csr_matrix((len(places.node), 0))
+        return scipy.sparse.csr_matrix((len(places.node), 0))
     _, first, inverse = np.unique(places.node[at], return_index=True, return_inverse=True)
     points = places.points[at[first]]
     of_node = bisected(points, PIECE)
@@ -235,7 +237,9 @@ def _rigid_motions(places: Places) -> csr_matrix:
             columns.append(6 * piece[on] + 3 + axis)
             values.append(sign * arm[on, other])
     shape = (len(places.node), 6 * len(centre))
-    return coo_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape).tocsr()
+    return scipy.sparse.coo_matrix(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape
+    ).tocsr()
 
 
 def _compact(numbers: Index) -> tuple[Index, int]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from scipy.sparse import csr_matrix
-from scipy.sparse.linalg import splu
+import scipy
 
 from ..batch import Array
 from .factor import Factor
@@ -20,12 +19,14 @@ class LUFactor(Factor):
         The matrix (n, n).
     """
 
-    def __init__(self, matrix: csr_matrix) -> None:
+    def __init__(self, matrix: scipy.sparse.csr_matrix) -> None:
         super().__init__(matrix)
         options = {"SymmetricMode": True}
         csc = self.scaled.tocsc()
         try:
-            self.factor: Any = splu(csc, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+            self.factor: Any = scipy.sparse.linalg.splu(
+                csc, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+            )
         except RuntimeError:  # SuperLU's word for an exactly zero pivot
             self.factor = None
 

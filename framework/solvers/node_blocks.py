@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import bsr_matrix, csr_matrix, vstack
 
 from ..batch import Array
 from ..structure.topology import Index
@@ -20,7 +20,7 @@ Stack = tuple[Index, Callable[[slice], Array]]
 _CHUNK = 4096
 
 
-def summed(stacks: Sequence[Stack], kept: NDArray[np.bool_]) -> csr_matrix:
+def summed(stacks: Sequence[Stack], kept: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
     """Sum over the DOFs of some nodes of element matrices, without what is exactly zero.
 
     Parameters
@@ -32,7 +32,7 @@ def summed(stacks: Sequence[Stack], kept: NDArray[np.bool_]) -> csr_matrix:
 
     Returns
     -------
-    csr_matrix
+    scipy.sparse.csr_matrix
         (6 nodes wanted, 6 nodes wanted), column numbers in order.
     """
     number = np.where(kept, np.cumsum(kept) - 1, -1)
@@ -80,20 +80,20 @@ class _Blocks:
         for r, c in np.argwhere(values.any(axis=-1)):
             self.total[r, c, start:stop] += np.bincount(place - start, values[r, c], stop - start)
 
-    def matrix(self) -> csr_matrix:
+    def matrix(self) -> scipy.sparse.csr_matrix:
         """Both triangles."""
         low, high = np.divmod(self.pairs, max(self.count, 1))
         own = np.arange(self.count)
         # In this order the columns of a row come sorted.
         rows, columns = np.concatenate([high, own, low]), np.concatenate([low, own, high])
         shape = self.count, self.count
-        pattern = csr_matrix((np.arange(1, len(rows) + 1), (rows, columns)), shape=shape)
-        parts = [csr_matrix((0, 6 * self.count))]
+        pattern = scipy.sparse.csr_matrix((np.arange(1, len(rows) + 1), (rows, columns)), shape=shape)
+        parts = [scipy.sparse.csr_matrix((0, 6 * self.count))]
         for start in range(0, self.count, _CHUNK):
             parts.append(self._rows(pattern, pattern.indptr[start : start + _CHUNK + 1]))
-        return csr_matrix(vstack(parts, format="csr"))
+        return scipy.sparse.csr_matrix(scipy.sparse.vstack(parts, format="csr"))
 
-    def _rows(self, pattern: csr_matrix, ends: NDArray[np.int32]) -> csr_matrix:
+    def _rows(self, pattern: scipy.sparse.csr_matrix, ends: NDArray[np.int32]) -> scipy.sparse.csr_matrix:
         """Some rows of blocks."""
         which = slice(ends[0], ends[-1])
         source = pattern.data[which] - 1 - len(self.pairs)
@@ -101,6 +101,8 @@ class _Blocks:
         data = np.moveaxis(self.total[..., np.where(below, source + len(self.pairs) + self.count, source)], -1, 0)
         data = np.where(below[:, None, None], np.swapaxes(data, 1, 2), data)
         shape = 6 * (len(ends) - 1), 6 * self.count
-        out = csr_matrix(bsr_matrix((data, pattern.indices[which], ends - ends[0]), shape=shape).tocsr())
+        out = scipy.sparse.csr_matrix(
+            scipy.sparse.bsr_matrix((data, pattern.indices[which], ends - ends[0]), shape=shape).tocsr()
+        )
         out.eliminate_zeros()
         return out

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from ..batch import Array, turned
 from ..batched.plan import Plan
@@ -107,13 +107,13 @@ class SparseSolver:
     # -- matrices ---------------------------------------------------------------------------------------------------
 
     @cached_property
-    def stiffness(self) -> csr_matrix:
+    def stiffness(self) -> scipy.sparse.csr_matrix:
         """T^T K T and the springs, (n, n)."""
         with timed(self.plan.times, "assembly"):
             return self.matrices.stiffness
 
     @property
-    def mass(self) -> csr_matrix:
+    def mass(self) -> scipy.sparse.csr_matrix:
         """T^T M T of members and point masses, (n, n)."""
         return self.matrices.mass
 
@@ -218,7 +218,7 @@ class SparseSolver:
         self.stiffness  # noqa: B018  # which has a time of its own
         return self.matrix.factor(where, self.plan.times)
 
-    def direct(self, matrix: csr_matrix) -> Factor:
+    def direct(self, matrix: scipy.sparse.csr_matrix) -> Factor:
         """Factor of another matrix (n, n) of the same pattern."""
         return self.matrix.direct(np.ones(len(self.unknown), dtype=bool))(matrix)
 

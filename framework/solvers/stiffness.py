@@ -6,9 +6,8 @@ from collections.abc import Callable
 from functools import cached_property, partial
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..batch import Array
 from ..batched.unloaded import Unloaded
@@ -42,7 +41,7 @@ class SparseStiffness:
     @cached_property
     def label(self) -> Index:
         """Number of the connected component of each unknown, (n,)."""
-        return connected_components(self.matrices.stiffness, directed=False)[1].astype(np.int64)
+        return scipy.sparse.csgraph.connected_components(self.matrices.stiffness, directed=False)[1].astype(np.int64)
 
     @cached_property
     def adrift(self) -> Array:
@@ -64,14 +63,14 @@ class SparseStiffness:
             stiffness = self.matrices.stiffness
             matrix = stiffness if where.all() else stiffness[where][:, where]
             with timed(times, "factorisation"):
-                self.factors[key] = self._factorised(csr_matrix(matrix), where)
+                self.factors[key] = self._factorised(scipy.sparse.csr_matrix(matrix), where)
         return self.factors[key]
 
-    def direct(self, where: NDArray[np.bool_]) -> Callable[[csr_matrix], Factor]:
+    def direct(self, where: NDArray[np.bool_]) -> Callable[[scipy.sparse.csr_matrix], Factor]:
         """What factorises a matrix of the unknowns `where` (n,), of the pattern of the stiffness."""
         return partial(_direct, self.unloaded.method.name, self.unloaded.graph, where)
 
-    def _factorised(self, matrix: csr_matrix, where: NDArray[np.bool_]) -> Factor:
+    def _factorised(self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> Factor:
         if not where.any():
             return NoFactor(matrix)
         direct = self.direct(where)
@@ -83,7 +82,7 @@ class SparseStiffness:
         return Iterative(matrix, places.of(where), direct)
 
 
-def _direct(name: str, graph: Graph, where: NDArray[np.bool_], matrix: csr_matrix) -> Factor:
+def _direct(name: str, graph: Graph, where: NDArray[np.bool_], matrix: scipy.sparse.csr_matrix) -> Factor:
     """Factor of the matrix of the unknowns `where`."""
     if name == BANDED:
         return BandedFactor(matrix, graph.order(graph.band, where))

@@ -47,6 +47,9 @@ def stiffness_entries(groups: Iterable[Group], grid: Grid, condensed: Condensati
 
 def _stacks(groups: Iterable[Group], condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
     """DOF numbers (n, 12) and stiffness (n, ..., 12, 12) of members and chains."""
+    if not condensed.chains:
+        yield from ((group.dofs, group.extended_stiffness()) for group in groups)
+        return
     for group in groups:
         left = np.flatnonzero(~np.isin(group.pieces, condensed.pieces))
         if len(left):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, diags
+import scipy
 
 from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
@@ -37,13 +37,13 @@ class Matrices:
         self._members = members or [(group.nodes, group.stiffness) for group in plan.topology.groups]
 
     @cached_property
-    def stiffness(self) -> csr_matrix:
+    def stiffness(self) -> scipy.sparse.csr_matrix:
         """T^T K T and the springs, (n, n)."""
         members = self.reduced(self._members)
         if not self.plan.tree.springs:
             return members
         rows = self.spread([spring.row for spring in self.plan.tree.springs])
-        return csr_matrix(members + rows.T @ diags(self.springs) @ rows)
+        return scipy.sparse.csr_matrix(members + rows.T @ scipy.sparse.diags(self.springs) @ rows)
 
     @property
     def springs(self) -> list[float]:
@@ -51,19 +51,19 @@ class Matrices:
         return [self.at(spring.stiffness) for spring in self.plan.tree.springs]
 
     @cached_property
-    def mass(self) -> csr_matrix:
+    def mass(self) -> scipy.sparse.csr_matrix:
         """T^T M T of members and point masses, (n, n)."""
         points = point_masses(self.plan.topology)
         stacks: list[Stack] = [(np.array([[node]]), matrix[None].__getitem__) for node, matrix in points]
         return self.reduced([(group.nodes, group.mass) for group in self.plan.topology.groups] + stacks)
 
     @cached_property
-    def members(self) -> csr_matrix:
+    def members(self) -> scipy.sparse.csr_matrix:
         """Stiffness of the members over all DOFs."""
         return summed(self._members, np.ones_like(self.plan.graph.free))
 
     @cached_property
-    def substitution(self) -> csr_matrix:
+    def substitution(self) -> scipy.sparse.csr_matrix:
         """T, (DOFs, n)."""
         free = np.flatnonzero(self.plan.graph.free)
         own = (6 * free[:, None] + np.arange(6)).reshape(-1)
@@ -73,19 +73,21 @@ class Matrices:
         columns = np.concatenate([np.searchsorted(self.unknown, own), rows.col])
         data = np.concatenate([np.ones(len(own)), rows.data])
         shape = 6 * len(self.plan.graph.free), len(self.unknown)
-        return coo_matrix((data, (np.concatenate([own, dofs]), columns)), shape=shape).tocsr()
+        return scipy.sparse.coo_matrix((data, (np.concatenate([own, dofs]), columns)), shape=shape).tocsr()
 
-    def global_substitution(self, nodes: list[int]) -> csr_matrix:
+    def global_substitution(self, nodes: list[int]) -> scipy.sparse.csr_matrix:
         """Displacements of `nodes` in global axes from the unknowns, (6 nodes, n)."""
         return self.spread([row for node in nodes for row in self.plan.tree.global_rows(node)])
 
-    def spread(self, rows: Sequence[Row]) -> csr_matrix:
+    def spread(self, rows: Sequence[Row]) -> scipy.sparse.csr_matrix:
         """Rows over the unknowns as a matrix, (rows, n)."""
         entries = [(r, k, self.at(v)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0]
         r, k, v = (np.array(part) for part in zip(*entries, strict=True)) if entries else (np.zeros(0, dtype=int),) * 3
-        return coo_matrix((v, (r, np.searchsorted(self.unknown, k))), shape=(len(rows), len(self.unknown))).tocsr()
+        return scipy.sparse.coo_matrix(
+            (v, (r, np.searchsorted(self.unknown, k))), shape=(len(rows), len(self.unknown))
+        ).tocsr()
 
-    def reduced(self, stacks: Sequence[Stack]) -> csr_matrix:
+    def reduced(self, stacks: Sequence[Stack]) -> scipy.sparse.csr_matrix:
         """T^T A T, (n, n), of a sum of element matrices.
 
         Parameters
@@ -97,7 +99,7 @@ class Matrices:
         if 6 * free.sum() == len(self.unknown):  # the other nodes are held
             return summed(stacks, free)
         change = self.substitution
-        return csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
+        return scipy.sparse.csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
 
     def at(self, value: Value) -> float:
         """A number at the entry."""

@@ -1,0 +1,29 @@
+"""What a short script pays for: scikit-fem and SciPy's solvers are loaded only by what needs them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+ONE_BEAM = """
+from linkframe.elements import Beam, Circle, Material
+from linkframe.framework import Frame
+frame = Frame()
+frame.add_nodes(["A", "B"], [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
+frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+frame.fix("A")
+frame.load("B", fy=-10.0)
+solution = frame.solve()
+solution.displacement("B"), solution.reaction("A"), solution.end_forces("AB"), solution.status, frame.explain()
+import sys
+print(*(name for name in ("skfem", "scipy.sparse", "scipy.linalg", "scipy.special", "meshio") if name in sys.modules))
+"""
+
+
+@pytest.mark.parametrize(("more", "loaded"), [("", ""), ("frame.solve('sparse').displacement('B')", "scipy.sparse")])
+def test_one_beam_loads_no_solver_of_large_frames(more: str, loaded: str) -> None:
+    script = ONE_BEAM.replace("import sys\n", f"{more}\nimport sys\n")
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True, timeout=60).stdout
+    assert told.split()[:1] == loaded.split()
