@@ -65,7 +65,7 @@ class Piece:
     entries: list[Entry]
 
     def widened(self, most: int, large: Sequence[bool]) -> Piece:
-        """The piece with each entry that is not left to the chunks counted as one that varies over the axes of `most`."""
+        """The piece, each entry that is not left to the chunks counted as one that varies over the axes of `most`."""
         wide = [each if large[each.mask] else replace(each, mask=each.mask | most) for each in self.entries]
         return replace(self, entries=wide)
 
