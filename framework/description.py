@@ -324,13 +324,17 @@ class Description:
         added = AddedForm.of(form, into, stacked, values, intorder)
         apart = added.placed and added.strains
         made: dict[object, LineElement] = {}
+        examined: set[object] = set()
         for name in names:
             member = self.members[name]
             key = name if apart else id(member.element)
             if key not in made:
                 made[key] = FormedElement.of(member.element, added, lengths[name] if apart else None)
-                if made[key] is not member.element:
+                # what the form makes of one proven element it makes of all of that class
+                kind = type(member.element) if is_proven(member.element) else key
+                if made[key] is not member.element and kind not in examined:
                     examine_member(name, made[key], self._chord(member.start, member.end))
+                    examined.add(kind)
         self._shape, self._shapes = widened
         for name in names:
             member = self.members[name]
