@@ -132,10 +132,11 @@ class Recording:
             plain = float(value)
             if plain in (0.0, 1.0, -1.0):
                 return plain
-        if id(value) not in self._known:
-            self._known[id(value)] = self._new(len(self.given), mask_of(value))
+        same = "given", id(value)  # which is its own as long as it is held here
+        if same not in self._known:
+            self._known[same] = self._new(len(self.given), mask_of(value))
             self.given.append(value)
-        return Term(self, self._known[id(value)])
+        return Term(self, self._known[same])
 
     def later(self, mask: int) -> Value:
         """A value that is given when the program runs, after those that were taken; it varies over these axes."""
