@@ -146,6 +146,8 @@ def alike(one: Any, other: Any) -> bool:
 ORDERS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 # Operations of an elimination, by what is eliminated; they weigh as many as they are.
 PROGRAMS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
+# What programs are compiled to, by their steps; they weigh as many.
+KERNELS: Bounded[tuple[object, ...], Any] = Bounded(2**18)
 # Of a frame its plan and factors; of a linkage its mechanism, and the inertia of its links. None of them refers to the
 # description that it is kept for, which would then never go.
 SOLVED: Leases[Any] = Leases()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import harness, kinematics, paper_job, run, samples, segments, size, start_up, work_precision
+from benchmarks import harness, kinematics, paper_job, programs, run, samples, segments, size, start_up, work_precision
 from benchmarks.fifty_digits import displacements
 from benchmarks.job import error, job
 from benchmarks.monte_carlo import INPUTS, displacement, mean
@@ -42,6 +42,14 @@ def test_everybody_solves_the_same_job(space: bool) -> None:
     assert all(
         errors[paper_job.OURS] < 1e-3 * value < 1e-3 * 1e-6 for name, value in errors.items() if "link" not in name
     )
+
+
+@pytest.mark.parametrize("name", programs.WANTED)
+def test_back_ends_agree(name: str) -> None:
+    """NumPy and, where it is installed, machine code, on a batch that is long enough for it."""
+    rows = programs.compared(name, programs.cases()[name], 2, 100, 1)
+    assert {row["back end"] for row in rows} == set(programs.backends())
+    assert all(row["difference"] < 1e-14 for row in rows)
 
 
 def test_in_plane_matrix_is_part_of_the_whole() -> None:

@@ -243,7 +243,7 @@ class Factor:
         known = len(self._kept.keys() | self._former.keys()) == self.chunks
         if known or not self._written(FEW):
             return self._one_by_one(rows)
-        recording, progress = self._recorded
+        recording, progress = self._recorded()
         results = progress.values([_mapped(row, recording.take) for row in rows])
         least = [progress.least] if self._least is None else []
         found = self._run(recording, [*results, *least], places, progress if self._keeps else None)
@@ -311,7 +311,6 @@ class Factor:
         progress.load(self.large)
         return progress
 
-    @functools.cached_property
     def _recorded(self) -> tuple[Recording, Progress]:
         """The same written down."""
         recording, varying = Recording(), self.block.varying

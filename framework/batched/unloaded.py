@@ -128,8 +128,8 @@ class Chained:
     def matrix(self) -> Matrix:
         """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
         varying = self.unloaded.varying
-        left = {id(group) for group, _ in varying.groups}
-        groups = [group for group in self.unloaded.topology.groups if id(group) not in left]
+        left = {group for group, _ in varying.groups}
+        groups = [group for group in self.unloaded.topology.groups if group not in left]
         return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying)
 
     def scale(self, dof: int) -> Parts:

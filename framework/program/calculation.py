@@ -22,9 +22,11 @@ from .recording import Recording, Term
 
 # Seconds, as order of magnitude: an operation of NumPy on a number in the cache, one of machine code, compiling one.
 NUMPY, COMPILED, COMPILING = 0.5e-9, 0.05e-9, 35e-6
+# Steps of which each takes twice as long to compile.
+TWICE = 2**14
 # What is compiled is likely to be run again: so often it may take to pay for itself.
 TIMES = 2
-# Steps from which on compiling grows out of proportion, and entries along the last axis that it takes at least.
+# Steps that are compiled at most, and entries along the last axis that it takes at least.
 MOST, LEAST = 2**15, 2 * machine_code.WIDTH
 # Seconds of machine code from which on a second thread pays for its start.
 THREADS = 1e-3
@@ -148,7 +150,7 @@ def choose(program: Program, shape: Shape) -> Choice:
     """The back end that promises to take less time; it depends on the program and the batch alone."""
     size = math.prod(n for axis, n in enumerate(shape) if program.widest >> axis & 1)
     steps = len(program.steps)
-    numpy, compiling = NUMPY * size * steps, COMPILING * steps
+    numpy, compiling = NUMPY * size * steps, COMPILING * steps * (1.0 + steps / TWICE)
     told = f"{steps} steps on {size} entries by NumPy, about {_milliseconds(numpy)}"
     if not machine_code.available():
         return Choice(False, f"{told}; llvmlite (extra 'fast'), which would compile them, is not installed")
@@ -156,7 +158,7 @@ def choose(program: Program, shape: Shape) -> Choice:
         return Choice(False, f"{told}; machine code takes {LEAST} entries or more along the last axis")
     if steps > MOST:
         return Choice(False, f"{told}; more than {MOST} steps take too long to compile")
-    if not worth_compiling(size):
+    if TIMES * numpy < compiling:
         return Choice(False, f"{told}; compiling them would take about {_milliseconds(compiling)}")
     return Choice(
         True,
@@ -166,7 +168,7 @@ def choose(program: Program, shape: Shape) -> Choice:
 
 
 def worth_compiling(size: int) -> bool:
-    """Whether what is done for so many batch entries is worth compiling, where that is possible."""
+    """Whether a short program is worth compiling for so many batch entries, where that is possible."""
     return machine_code.available() and TIMES * NUMPY * size >= COMPILING
 
 

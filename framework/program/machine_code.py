@@ -12,7 +12,7 @@ import ctypes
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache, lru_cache
+from functools import cache
 from importlib.util import find_spec
 from itertools import pairwise
 from threading import Lock
@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cache import KERNELS
 from .program import Operation, Program, Step
 
 # Batch entries in a register; LLVM splits it where the processor's are shorter.
@@ -75,10 +76,10 @@ class Kernel:
         self._function = _compiled("\n".join(_text(program, steps, self.read, self.along, written)))
 
     @staticmethod
-    @lru_cache(maxsize=64)
     def of(program: Program, axis: int) -> Kernel:
         """The kernel of a program; frames of the same structure have it in common."""
-        return Kernel(program, axis)
+        kernel: Kernel = KERNELS.found(("kernel", program, axis), lambda: Kernel(program, axis), len(program.steps))
+        return kernel
 
     def run(self, addresses: Addresses, length: int, workers: int = 1) -> None:
         """Work through the rows of a batch of this `length` along its last axis, which is at least `WIDTH`."""
@@ -154,9 +155,8 @@ def _operand(program: Program, k: int) -> str:
 # -- LLVM ------------------------------------------------------------------------------------------------------------
 
 
-@cache
 def _machine() -> Any:
-    """This processor, as LLVM knows it."""
+    """This processor, as LLVM knows it; one for each engine, to which it belongs from then on."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()

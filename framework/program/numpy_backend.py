@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, partial
 
 import numpy as np
 
 from ..batch import Array, Shape
+from ..cache import KERNELS
 from ..structure.parts import Value
 from .combination import Combination
 from .program import Operation, Program
@@ -60,10 +61,11 @@ class Schedule:
         self._allot()
 
     @staticmethod
-    @lru_cache(maxsize=64)
     def before(program: Program) -> Schedule:
         """What comes before the steps that vary over all axes, which somebody else does."""
-        return Schedule(program, program.widest)
+        make = partial(Schedule, program, program.widest)
+        schedule: Schedule = KERNELS.found(("before", program), make, len(program.steps))
+        return schedule
 
     @cached_property
     def kept(self) -> set[int]:

@@ -101,7 +101,7 @@ def compared(name: str, case: Case, few: int, many: int, repeats: int) -> list[R
     make, node, poses = case
     frames = {count: make(count) for count in (few, many)}
     calls = {(b, n): partial(solved, frame, node, b) for b in backends() for n, frame in frames.items()}
-    results = {backend: calls[backend, few]() for backend in backends()}
+    results = {backend: calls[backend, many]() for backend in backends()}
     seconds = least_each({f"{b} {n}": call for (b, n), call in calls.items()}, repeats)
     size = np.abs(results[NUMPY]).max(axis=-1, keepdims=True)
     return [

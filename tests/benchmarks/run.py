@@ -39,6 +39,7 @@ PACKAGES = (
     "PyNiteFEA",
     "calfem-python",
     "cvxopt",
+    "llvmlite",
     "pypardiso",
     "pylinkage",
     "exudyn",
