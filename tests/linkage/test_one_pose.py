@@ -36,8 +36,8 @@ CASES: dict[str, Callable[[], Linkage]] = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_the_pose_of_a_batch_in_any_order(name: str) -> None:
-    special = np.arange(-4, 5) * np.pi / 3
-    angles = np.concatenate([special, special - 1e-9, special - 0.02, special + 0.06, np.linspace(-40.0, 45.0, 12)])
+    special = np.arange(-3, 4) * np.pi / 3
+    angles = np.concatenate([special, special - 1e-9, special - 0.02, special[::3] + 0.06, [-40.0, -8.0, 9.0, 45.0]])
     many = CASES[name]().move(A=angles)
     place, coordinate = many.position("D"), many.coordinate("D")
     used, order = CASES[name](), np.random.default_rng(0).permutation(len(angles))
@@ -47,7 +47,7 @@ def test_it_is_the_pose_of_a_batch_in_any_order(name: str) -> None:
         # Beside a change point some digits are lost.
         np.testing.assert_allclose(one.position("D"), place[k], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(one.coordinate("D"), coordinate[k], rtol=0.0, atol=1e-11)
-    for k in order[:4]:
+    for k in order[:2]:
         np.testing.assert_array_equal(
             CASES[name]().move(A=angles[k]).position("D"), used.move(A=angles[k]).position("D")
         )
