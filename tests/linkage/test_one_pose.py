@@ -36,18 +36,18 @@ CASES: dict[str, Callable[[], Linkage]] = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_the_pose_of_a_batch_in_any_order(name: str) -> None:
-    special = np.arange(-4, 5) * np.pi / 3
-    angles = np.concatenate([special, special - 1e-9, special - 0.02, special + 0.06, np.linspace(-40.0, 45.0, 12)])
+    special = np.arange(-3, 4) * np.pi / 3
+    angles = np.concatenate([special, special - 1e-9, special - 0.02, special[::3] + 0.06, [-40.0, -8.0, 9.0, 45.0]])
     many = CASES[name]().move(A=angles)
     place, coordinate = many.position("D"), many.coordinate("D")
     used, order = CASES[name](), np.random.default_rng(0).permutation(len(angles))
-    for k in order:
+    for k in order[:18]:
         one = used.move(A=float(angles[k]))
         assert one.state == many.state[k]
         # Beside a change point some digits are lost.
         np.testing.assert_allclose(one.position("D"), place[k], rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(one.coordinate("D"), coordinate[k], rtol=0.0, atol=1e-11)
-    for k in order[:4]:
+    for k in order[:2]:
         np.testing.assert_array_equal(
             CASES[name]().move(A=angles[k]).position("D"), used.move(A=angles[k]).position("D")
         )
@@ -63,7 +63,7 @@ def test_robots_forget_where_they_were(robot: Callable[[int], tuple[Linkage, dic
     np.testing.assert_allclose([alone[k].position("P") for k in range(24)], places, rtol=0.0, atol=1e-14)
     fresh = robot(24)[0].move({name: float(x[7]) for name, x in drives.items()})
     np.testing.assert_array_equal(fresh.position("P"), alone[7].position("P"))
-    np.testing.assert_array_equal(fresh.state, many.state[7])
+    assert fresh.closure_status == many.closure_status[7] == "regular"
 
 
 def test_rates_of_one_pose_are_those_of_a_batch() -> None:

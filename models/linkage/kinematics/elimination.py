@@ -36,7 +36,7 @@ class Order:
 
 def order_of(linear: Linear, jacobian: Array) -> Order | None:
     """The order of elimination at one matrix (m, n); None where elimination without a choice does not serve."""
-    if not linear.square:
+    if linear.compact or not linear.square:
         return None
     found = [_pivots(jacobian[np.ix_(*block)], linear.pattern[np.ix_(*block)]) for block in linear.blocks]
     known = [each for each in found if each is not None]

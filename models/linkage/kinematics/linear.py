@@ -226,10 +226,11 @@ def matrices(entries: list[list[Value]]) -> Array:
     shape = np.broadcast_shapes(*(entry.shape for row in entries for entry in row if isinstance(entry, np.ndarray)))
     if not shape:
         return np.array(entries, dtype=np.float64)
-    out = np.empty((*shape, len(entries), len(entries[0])))
+    out = np.zeros((*shape, len(entries), len(entries[0])))
     for i, row in enumerate(entries):
         for j, entry in enumerate(row):
-            out[..., i, j] = entry
+            if isinstance(entry, np.ndarray) or entry != 0.0:
+                out[..., i, j] = entry
     return out
 
 

@@ -8,6 +8,7 @@ planar arithmetic. The tape becomes a Python function of straight-line code.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from types import CodeType
@@ -18,6 +19,8 @@ from numpy.typing import NDArray
 
 Value = float | NDArray[np.float64]
 Program = Callable[..., Any]
+# The name of what a step makes.
+_STEP = re.compile(r"\bt\d+\b")
 
 
 class Term:
@@ -73,25 +76,24 @@ class Tape:
 
     def __init__(self) -> None:
         self._steps: dict[str, tuple[str, tuple[str, ...]]] = {}
-        self._known: dict[tuple[str, tuple[str, ...]], str] = {}
+        self._known: dict[str, str] = {}
 
     def step(self, operator: str, first: str, second: str) -> Term:
         """Write down ``first operator second``."""
-        return self._write(f"{{}} {operator} {{}}", (first, second))
+        return self._write(f"{first} {operator} {second}", (first, second))
 
     def call(self, function: str, argument: Scalar) -> Scalar:
         """Write down ``sin`` or ``cos`` of a number."""
         if isinstance(argument, float):
             return float(getattr(math, function)(argument))
-        return self._write(f"{function}({{}})", (argument.name,))
+        return self._write(f"{function}({argument.name})", (argument.name,))
 
-    def _write(self, form: str, uses: tuple[str, ...]) -> Term:
-        step = form, uses
-        if step not in self._known:
+    def _write(self, text: str, uses: tuple[str, ...]) -> Term:
+        if text not in self._known:
             name = f"t{len(self._steps)}"
-            self._known[step] = name
-            self._steps[name] = step
-        return Term(self, self._known[step])
+            self._known[text] = name
+            self._steps[name] = text, uses
+        return Term(self, self._known[text])
 
     def program(self, inputs: Sequence[Sequence[str]], outputs: Iterable[Scalar]) -> Programs:
         """The function of the tuples `inputs` that returns the tuple `outputs`: for floats, and for arrays."""
@@ -103,29 +105,35 @@ class Tape:
                 needed.add(name)
                 open_names += self._steps[name][1]
         in_order = sorted(needed, key=lambda name: int(name[1:]))
-        steps, places = _placed([(name, *self._steps[name]) for name in in_order], set(results))
         lines = [f"def program({', '.join(f'a{k}' for k in range(len(inputs)))}):"]
         lines += [f" {', '.join(names)}, = a{k}" for k, names in enumerate(inputs) if names]
-        lines += steps
-        lines.append(f" return ({''.join(f'{places.get(name, name)}, ' for name in results)})")
+        lines += [f" {name} = {self._steps[name][0]}" for name in in_order]
+        lines.append(f" return ({''.join(f'{name}, ' for name in results)})")
         return Programs("\n".join(lines))
 
 
-def _placed(steps: Sequence[tuple[str, str, tuple[str, ...]]], results: set[str]) -> tuple[list[str], dict[str, str]]:
-    """Lines of a program, and the variable in which each number is at last.
+def _in_few_variables(source: str) -> str:
+    """A program whose numbers leave their variable to the next where they are not used again.
 
-    A number that is not used again leaves its variable to the next, so that few arrays are there at a time: they stay
-    in the cache.
+    Few arrays are then there at a time, and stay in the cache.
     """
-    last = {use: name for name, _, uses in steps for use in uses}
-    lines, places = [], dict[str, str]()
-    free: list[str] = []
-    for name, form, uses in steps:
-        text = form.format(*(places.get(use, use) for use in uses))
-        free += [places[use] for use in set(uses) if use in places and last[use] == name and use not in results]
+    lines = source.split("\n")
+    last = {name: k for k, line in enumerate(lines) for name in _STEP.findall(line)}
+    places, free = dict[str, str](), list[str]()
+
+    def place(found: re.Match[str]) -> str:
+        return places[found[0]]
+
+    for k, line in enumerate(lines):
+        if not line.startswith(" t"):
+            lines[k] = _STEP.sub(place, line)
+            continue
+        name, text = line[1:].split(" = ")
+        text = _STEP.sub(place, text)
+        free += [places[use] for use in dict.fromkeys(_STEP.findall(line)) if use != name and last[use] == k]
         places[name] = free.pop() if free else name
-        lines.append(f" {places[name]} = {text}")
-    return lines, places
+        lines[k] = f" {places[name]} = {text}"
+    return "\n".join(lines)
 
 
 class Programs(tuple[Program, Program]):
@@ -172,7 +180,7 @@ def of_one(floats: Program, arrays: Program) -> Program:
 @lru_cache(maxsize=256)
 def _compiled(source: str) -> CodeType:
     """Code of a program: linkages that differ in their dimensions only have it in common."""
-    return compile(source, "<linkage>", "exec")
+    return compile(_in_few_variables(source), "<linkage>", "exec")
 
 
 # -- three-vectors and their axes ------------------------------------------------------------------------------------

@@ -26,6 +26,8 @@ CLOSED, ITERATIONS, LONGEST = 1e-13, 8, 0.5
 TURN = 0.9
 # A least singular value that lies so many times its change to the next places from zero does not vanish between them.
 FAR = 10.0
+# Numbers of a set of equations that are looked at together, over places.
+TOGETHER = 2**20
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +131,16 @@ class SparseSteps:
 
     def _least(self, entries: Array, rows: list[int], columns: list[int]) -> Array:
         """Least over greatest singular value of a set of equations at all places; of one alone, its size."""
-        block = np.zeros((len(entries), len(rows), len(columns)))
-        row_of, column_of = ({k: place for place, k in enumerate(those)} for those in (rows, columns))
-        for k in np.flatnonzero(np.isin(self.rows, rows) & np.isin(self.columns, columns)):
-            block[:, row_of[int(self.rows[k])], column_of[int(self.columns[k])]] = entries[:, k]
-        values = np.linalg.svd(block, compute_uv=False)
-        return np.asarray(values[:, -1] / (values[:, 0] if len(rows) > 1 else 1.0))
+        inside = np.flatnonzero(np.isin(self.rows, rows) & np.isin(self.columns, columns))
+        at_row, at_column = (
+            np.searchsorted(np.sort(those), own[inside]) for those, own in ((rows, self.rows), (columns, self.columns))
+        )
+        out = np.empty(len(entries))
+        step = max(1, TOGETHER // len(rows) ** 2)
+        for first in range(0, len(entries), step):
+            part = entries[first : first + step]
+            block = np.zeros((len(part), len(rows), len(rows)))
+            block[:, at_row, at_column] = part[:, inside]
+            values = np.linalg.svd(block, compute_uv=False)
+            out[first : first + step] = values[:, -1] / (np.maximum(values[:, 0], 1e-300) if len(rows) > 1 else 1.0)
+        return out
