@@ -38,6 +38,7 @@ from .results.together import Together
 from .results.validity import LINEAR, nonlinearity
 from .solvers.method import BROADCAST, checked, choose
 from .solvers.sparse import SparseSolver
+from .solvers.stacked import StackedSolver
 from .states import SolutionState, States, put, states_of, words
 from .structure.parts import Row
 
@@ -458,15 +459,15 @@ class Solution(SavedResults):
     # -- inside -----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def solver(self) -> BroadcastSolver | SparseSolver:
-        """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
+    def solver(self) -> BroadcastSolver | StackedSolver | SparseSolver:
+        """What solves this plan: by broadcasting, by a band for each entry, or by one sparse factorisation for all."""
         plan = self.plan
         if plan.method.name == BROADCAST:
             # Not kept with the plan: it holds numbers of the whole batch.
             return BroadcastSolver(plan)
         if plan.solver is None:
-            plan.solver = SparseSolver(plan)
-        solver: SparseSolver = plan.solver
+            plan.solver = SparseSolver(plan) if plan.constant else StackedSolver(plan)
+        solver: SparseSolver | StackedSolver = plan.solver
         return solver
 
     def part(self, node: str | None) -> Solution:

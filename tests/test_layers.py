@@ -25,7 +25,7 @@ LAYERS = {
     "linear algebra": "solvers/*",
     "plan": "batched/plan structure/matrices matrices",
     "equations in extended precision": "error_bounds/*",
-    "sparse solution": "solvers/freedom solvers/refinement solvers/sparse",
+    "sparse solution": "solvers/freedom solvers/refinement solvers/sparse solvers/stacked solvers/stacked_refinement",
     "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",
     "broadcasting solution": "batched/broadcast",
     "what can move": "error_bounds/resolved results/held results/idle results/singular",

@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..clock import timed
 from ..description import Description
+from ..solvers.coupling import Coupling
 from ..solvers.graph import Graph
 from ..solvers.method import LARGE, Method, choose
 from ..structure.assembly import force_entries, stiffness_entries
@@ -74,7 +75,7 @@ class Plan:
         twin.knowns = Knowns(self.grid, self.knowns.geometry, self.knowns.values[: self._given])
         twin.topology = copy.copy(self.topology)
         object.__setattr__(twin.topology, "frame", frame)
-        twin._forget("forces", "excited", "chains")
+        twin._forget("forces", "excited", "chains", "coupling", "rough_coupling")
         if "chains" in vars(self) and twin.chains != self.chains:
             twin._orders_of, twin.factors = {}, {}
             twin._forget("condensed", "matrix")
@@ -99,6 +100,18 @@ class Plan:
     def graph(self) -> Graph:
         """Nodes and their coupling, for the sparse ways."""
         return Graph(self.topology, self.tree, self.unknowns)
+
+    @cached_property
+    def coupling(self) -> Coupling:
+        """What the equations are sums of, for batches of matrices."""
+        with timed(self.times, "pattern"):
+            return Coupling(self)
+
+    @cached_property
+    def rough_coupling(self) -> Coupling:
+        """The same as the first entry of the batch tells it, for an estimate."""
+        with timed(self.times, "pattern"):
+            return Coupling(self, everywhere=False)
 
     @cached_property
     def method(self) -> Method:
