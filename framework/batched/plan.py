@@ -92,6 +92,11 @@ class Plan:
         return same and all(isinstance(v, float) for v in numbers)
 
     @property
+    def imposed(self) -> list[Value]:
+        """The number one, and known displacements and offsets that vary."""
+        return self.knowns.values[: self._given]
+
+    @property
     def large(self) -> bool:
         """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
         return len(self.unknowns) > LARGE and self.constant

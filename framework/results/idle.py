@@ -25,7 +25,9 @@ from .held import Held, large, small
 _STILL = 1e-10
 
 
-def idle(plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver, suspects: NDArray[np.bool_]) -> Idle | None:
+def idle(
+    plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver, suspects: NDArray[np.bool_]
+) -> Idle | None:
     """The idle ones among entries that can move, None for none.
 
     Parameters

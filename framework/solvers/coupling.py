@@ -222,7 +222,7 @@ class Coupling:
     def _expanded(
         self, source: Index, one: Index, other: Index, own: NDArray[np.float64], sign: float
     ) -> tuple[Index, ...]:
-        """Terms of numbers, times factors of their `own`, that join two rows of T, (i, j) standing for (j, i) as well."""
+        """Terms of numbers with factors of their `own` that join two rows of T, (i, j) standing for (j, i) as well."""
         start, column, share, number = self._rows
         each = start[other + 1] - start[other]
         times = (start[one + 1] - start[one]) * each

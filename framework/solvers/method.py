@@ -8,11 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
-from ..description import Description
 from ..errors import FrameError
 from .coupling import Coupling
 from .estimate import banded, broadcast
 from .graph import Graph
+from .load_cases import Loaded, count
 
 BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
 
@@ -43,10 +43,8 @@ class Method:
     reason: str
 
 
-class Compiled(Protocol):
+class Compiled(Loaded, Protocol):
     """What the choice depends on: a plan."""
-
-    frame: Description
 
     @property
     def constant(self) -> bool:
@@ -138,7 +136,7 @@ def _fastest_batch(plan: Compiled) -> Method:
 
 
 def _fastest(plan: Compiled) -> Method:
-    graph, cases = plan.graph, int(np.prod(plan.frame.shape, dtype=np.int64))
+    graph, cases = plan.graph, count(plan)
     factor, size = graph.dissection, len(plan.unknowns)
     direct = CHOLESKY if available() else SPARSE
     seconds = {

@@ -25,6 +25,7 @@ from .factor import Factor, NoFactor
 from .freedom import Freedom, adrift, freedom
 from .graph import Graph
 from .iterative import Iterative, Places
+from .load_cases import by_units
 from .lu import LUFactor
 from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .refinement import REFINED, refined
@@ -52,7 +53,7 @@ class SparseSolver:
         twin.plan = weakref.proxy(plan)
         twin.matrices = copy.copy(self.matrices)
         twin.matrices.plan = twin.plan
-        for loaded in ("load", "unknowns", "_numbers", "excited", "freedom"):
+        for loaded in ("load", "unknowns", "_numbers", "excited", "freedom", "_units"):
             vars(twin).pop(loaded, None)
         return twin
 
@@ -64,6 +65,12 @@ class SparseSolver:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
+        if self._units is not None:
+            # A row is found for each unit, and then only for all load cases.
+            solver, sizes = self._units
+            vars(solver)["excited"] = self.excited
+            units = np.stack([np.zeros(len(sizes)), *map(np.ravel, solver.values(rows))])[1:]
+            return [self.plan.grid.value(each.reshape(self.plan.frame.shape)) for each in units @ sizes]
         shape = self.plan.frame.shape
         size = len(self.unknown)
         out: list[Value] = []
@@ -86,7 +93,7 @@ class SparseSolver:
         if np.array_equal(excited, self.excited):
             return self
         twin = copy.copy(self)
-        for loaded in ("unknowns", "_numbers", "freedom"):
+        for loaded in ("unknowns", "_numbers", "freedom", "_units"):
             vars(twin).pop(loaded, None)
         vars(twin)["excited"] = excited
         return twin
@@ -106,6 +113,10 @@ class SparseSolver:
     @cached_property
     def unknowns(self) -> Array:
         """Displacements in joint-relative coordinates, (n, load cases)."""
+        if self._units is not None:
+            solver, sizes = self._units
+            vars(solver)["excited"] = self.excited
+            return solver.unknowns @ sizes
         out = np.zeros_like(self.load)
         where = self.excited
         if where.any() and not self.adrift(where).size:
@@ -170,6 +181,15 @@ class SparseSolver:
                 out -= self.matrices.spread(rows).T @ (stiffness[:, None] * self._known(rows))
             return out
 
+    @cached_property
+    def _units(self) -> tuple[SparseSolver, Array] | None:
+        """What solves for a unit of each load that varies, and their sizes (units, load cases), where that is less."""
+        found = by_units(self.plan)
+        if found is None:
+            return None
+        self._unit_plan, sizes = found
+        return self.reloaded(self._unit_plan), sizes
+
     def _nodal_load(self) -> Array:
         topology = self.plan.topology
         out: Array = np.zeros((self._size, self._cases))
@@ -229,7 +249,8 @@ class SparseSolver:
     @cached_property
     def excited(self) -> NDArray[np.bool_]:
         """Unknowns that the loads reach, (n,)."""
-        pushed = np.unique(self._label[np.any(self.load != 0.0, axis=1)])
+        load = self.load if self._units is None else self._units[0].load
+        pushed = np.unique(self._label[np.any(load != 0.0, axis=1)])
         found: NDArray[np.bool_] = np.isin(self._label, pushed)
         return found
 

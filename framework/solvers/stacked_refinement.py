@@ -7,7 +7,6 @@ forces that they call for may then be summed in double precision, as nothing is 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
