@@ -94,16 +94,17 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
 
 def _stacked(plan: Plan, solver: StackedSolver) -> list[str]:
     """Bands of middle-sized frames."""
-    skipped = int((~solver.loaded).sum())
+    skipped = set(solver.unknown[~solver.loaded].tolist())
     units = " units of the known numbers" if solver.by_units else ""
     lines = [
         f"Method: {solver.reason}.",
         f"Solved: {int(solver.loaded.sum())} unknowns in {solver.count} matrices of one pattern, each for "
         f"{solver.columns}{units or ' load cases'}.",
     ]
-    return lines + (
-        [f"Skipped: {skipped} unknowns: no load, offset or support motion reaches them."] if skipped else []
-    )
+    if skipped:
+        why = "no load, offset or support motion reaches them"
+        lines.append(f"Skipped: {len(skipped)} unknowns ({_kinds(skipped)}): {why}.")
+    return lines
 
 
 def _skipped(plan: Plan, names: set[int], why: str) -> list[str]:

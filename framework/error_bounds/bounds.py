@@ -211,8 +211,8 @@ class Bounds:
     def _values(self) -> tuple[list[int], Real]:
         """Unknowns that the loads reach, and their values (..., n)."""
         solver = self.solution.solver
-        sparse = isinstance(solver, SparseSolver)
-        unknowns = solver.unknown[solver.excited].tolist() if sparse else excited(self.plan)
+        own = solver.unknown[solver.excited].tolist() if isinstance(solver, SparseSolver) else None
+        unknowns = excited(self.plan) if own is None else own
         values = extended(np.zeros((*self.solution.shape, len(unknowns))))
         for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
             values[..., k] = value

@@ -313,10 +313,10 @@ def _mask(shape: tuple[int, ...]) -> int:
 
 def _deformed(group: Group) -> NDArray[np.float64] | None:
     """Deformations (n, s, 12) by the displacements of the nodes; None where they vary over the batch."""
-    if any(set(each.shape[1:-1]) > {1} for each in (group.chord, *(turn[..., 0] for turn in group.turns))):
+    if any(set(each.shape[1:-1]) - {1} for each in (group.chord, *(turn[..., 0] for turn in group.turns))):
         return None
     _, rows = group.element.springs(group.length)
-    if rows[:, ...].size != len(rows) * rows.shape[-2] * 12:
+    if set(rows.shape[1:-2]) - {1}:
         return None
     start, end = (turn.reshape(-1, 1, 3, 3) for turn in group.turns)
     local = rows.reshape(len(group.pieces), -1, 4, 3)

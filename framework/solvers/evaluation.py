@@ -62,7 +62,7 @@ class Picked:
         ndim = len(self.shape)
 
         def parameter(array: Array, trailing: int) -> Array:
-            return self.of_array(aligned(array, ndim, trailing), trailing)
+            return array if array.ndim == trailing else self.of_array(aligned(array, ndim, trailing), trailing)
 
         start, end, body = (None if axes is None else self.of_array(axes, 2) for axes in (*group.axes, group.body))
         element = group.element if set(group.element.shape) <= {1} else group.element.cut(parameter)

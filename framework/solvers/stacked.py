@@ -79,18 +79,18 @@ class StackedSolver:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
-        knowns, out = self.plan.knowns.values, []
-        for row in rows:
-            terms: list[tuple[Value, Value]] = []
-            for key, factor in row.items():
-                if key < 0:
-                    terms.append((factor, knowns[-1 - key]))
-                    continue
-                place = int(np.searchsorted(self.unknown, key))
-                if self.loaded[place]:
-                    terms.append((factor, self._value(place)))
-            out.append(combine(terms))
-        return out
+        knowns = self.plan.knowns.values
+        keys = np.unique([key for row in rows for key in row if key >= 0]).astype(np.int64)
+        places = np.searchsorted(self.unknown, keys)
+        reached = self.loaded[places]
+        with np.errstate(all="ignore"):
+            found = self._solved.of(places[reached].tolist()) if reached.any() else []
+        value = dict(zip(keys[reached].tolist(), map(self._value, found), strict=True))
+
+        def number(key: int) -> Value:
+            return knowns[-1 - key] if key < 0 else value.get(key, 0.0)
+
+        return [combine([(factor, number(key)) for key, factor in row.items()]) for row in rows]
 
     def singular(self, *, excited: bool) -> Mask:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
@@ -165,9 +165,8 @@ class StackedSolver:
 
     # -- solution -----------------------------------------------------------------------------------------------------
 
-    def _value(self, place: int) -> Value:
-        """Value of an unknown, of as few batch axes as it varies over."""
-        found = self._solved.of(place)
+    def _value(self, found: Array) -> Value:
+        """An unknown (matrices, right-hand sides), of as few batch axes as it varies over."""
         if not self.by_units:
             return np.ascontiguousarray(self._spread(found))
         knowns = self.plan.knowns.values
@@ -236,22 +235,28 @@ class _Solved:
     """
 
     def __init__(self, solver: StackedSolver) -> None:
-        self.solver, self.coupling, self.plan = solver, solver.coupling, solver.plan
+        # Weakly, as the solver holds this.
+        self.solver: StackedSolver = weakref.proxy(solver)
+        self.coupling, self.plan = solver.coupling, solver.plan
         self.bands = solver.bands(solver.loaded)
         self.names: list[int] = solver.unknown[solver.loaded].tolist()
         self.singular = np.zeros(solver.count, dtype=bool)
         self.rough = np.zeros(solver.count)
         self._found: dict[int, Array] = {}
-        whole = self.bands.size * solver.count * solver.columns
-        self._all = 8 * whole < _KEEP
-        if self._all:
+        self._bytes_in_all = 8 * self.bands.size * solver.count * solver.columns
+        if self._bytes_in_all < _HOLD:
             self._run(np.arange(self.bands.size))
+        else:
+            for matrices, factor in solver.factors(self.bands):
+                self._examine(matrices, factor)
 
-    def of(self, place: int) -> Array:
-        """An unknown, (matrices, right-hand sides)."""
-        if place not in self._found:
-            self._run(self.bands.place[[place]])
-        return self._found[place]
+    def of(self, places: Sequence[int]) -> list[Array]:
+        """Some unknowns, (matrices, right-hand sides) each."""
+        if any(place not in self._found for place in places):
+            # Asked a second time, all are kept for later while they take no more than so many bytes.
+            again = self._found and self._bytes_in_all < _KEEP
+            self._run(np.arange(self.bands.size) if again else self.bands.place[places])
+        return [self._found[place] for place in places]
 
     def _run(self, rows: Index) -> None:
         """Solve, and keep some of the unknowns."""
