@@ -13,6 +13,8 @@ from .graph import Graph
 # member whose geometry varies or does not, and for an operation.
 _START, _MEMBER, _STEP = 3e-3, 0.3e-3, 0.5e-6
 _MOVED, _FIXED, _OPERATION = 1.2e-6, 0.2e-6, 0.6e-9
+# Times longer in batches of no more than so many entries, which are solved in extended precision.
+_EXTENDED, _SHORT = 2.5, 2**10
 # Seconds of banded factors: at all, for a member; for an entry and a column of the band, and for each of its numbers;
 # for an entry and a member whose geometry varies or does not.
 _SET_UP, _NUMBERED = 5e-3, 0.07e-3
@@ -32,7 +34,8 @@ def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int]) -> flo
     condensed
         Members in line that are condensed before, numbers of the pieces: they cost next to nothing.
     """
-    sizes, pieces = np.array(coupling.grid.sizes), max(1, sum(map(_count, _members(coupling))))
+    extended = _EXTENDED if coupling.grid.sizes[-1] <= _SHORT else 1.0
+    sizes, pieces = extended * np.array(coupling.grid.sizes), max(1, sum(map(_count, _members(coupling))))
     operations = _operations(coupling, graph) * (1.0 - len(condensed) / pieces)
     seconds = _START + _STEP * operations
     for block in _members(coupling):

@@ -190,7 +190,7 @@ class StackedSolver:
             for matrices, factor in self.factors(bands):
                 found = np.repeat(vector[None, None], len(matrices), axis=0)
                 factor.solve(found)
-                out[matrices] = factor.singularity(found[:, 0], vector).singular
+                out[matrices] = factor.singularity(found[:, 0]).singular
         return out
 
     def bands(self, where: Mask) -> Bands:
@@ -276,7 +276,7 @@ class _Solved:
             vector = probe(self.bands.size)
             found = np.repeat(vector[None, None], len(matrices), axis=0)
             factor.solve(found)
-            told = factor.singularity(found[:, 0], vector)
+            told = factor.singularity(found[:, 0])
             self.singular[matrices], self.rough[matrices] = told.singular, _EPS * told.growth
 
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:

@@ -70,8 +70,16 @@ class Bands:
 
 
 @dataclass
-class _Singularity:
-    """What a random load tells of a matrix: how much its least eigenvalue lets it grow, and whether that is zero."""
+class Singularity:
+    """What a random load of length one tells of matrices.
+
+    Attributes
+    ----------
+    growth
+        Length of the displacement, one over the least eigenvalue where that is suspect, (m,).
+    singular
+        Whether that is zero to rounding, (m,).
+    """
 
     growth: Array
     singular: Mask
@@ -123,19 +131,17 @@ class StackedFactor:
         found = factor.unscaled(factor.root[:, None] * load.T)
         load[:] = np.nan if found is None else (factor.root[:, None] * found).T
 
-    def singularity(self, found: Array, probe: Array) -> _Singularity:
+    def singularity(self, found: Array) -> Singularity:
         """Whether the least eigenvalues are zero to rounding, as `Factor.singular` tells of one matrix.
 
         Parameters
         ----------
         found
-            Solutions (m, size) of the scaled matrices for the load `probe`.
-        probe
-            A random vector (size,) of length one.
+            Solutions (m, size) of the scaled matrices for the load `probe(size)`.
         """
         count, size = found.shape
         if not size:
-            return _Singularity(np.ones(count), np.zeros(count, dtype=bool))
+            return Singularity(np.ones(count), np.zeros(count, dtype=bool))
         zero = zero_eigenvalue(size)
         growth = np.linalg.norm(found, axis=1)
         singular = np.zeros(count, dtype=bool)
@@ -145,7 +151,7 @@ class StackedFactor:
             else:
                 growth[entry] = self._least(entry, found[entry])
                 singular[entry] = not 1.0 / growth[entry] > zero
-        return _Singularity(growth, singular)
+        return Singularity(growth, singular)
 
     def _least(self, entry: int, vector: Array) -> float:
         """One over the least eigenvalue, by inverse iteration."""

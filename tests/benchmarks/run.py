@@ -28,6 +28,7 @@ BENCHMARKS = (
     "start_up",
     "kinematics",
     "large_displacement",
+    "middle",
 )
 PACKAGES = (
     "linkframe",
