@@ -320,7 +320,7 @@ class Beam(LineElement):
             ``ux uy uz rx ry rz`` there by the twelve of the ends, in local axes, (..., 6, 12).
         """
         length, x = as_real(length), as_real(x)
-        return self.shape_rows(length, x / length)[0]
+        return self._shapes(length, x / length)[0]
 
     def shape_gradients(self, length: Array | float, x: Array | float) -> Array:
         """Derivative of `shape_functions` along the member.
@@ -353,16 +353,25 @@ class Beam(LineElement):
         tuple of ndarray
             Values and derivatives, (..., 6, 12) each.
         """
-        shape = np.broadcast_shapes(np.shape(length), np.shape(fraction), self.sections_shape)
-        values, slopes = np.zeros((*shape, 6, 12)), np.zeros((*shape, 6, 12))
-        part, flexibility = self._part(fraction), self._flexibility(fraction)
+        values, planes = self._shapes(length, fraction)
+        slopes, flexibility, x = np.zeros_like(values), self._flexibility(fraction), fraction * length
         for i in BARS:
-            stiffness = self._bar(i, length)
-            # a bar with a released end moves as one, with its other end
-            held, share = (0, i) not in self.releases, stiffness * part.bar(i, length)
-            values[..., i, i], values[..., i, i + 6] = (1.0 - share, share) if held else (0.0, 1.0)
-            slopes[..., i, i + 6] = stiffness * flexibility[i]
+            slopes[..., i, i + 6] = self._bar(i, length) * flexibility[i]
             slopes[..., i, i] = -slopes[..., i, i + 6]
+        for way, plane in planes:
+            stamp_rows(slopes, way, strain_rows(plane, x, flexibility[way.bending], flexibility[way.shearing]))
+            # the slope is the shear strain and the rotation together
+            slopes[..., way.moved, :] += way.sign * values[..., way.turned, :]
+        return values, slopes
+
+    def _shapes(self, length: Real, fraction: Real) -> tuple[Array, list[tuple[Direction, Plane]]]:
+        """`shape_functions` at a fraction of the length, (..., 6, 12), and the planes in which they bend."""
+        shape = np.broadcast_shapes(np.shape(length), np.shape(fraction), self.sections_shape)
+        values, part, planes = np.zeros((*shape, 6, 12)), self._part(fraction), []
+        for i in BARS:
+            # a bar with a released end moves as one, with its other end
+            held, share = (0, i) not in self.releases, self._bar(i, length) * part.bar(i, length)
+            values[..., i, i], values[..., i, i + 6] = (1.0 - share, share) if held else (0.0, 1.0)
         x = fraction * length
         for way in DIRECTIONS:
             released, plane = self._released(way), self._plane(way, length)
@@ -371,10 +380,8 @@ class Beam(LineElement):
             )
             start = start_rows(plane, length, whole, released)
             stamp_rows(values, way, plane_rows(plane, start, x, here))
-            stamp_rows(slopes, way, strain_rows(plane, x, flexibility[way.bending], flexibility[way.shearing]))
-            # the slope is the shear strain and the rotation together
-            slopes[..., way.moved, :] += way.sign * values[..., way.turned, :]
-        return values, slopes
+            planes.append((way, plane))
+        return values, planes
 
     def mass_matrix(self, length: Array | float) -> Array:
         """Consistent mass with rotary inertia in local axes.

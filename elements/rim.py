@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from numpy.typing import NDArray
 
 from ..framework.protocol import Array
 from .cross_section import greatest, split
@@ -11,6 +12,9 @@ from .parameters import Real
 
 SAMPLES = 32
 STEPS = 12
+# Places of which the rims are looked at together, so that they stay in the cache; and the last step that counts, as the
+# height is flat at its greatest.
+BLOCK, SETTLED = 2048, 1e-8
 
 
 def rim_stress(forces: Array, area: Real, inertia: Real, radius: Real, peak: Real) -> Array:
@@ -44,34 +48,59 @@ def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
     The square is a trigonometric polynomial of degree two: it has at most two maxima. The two
     best of the samples are led uphill by Newton steps no longer than a sample's distance.
     """
-
-    def derivatives(angle: NDArray[np.floating]) -> tuple[Array, Array]:
-        slope, bow = np.zeros(()), np.zeros(())
-        c, s = np.cos(angle), np.sin(angle)
-        for p, q, r in waves:
-            wave, turn = p + q * c + r * s, r * c - q * s
-            slope, bow = slope + wave * turn, bow + turn**2 - wave * (wave - p)
-        return slope, bow
-
-    def height(angle: NDArray[np.floating]) -> Array:
-        c, s = np.cos(angle), np.sin(angle)
-        return np.asarray(sum((p + q * c + r * s) ** 2 for p, q, r in waves))
-
     sizes = [np.abs(p) + np.hypot(q, r) for p, q, r in waves]
     scale = greatest(*sizes)
     scale = np.where(scale > 0.0, scale, 1.0)
-    waves = tuple((p / scale, q / scale, r / scale) for p, q, r in waves)
-    shape = scale.shape
+    parts = [[np.broadcast_to(part / scale, scale.shape).reshape(-1) for part in wave] for wave in waves]
+    out = np.empty(scale.size)
+    for start in range(0, scale.size, BLOCK):
+        some = slice(start, start + BLOCK)
+        out[some] = _highest([(p[some], q[some], r[some]) for p, q, r in parts])
+    return np.asarray(scale * np.sqrt(out.reshape(scale.shape)))
+
+
+def _highest(waves: Sequence[tuple[Array, Array, Array]]) -> Array:
+    """Maximum over the angle of the sum of (p + q cos a + r sin a)^2, (n,)."""
+
+    def height(c: Array, s: Array) -> Array:
+        return np.asarray(sum((p + q * c + r * s) ** 2 for p, q, r in waves))
+
     step = 2.0 * np.pi / SAMPLES
-    angles = (step * np.arange(SAMPLES)).reshape((SAMPLES,) + (1,) * len(shape))
-    value = np.broadcast_to(height(angles), (SAMPLES, *shape))
-    peak = (value >= np.roll(value, 1, axis=0)) & (value >= np.roll(value, -1, axis=0))
+    angles = step * np.arange(SAMPLES)
+    cosines, sines = np.cos(angles), np.sin(angles)
+    value = height(cosines[:, None], sines[:, None])
+    higher = value[1:] >= value[:-1]
+    peak = np.empty(value.shape, dtype=bool)
+    peak[1:-1] = higher[:-1] & (value[1:-1] >= value[2:])
+    peak[0] = (value[0] >= value[-1]) & (value[0] >= value[1])
+    peak[-1] = higher[-1] & (value[-1] >= value[0])
     peaks = np.where(peak, value, -1.0)
-    first = np.argmax(peaks, axis=0)[None]
-    np.put_along_axis(peaks, first, -2.0, axis=0)
-    angle = step * np.concatenate([first, np.argmax(peaks, axis=0)[None]])
+    first = np.argmax(peaks, axis=0)
+    best = value.max(axis=0)
+    np.put_along_axis(peaks, first[None], -2.0, axis=0)
+    which = np.stack([first, np.argmax(peaks, axis=0)])
+    c, s = cosines[which], sines[which]
     for _ in range(STEPS):
-        slope, bow = derivatives(angle)
+        slope, bow = _derivatives(waves, c, s)
         near = np.abs(slope) < step * np.abs(bow)
-        angle = angle + np.divide(slope, np.abs(bow), out=step * np.sign(slope), where=near)
-    return np.asarray(scale * np.sqrt(np.max(np.maximum(height(angle), value.max(axis=0)), axis=0)))
+        turn = np.divide(slope, np.abs(bow), out=step * np.sign(slope), where=near)
+        # A turn by twice the angle of this tangent: no further sine need be known.
+        t = 0.5 * turn
+        whole = 1.0 / (1.0 + t * t)
+        cosine, sine = (1.0 - t * t) * whole, 2.0 * t * whole
+        c, s = c * cosine - s * sine, s * cosine + c * sine
+        if np.abs(turn).max(initial=0.0) < SETTLED:
+            break
+    size = np.hypot(c, s)
+    found: Array = np.maximum(height(c / size, s / size).max(axis=0), best)
+    return found
+
+
+def _derivatives(waves: Sequence[tuple[Array, Array, Array]], c: Array, s: Array) -> tuple[Array, Array]:
+    """Half the first and second derivative of the height by the angle."""
+    slope, bow = np.zeros(()), np.zeros(())
+    for p, q, r in waves:
+        swing = q * c + r * s
+        wave, turn = p + swing, r * c - q * s
+        slope, bow = slope + wave * turn, bow + turn * turn - wave * swing
+    return slope, bow

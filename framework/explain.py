@@ -13,6 +13,7 @@ from .clearances.contact import STATES
 from .description import Description
 from .dofs import DISPLACEMENTS
 from .results.linear import LinearResults
+from .solvers.stacked import StackedSolver
 from .structure.parts import Grid
 
 # Operations a second of one core on arrays that its cache holds, as order of magnitude for the estimate.
@@ -27,6 +28,8 @@ def explain(solution: LinearResults, clearances: Clearances | None) -> str:
     lines = [*_described(plan), *_coordinates(plan)]
     if isinstance(solver, BroadcastSolver):
         lines += [f"Method: {plan.method.reason}.", *_components(plan, solver)]
+    elif isinstance(solver, StackedSolver):
+        lines += _stacked(plan, solver)
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
     lines += _idle(solution) + _clearances(solution.frame, clearances)
@@ -89,6 +92,21 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
             lines.append(f"  {negligible} couplings turned out to be less than rounding and were skipped.")
     lines += _skipped(plan, plan.excited - asked, "nothing that was read depends on them")
     return lines + _skipped(plan, plan.components - plan.excited, "no load, offset or support motion reaches them")
+
+
+def _stacked(plan: Plan, solver: StackedSolver) -> list[str]:
+    """Bands of middle-sized frames."""
+    skipped = set(solver.unknown[~solver.loaded].tolist())
+    units = " units of the known numbers" if solver.by_units else ""
+    lines = [
+        f"Method: {solver.reason}.",
+        f"Solved: {int(solver.loaded.sum())} unknowns in {solver.count} matrices of one pattern, each for "
+        f"{solver.columns}{units or ' load cases'}.",
+    ]
+    if skipped:
+        why = "no load, offset or support motion reaches them"
+        lines.append(f"Skipped: {len(skipped)} unknowns ({_kinds(skipped)}): {why}.")
+    return lines
 
 
 def _skipped(plan: Plan, names: set[int], why: str) -> list[str]:

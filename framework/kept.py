@@ -9,6 +9,7 @@ from .batched.unloaded import Chained, Unloaded
 from .cache import SOLVED
 from .description import Description, alone
 from .solvers.method import choose
+from .solvers.stacked_bands import StackedFactor
 from .solvers.stiffness import SparseStiffness
 
 
@@ -19,19 +20,22 @@ class Factors:
     ----------
     light
         Factors of a batch by component, those that are light enough to be held.
+    stacked
+        Factors of the matrices of a batch, each its own.
     """
 
     def __init__(self) -> None:
         self.light: dict[tuple[Chained, int], Factor] = {}
+        self.stacked: dict[tuple[int, bytes, int], StackedFactor] = {}
         self._sparse: SparseStiffness | None = None
 
     def __reduce__(self) -> tuple[type[Factors], tuple[()]]:
         return Factors, ()
 
-    def sparse(self, unloaded: Unloaded) -> SparseStiffness:
-        """The matrix of one large frame, with its factors."""
-        if self._sparse is None:
-            self._sparse = SparseStiffness(unloaded)
+    def sparse(self, unloaded: Unloaded, method: str) -> SparseStiffness:
+        """The matrix of one large frame, with its factors by a method."""
+        if self._sparse is None or self._sparse.method != method:
+            self._sparse = SparseStiffness(unloaded, method)
         return self._sparse
 
 

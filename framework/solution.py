@@ -38,6 +38,7 @@ from .results.together import Together
 from .results.validity import LINEAR, nonlinearity
 from .solvers.method import checked
 from .solvers.sparse import SparseSolver
+from .solvers.stacked import StackedSolver
 from .states import SolutionState, States, put, states_of, words
 from .structure.parts import Row
 
@@ -710,8 +711,8 @@ class Solution(SavedResults):
     # -- inside -----------------------------------------------------------------------------------------------------
 
     @property
-    def solver(self) -> BroadcastSolver | SparseSolver:
-        """What solves this plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
+    def solver(self) -> BroadcastSolver | StackedSolver | SparseSolver:
+        """What solves this plan: by broadcasting, by a band for each entry, or by one sparse factorisation for all."""
         return self.primary.solver
 
     @property

@@ -30,7 +30,10 @@ LAYERS = {
     "linear algebra": "solvers/*",
     "plan": "batched/unloaded batched/plan structure/matrices",
     "equations in extended precision": "error_bounds/*",
-    "sparse solution": "solvers/freedom solvers/refinement solvers/stiffness solvers/sparse kept",
+    "sparse solution": (
+        "solvers/freedom solvers/refinement solvers/stiffness solvers/sparse solvers/stacked "
+        "solvers/stacked_refinement kept"
+    ),
     "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",
     "broadcasting solution": "batched/broadcast",
     "what can move": "error_bounds/resolved results/held results/idle results/singular",

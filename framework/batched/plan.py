@@ -12,10 +12,11 @@ import numpy as np
 from ..cache import Bounded
 from ..clock import timed
 from ..description import Description
+from ..solvers.coupling import Coupling
 from ..solvers.graph import Graph
-from ..solvers.method import Method
+from ..solvers.method import Method, choose
 from ..structure.assembly import force_entries
-from ..structure.parts import Grid, Parts, Row, unknowns
+from ..structure.parts import Grid, Knowns, Parts, Row, Value, unknowns
 from ..structure.topology import Group, Index
 from ..structure.tree import Tree
 from ..structure.varying import Varying
@@ -62,6 +63,16 @@ class Plan:
         twin._of(frame, self.unloaded, {}, again=self.again or "solution" in self.times)
         return twin
 
+    def under(self, frame: Description, grid: Grid, knowns: Knowns) -> Plan:
+        """This plan, its stiffness constant, for loads of another batch: a frame, and the known numbers with it."""
+        unloaded = copy.copy(self.unloaded)
+        unloaded.grid, unloaded.knowns = grid, knowns
+        twin = object.__new__(Plan)
+        twin._chained = Bounded(_CHAINED)
+        twin._of(frame, unloaded, self.times, again=self.again)
+        twin.method = self.method
+        return twin
+
     def _exciting(self, components: set[int]) -> Plan:
         """This plan with `components` for those that are loaded."""
         twin = copy.copy(self)
@@ -91,6 +102,11 @@ class Plan:
         return self.unloaded.constant
 
     @property
+    def imposed(self) -> list[Value]:
+        """The number one, and known displacements and offsets that vary."""
+        return self.knowns.values[: len(self.unloaded.knowns.values)]
+
+    @property
     def large(self) -> bool:
         """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
         return self.unloaded.large
@@ -100,10 +116,22 @@ class Plan:
         """Nodes and their coupling, for the sparse ways."""
         return self.unloaded.graph
 
-    @property
+    @cached_property
+    def coupling(self) -> Coupling:
+        """What the equations are sums of, for batches of matrices."""
+        with timed(self.times, "pattern"):
+            return Coupling(self)
+
+    @cached_property
+    def rough_coupling(self) -> Coupling:
+        """The same as the first entry of the batch tells it, for an estimate."""
+        with timed(self.times, "pattern"):
+            return Coupling(self, everywhere=False)
+
+    @cached_property
     def method(self) -> Method:
         """The way in which this plan is solved, and why."""
-        return self.unloaded.method
+        return choose(self, self.asked)
 
     @property
     def unknowns(self) -> list[int]:

@@ -13,7 +13,7 @@ import scipy
 from ..cache import ORDERS
 from ..description import Description
 from ..solvers.graph import Graph
-from ..solvers.method import LARGE, Method, choose
+from ..solvers.method import LARGE
 from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
@@ -71,11 +71,6 @@ class Unloaded:
     def graph(self) -> Graph:
         """Nodes and their coupling, for the sparse ways."""
         return Graph(self.topology, self.tree, self.unknowns)
-
-    @cached_property
-    def method(self) -> Method:
-        """The way in which this plan is solved, and why."""
-        return choose(self, self.asked)
 
     @cached_property
     def varying(self) -> Varying:

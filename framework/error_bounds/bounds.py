@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from ..batched.broadcast import BroadcastSolver
 from ..results.linear import LinearResults
+from ..solvers.sparse import SparseSolver
 from .adjoint import Adjoint
 from .asked import asked
 from .compliance import Compliance, DenseCompliance, SparseCompliance
@@ -180,7 +180,7 @@ class Bounds:
         return Cut(self.axis, where)
 
     def _inverted(self, state: Equilibrium) -> Compliance:
-        if state.unknowns and not isinstance(self.solution.solver, BroadcastSolver):
+        if state.unknowns and isinstance(self.solution.solver, SparseSolver):
             return self._sparse
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
 
@@ -204,17 +204,15 @@ class Bounds:
     @cached_property
     def _sparse(self) -> SparseCompliance:
         solver = self.solution.solver
-        assert not isinstance(solver, BroadcastSolver)
+        assert isinstance(solver, SparseSolver)
         return SparseCompliance(solver.factor, self.plan.graph.coupled, rest(self.statics, self._values[0]))
 
     @cached_property
     def _values(self) -> tuple[list[int], Real]:
         """Unknowns that the loads reach, and their values (..., n)."""
         solver = self.solution.solver
-        if isinstance(solver, BroadcastSolver):
-            unknowns = excited(self.plan)
-        else:
-            unknowns = solver.unknown[solver.excited].tolist()
+        own = solver.unknown[solver.excited].tolist() if isinstance(solver, SparseSolver) else None
+        unknowns = excited(self.plan) if own is None else own
         values = extended(np.zeros((*self.solution.shape, len(unknowns))))
         for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
             values[..., k] = value

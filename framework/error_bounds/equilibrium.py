@@ -55,8 +55,8 @@ class Statics:
         self.loads = Loads.of(plan, self.springs)
         ndim = len(plan.frame.shape)
         links = self.kinematics.links
-        self.stiffness = [_six(link.edge.stiffness, ndim) for link in links]
-        self.imposed = [_imposed(plan, link) for link in links]
+        self.stiffness = [six(link.edge.stiffness, ndim) for link in links]
+        self.imposed = [imposed_on(plan, link) for link in links]
 
 
 class Equilibrium:
@@ -210,14 +210,14 @@ def _rounded(array: Real, trailing: int) -> Real:
     return array.astype(np.float64)
 
 
-def _six(stiffness: tuple[object, ...], ndim: int) -> Array:
+def six(stiffness: tuple[object, ...], ndim: int) -> Array:
     """Six numbers as an array (..., 6) with all batch axes."""
     values = [np.asarray(value, dtype=np.float64) for value in stiffness]
     shape = np.broadcast_shapes((1,) * ndim, *(value.shape for value in values))
     return np.stack([np.broadcast_to(value, shape) for value in values], axis=-1)
 
 
-def _imposed(plan: Plan, link: Link) -> Real | None:
+def imposed_on(plan: Plan, link: Link) -> Real | None:
     """Displacement imposed on an edge, (..., 6) with all batch axes, None where there is none."""
     if not any(link.edge.offset):
         return None

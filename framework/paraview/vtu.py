@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import numpy as np
 
 from ..errors import FrameError
 from .scene import Array, Part
+
+# Bytes of a file that are copied at a time.
+_PIECE = 2**24
 
 
 def write_grid(path: Path, parts: Sequence[Part], pose: int) -> None:
@@ -80,9 +84,13 @@ def write_collection(path: Path, files: Iterable[tuple[float, int, str]]) -> Non
 def write_names(path: Path, names: Mapping[str, Sequence[str]]) -> None:
     """Put `names` on the second line of an XML file, as JSON in a comment, which every reader skips."""
     comment = json.dumps({kind: list(of) for kind, of in names.items()}).replace("--", "-\\u002d")
-    # as bytes: a large grid is hundreds of megabytes of ASCII
-    declaration, rest = path.read_bytes().split(b"\n", 1)
-    path.write_bytes(b"\n".join([declaration, f"<!-- {comment} -->".encode(), rest]))
+    named = path.with_name(f"{path.name}.named")
+    with path.open("rb") as given, named.open("wb") as out:
+        out.write(given.readline())
+        out.write(f"<!-- {comment} -->\n".encode())
+        # piece by piece: a large grid is hundreds of megabytes
+        shutil.copyfileobj(given, out, _PIECE)
+    named.replace(path)
 
 
 def read_names(path: str | Path) -> dict[str, list[str]]:

@@ -17,6 +17,7 @@ from ..error_bounds.equilibrium import Statics
 from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resolved import MOST, combined, excited
 from ..solvers.sparse import SparseSolver
+from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
 from .held import Held, large, small
 
@@ -24,7 +25,9 @@ from .held import Held, large, small
 _STILL = 1e-10
 
 
-def idle(plan: Plan, solver: BroadcastSolver | SparseSolver, suspects: NDArray[np.bool_]) -> Idle | None:
+def idle(
+    plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver, suspects: NDArray[np.bool_]
+) -> Idle | None:
     """The idle ones among entries that can move, None for none.
 
     Parameters

@@ -14,6 +14,7 @@ from ..batched.plan import Plan
 from ..description import Description
 from ..error_bounds.resolved import Solved
 from ..solvers.sparse import SparseSolver
+from ..solvers.stacked import StackedSolver
 from ..states import States
 from ..structure.parts import Row
 from .idle import Idle
@@ -38,7 +39,7 @@ class LinearResults(Protocol):
         ...
 
     @property
-    def solver(self) -> BroadcastSolver | SparseSolver:
+    def solver(self) -> BroadcastSolver | StackedSolver | SparseSolver:
         """What solves the plan."""
         ...
 

@@ -15,8 +15,11 @@ from ..error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
 from ..kept import Factors
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
+from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
 from .idle import Idle, idle
+
+Solver = BroadcastSolver | StackedSolver | SparseSolver
 
 
 class Primary:
@@ -40,14 +43,19 @@ class Primary:
     """
 
     def __init__(
-        self, plan: Plan, factors: Factors, *, contact: bool, solver: BroadcastSolver | SparseSolver | None = None
+        self,
+        plan: Plan,
+        factors: Factors,
+        *,
+        contact: bool,
+        solver: Solver | None = None,
     ) -> None:
         self.plan, self.factors, self.contact = plan, factors, contact
         self.known_idle: Idle | None = None
         if solver is not None:
             self.solver = solver
 
-    def under(self, plan: Plan, solver: BroadcastSolver | SparseSolver) -> Primary:
+    def under(self, plan: Plan, solver: Solver) -> Primary:
         """The same for another plan of the frame, of which other parts count as loaded."""
         return Primary(plan, self.factors, contact=self.contact, solver=solver)
 
@@ -62,11 +70,13 @@ class Primary:
         return self.plan.frame.shape
 
     @cached_property
-    def solver(self) -> BroadcastSolver | SparseSolver:
-        """What solves the plan: by broadcasting, or, for one large frame, by a sparse factorisation."""
+    def solver(self) -> Solver:
+        """What solves the plan: by broadcasting, by a band for each entry, or by one sparse factorisation for all."""
         if self.plan.method.name == BROADCAST:
             return BroadcastSolver(self.plan, self.factors.light)
-        return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded))
+        if not self.plan.constant:
+            return StackedSolver(self.plan, self.factors.stacked)
+        return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded, self.plan.method.name))
 
     @cached_property
     def resolved(self) -> Solved | None:

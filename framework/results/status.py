@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -11,10 +9,11 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..dofs import DISPLACEMENTS
-from ..solvers.lu import LUFactor
+from ..solvers.evaluation import Picked
 from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
-from ..structure.matrices import Matrices
+from ..solvers.stacked_bands import Bands, probe
+from ..structure.topology import Index
 from . import dense
 from .dense import Entries
 from .spectrum import DENSE
@@ -22,6 +21,8 @@ from .spectrum import DENSE
 # Motions below this share of the largest are not named, and no more than so many nodes are.
 _NAMED = 0.05
 _MOST = 6
+# Numbers of the bands that are held at a time.
+_ROOM = 2**22
 
 
 def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> NDArray[np.bool_]:
@@ -31,28 +32,30 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
     kept = [k for k, unknown in enumerate(plan.unknowns) if unknown in unknowns]
     if not suspects.any():
         return out
-    entries = Entries(index or None)
     if len(kept) > DENSE:
-        out[suspects] = [LUFactor(matrix[kept][:, kept]).singular for matrix in _matrices(plan, entries)]
+        out[suspects] = _by_bands(plan, index, kept)
         return out
+    entries = Entries(index or None)
     matrix = dense.stiffness(plan, entries)[..., kept, :][..., :, kept]
     values = np.linalg.eigvalsh(dense.scaled(matrix)[0])
     out[suspects] = values[..., 0] <= zero_eigenvalue(len(kept))
     return out
 
 
-def _matrices(plan: Plan, entries: Entries) -> Iterator[scipy.sparse.csr_matrix]:
-    """Sparse stiffness of the entries one by one."""
-    stacks = [(group.nodes, dense.members(group, entries)) for group in plan.topology.groups]
-    for k, entry in enumerate(zip(*entries.index, strict=True) if entries.index else [()]):
-        members = [(nodes, _at(stack, k).__getitem__) for nodes, stack in stacks]
-        yield Matrices(plan, tuple(int(i) for i in entry), members).stiffness
-
-
-def _at(stack: Array, k: int) -> Array:
-    """Matrices (n, ..., 12, 12) of the entry `k`, (n, 12, 12)."""
-    flat = stack.reshape(len(stack), -1, 12, 12)
-    return flat[:, k if flat.shape[1] > 1 else 0]
+def _by_bands(plan: Plan, index: tuple[Index, ...], kept: list[int]) -> NDArray[np.bool_]:
+    """Which entries are singular among the unknowns `kept`, by inverse iteration with banded factors, (m,)."""
+    where = np.zeros(len(plan.unknowns), dtype=bool)
+    where[kept] = True
+    bands = Bands(plan.coupling, where, plan.graph.order(plan.graph.band, where))
+    step = max(1, _ROOM // (bands.size * bands.width))
+    count, load, found = len(index[0]) if index else 1, probe(bands.size), []
+    with np.errstate(all="ignore"):
+        for start in range(0, count, step):
+            factor = bands.factorised(Picked(plan.frame.shape, tuple(each[start : start + step] for each in index)))
+            moved = np.repeat(load[None, None], len(factor.root), axis=0)
+            factor.solve(moved)
+            found.append(factor.singularity(moved[:, 0]).singular)
+    return np.concatenate(found)
 
 
 def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:

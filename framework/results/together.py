@@ -86,6 +86,10 @@ class Together:
                 whole = np.broadcast_to(field(group, at, x, ends, self._forces(group, at, ends)), shape)
             except FrameError:  # by name it says why
                 whole = np.full(shape, np.nan)
+            if on.all():
+                found = np.moveaxis(whole, (0, 1), (-2, -3))
+                out[..., self.topology.members[pieces], :, :] = found
+                continue
             k, n = np.nonzero(on)
             out[..., self.topology.members[pieces[n]], k, :] = np.moveaxis(whole[k, n], 0, -2)
         return out

@@ -13,7 +13,7 @@ from ..batch import Array
 from .rounding import zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
-_ITERATIONS = 4
+ITERATIONS = 4
 # A random vector that inverse iteration makes grow by this share of what it would for a zero eigenvalue is suspect:
 # it may have missed the eigenvector by as much.
 SUSPECT = 1e-6
@@ -60,7 +60,7 @@ class Factor(ABC):
         zero = zero_eigenvalue(len(self.root))
         vector = np.random.default_rng(0).standard_normal((len(self.root), 1))
         growth = 1.0
-        for _ in range(_ITERATIONS):
+        for _ in range(ITERATIONS):
             found = self.unscaled(vector / np.linalg.norm(vector))
             if found is None or not np.isfinite(found).all():
                 return True

@@ -8,14 +8,16 @@ from typing import Protocol
 
 import numpy as np
 
-from ..description import Description
 from ..errors import FrameError
+from .coupling import Coupling
+from .estimate import banded, broadcast
 from .graph import Graph
+from .load_cases import Loaded, count
 
 BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
 
-# Unknowns above which a frame that does not vary goes a sparse way.
-LARGE = 100
+# Unknowns above which a frame that does not vary goes a sparse way; and up to which one that does is broadcast.
+LARGE, FEW = 100, 48
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
@@ -41,10 +43,8 @@ class Method:
     reason: str
 
 
-class Compiled(Protocol):
+class Compiled(Loaded, Protocol):
     """What the choice depends on: a plan."""
-
-    frame: Description
 
     @property
     def constant(self) -> bool:
@@ -64,6 +64,16 @@ class Compiled(Protocol):
     @property
     def graph(self) -> Graph:
         """Nodes and their coupling."""
+        ...
+
+    @property
+    def chains(self) -> list[tuple[list[int], list[int]]]:
+        """Nodes and pieces of members in line that are condensed to their ends."""
+        ...
+
+    @property
+    def rough_coupling(self) -> Coupling:
+        """What the equations are sums of, by the first entry of the batch."""
         ...
 
 
@@ -98,21 +108,35 @@ def choose(plan: Compiled, asked: str | None) -> Method:
     if 0 in plan.frame.shape:
         return Method(BROADCAST, "broadcasting LDL^T, as the batch has no entries")
     if asked is not None:
-        if asked != BROADCAST and not plan.constant:
+        if asked not in (BROADCAST, BANDED) and not plan.constant:
             raise FrameError(
                 f"method {asked!r} solves one matrix, but the stiffness varies over the batch {plan.frame.shape}: "
                 "use 'broadcast', or give the entries frames of their own"
             )
         return Method(asked, f"{asked}, as asked for")
     if not plan.constant:
-        return Method(BROADCAST, "broadcasting LDL^T, as the stiffness varies over the batch")
+        return _fastest_batch(plan)
     if not plan.large:
         return Method(BROADCAST, f"broadcasting LDL^T, as {len(plan.unknowns)} unknowns are no more than {LARGE}")
     return _fastest(plan)
 
 
+def _fastest_batch(plan: Compiled) -> Method:
+    """The way of a batch over which the stiffness varies."""
+    why = "as the stiffness varies over the batch"
+    if len(plan.unknowns) <= FEW:
+        return Method(BROADCAST, f"broadcasting LDL^T, {why}")
+    condensed = [piece for _, pieces in plan.chains for piece in pieces]
+    coupling, graph = plan.rough_coupling, plan.graph
+    shared, apart = broadcast(coupling, graph, condensed), banded(coupling, graph)
+    told = f"{why}: about {shared:.2g} s by broadcasting, {apart:.2g} s by a band for each entry"
+    if shared <= apart:
+        return Method(BROADCAST, f"broadcasting LDL^T, {told}")
+    return Method(BANDED, f"banded Cholesky of each entry, {told}")
+
+
 def _fastest(plan: Compiled) -> Method:
-    graph, cases = plan.graph, int(np.prod(plan.frame.shape, dtype=np.int64))
+    graph, cases = plan.graph, count(plan)
     factor, size = graph.dissection, len(plan.unknowns)
     direct = CHOLESKY if available() else SPARSE
     seconds = {

@@ -19,6 +19,7 @@ from ..structure.topology import Index
 from .factor import Factor
 from .freedom import Freedom, freedom
 from .iterative import Iterative
+from .load_cases import by_units
 from .method import ITERATIVE
 from .refinement import REFINED, refined
 from .stiffness import SparseStiffness
@@ -36,8 +37,11 @@ class SparseSolver:
     """
 
     def __init__(self, plan: Plan, matrix: SparseStiffness | None = None) -> None:
-        self.plan, self.matrix = plan, SparseStiffness(plan.unloaded) if matrix is None else matrix
+        self.plan = plan
+        self.matrix = SparseStiffness(plan.unloaded, plan.method.name) if matrix is None else matrix
         self.unknown: Index = self.matrix.unknown
+        # Unknowns that count as loaded beyond those that are, (n,).
+        self._reached: NDArray[np.bool_] | None = None
 
     @property
     def matrices(self) -> Matrices:
@@ -53,6 +57,11 @@ class SparseSolver:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
+        if self._units is not None:
+            # A row is found for each unit, and then only for all load cases.
+            solver, sizes = self._units
+            units = np.stack([np.zeros(len(sizes)), *map(np.ravel, solver.values(rows))])[1:]
+            return [self.plan.grid.value(each.reshape(self.plan.frame.shape)) for each in units @ sizes]
         shape = self.plan.frame.shape
         size = len(self.unknown)
         out: list[Value] = []
@@ -75,7 +84,9 @@ class SparseSolver:
         if np.array_equal(excited, self.excited):
             return self
         twin = SparseSolver(self.plan, self.matrix)
-        twin.load, twin.excited = self.load, excited
+        twin._reached = excited
+        if self._units is None:
+            twin.load = self.load
         return twin
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
@@ -93,6 +104,9 @@ class SparseSolver:
     @cached_property
     def unknowns(self) -> Array:
         """Displacements in joint-relative coordinates, (n, load cases)."""
+        if self._units is not None:
+            solver, sizes = self._units
+            return solver.unknowns @ sizes
         out = np.zeros_like(self.load)
         where = self.excited
         if where.any() and not self.adrift(where).size:
@@ -155,6 +169,17 @@ class SparseSolver:
                 out -= self.matrices.spread(rows).T @ (stiffness[:, None] * self._known(rows))
             return out
 
+    @cached_property
+    def _units(self) -> tuple[SparseSolver, Array] | None:
+        """What solves for a unit of each load that varies, and their sizes (units, load cases), where that is less."""
+        found = by_units(self.plan)
+        if found is None:
+            return None
+        frame, grid, knowns, sizes = found
+        solver = SparseSolver(self.plan.under(frame, grid, knowns), self.matrix)
+        solver._reached = self._reached
+        return solver, sizes
+
     def _nodal_load(self) -> Array:
         topology = self.plan.topology
         out: Array = np.zeros((self._size, self._cases))
@@ -210,8 +235,11 @@ class SparseSolver:
     @cached_property
     def excited(self) -> NDArray[np.bool_]:
         """Unknowns that the loads reach, (n,)."""
+        if self._reached is not None:
+            return self._reached
         label = self.matrix.label
-        found: NDArray[np.bool_] = np.isin(label, np.unique(label[np.any(self.load != 0.0, axis=1)]))
+        load = self.load if self._units is None else self._units[0].load
+        found: NDArray[np.bool_] = np.isin(label, np.unique(label[np.any(load != 0.0, axis=1)]))
         return found
 
     def _factor(self, where: NDArray[np.bool_]) -> Factor:

@@ -31,10 +31,12 @@ class SparseStiffness:
     ----------
     unloaded
         The frame.
+    method
+        Name of the way in which it is factorised.
     """
 
-    def __init__(self, unloaded: Unloaded) -> None:
-        self.unloaded, self.matrices = unloaded, Matrices(unloaded)
+    def __init__(self, unloaded: Unloaded, method: str) -> None:
+        self.unloaded, self.method, self.matrices = unloaded, method, Matrices(unloaded)
         self.unknown: Index = unloaded.graph.unknown
         self.factors: dict[bytes, Factor] = {}
 
@@ -68,13 +70,13 @@ class SparseStiffness:
 
     def direct(self, where: NDArray[np.bool_]) -> Callable[[scipy.sparse.csr_matrix], Factor]:
         """What factorises a matrix of the unknowns `where` (n,), of the pattern of the stiffness."""
-        return partial(_direct, self.unloaded.method.name, self.unloaded.graph, where)
+        return partial(_direct, self.method, self.unloaded.graph, where)
 
     def _factorised(self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> Factor:
         if not where.any():
             return NoFactor(matrix)
         direct = self.direct(where)
-        if self.unloaded.method.name != ITERATIVE:
+        if self.method != ITERATIVE:
             return direct(matrix)
         graph = self.unloaded.graph
         free = graph.free & np.array([body is None for body in self.unloaded.topology.bodies])

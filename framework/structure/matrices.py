@@ -25,16 +25,12 @@ class Matrices:
         The compiled frame, or what of it does not depend on its loads.
     entry
         Indices of the batch entry; any where the stiffness does not vary.
-    members
-        Stiffness of the members at the entry, where it varies.
     """
 
-    def __init__(
-        self, plan: Plan | Unloaded, entry: tuple[int, ...] = (), members: Sequence[Stack] | None = None
-    ) -> None:
+    def __init__(self, plan: Plan | Unloaded, entry: tuple[int, ...] = ()) -> None:
         self.plan, self.entry = plan, entry
         self.unknown: Index = plan.graph.unknown
-        self._members = members or [(group.nodes, group.stiffness) for group in plan.topology.groups]
+        self._members: list[Stack] = [(group.nodes, group.stiffness) for group in plan.topology.groups]
 
     @cached_property
     def stiffness(self) -> scipy.sparse.csr_matrix:

@@ -29,6 +29,7 @@ BENCHMARKS = (
     "kinematics",
     "large_displacement",
     "programs",
+    "middle",
 )
 PACKAGES = (
     "linkframe",

@@ -48,19 +48,34 @@ def test_cube() -> None:
 
 
 def test_cube_of_many_load_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A factor serves them all, with or without CHOLMOD."""
-    assert chosen(grid(16, 16, 16, np.arange(100.0)))[0] in {"cholesky", "banded"}
+    """A factor serves them all, with or without CHOLMOD; those of one load in many sizes are one or two."""
+    assert chosen(grid(16, 16, 16, np.arange(100.0)))[0] == "iterative"
+    many = grid(16, 16, 16)
+    for k in range(100):
+        many.load(f"{k % 16} {k // 16} 15", fz=np.sin(k + np.arange(120.0)))
+    assert chosen(many)[0] in {"cholesky", "banded"}
     monkeypatch.setattr("linkframe.framework.solvers.method.find_spec", lambda name: None)
-    assert chosen(grid(16, 16, 16, np.arange(100.0)))[0] == "banded"
+    assert chosen(many.copy())[0] == "banded"
 
 
-def test_varying_stiffness_is_broadcast() -> None:
-    """However large."""
+def test_varying_stiffness() -> None:
+    """A few entries of a frame of some size have a band each; many of a small one are broadcast."""
     frame = grid(3, 3, 4)
     frame.node("end", (2.0, 2.0, 3.0))
     frame.add("joint", Joint(stiffness=np.array([[1e3] * 6, [1e4] * 6])), "2 2 3", "end")
     frame.load("end", fx=1.0)
     name, reason = chosen(frame)
+    assert name == "banded"
+    assert "varies" in reason
+    small = Frame()
+    small.node("0", (0.0, 0.0, 0.0))
+    beam = Beam(Rectangle(y=0.1, z=0.1), Material(E=np.linspace(1e11, 2e11, 5000), nu=0.3))
+    for k in range(1, 11):
+        small.node(f"{k}", (float(k), 0.1 * k * k, 0.0))
+        small.add(f"m{k}", beam, f"{k - 1}", f"{k}")
+    small.fix("0")
+    small.load("10", fy=1.0)
+    name, reason = chosen(small)
     assert name == "broadcast"
     assert "varies" in reason
 

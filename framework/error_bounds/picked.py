@@ -1,0 +1,94 @@
+"""The equations in extended precision at some entries of a batch alone: what they hold is that of these entries."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+
+from ..batch import Array, Shape, distinct
+from ..batched.plan import Plan
+from ..description import Description
+from ..protocol import PointElement, changed
+from ..solvers.evaluation import Picked
+from ..structure.topology import Topology
+from .applied import Loads
+from .deformations import springs
+from .equilibrium import Statics, imposed_on, six
+from .kinematics import Kinematics
+
+
+class PickedStatics(Statics):
+    """A frame at some entries of its batch in extended precision.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    kinematics
+        Its kinematics, at the whole batch.
+    picked
+        The entries (m,).
+    """
+
+    def __init__(self, plan: Plan, kinematics: Kinematics, picked: Picked) -> None:
+        own = plan_at(plan, picked)
+        self.plan = plan
+        self.kinematics = kinematics.mapped(picked.of_array)
+        self.springs = springs(own)
+        self.loads = Loads.of(own, self.springs)
+        links, ndim = kinematics.links, len(plan.frame.shape)
+        self.stiffness = [picked.of_array(six(link.edge.stiffness, ndim), 1) for link in links]
+        imposed = [imposed_on(plan, link) for link in links]
+        self.imposed = [None if each is None else picked.of_array(each, 1) for each in imposed]
+
+
+class _PickedMass(PointElement):
+    """A mass at some entries of its batch."""
+
+    def __init__(self, element: PointElement, picked: Picked) -> None:
+        self.matrix = picked.of_array(element.mass_matrix(), 2)
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        return self.matrix.shape[:-2]
+
+    def mass_matrix(self) -> Array:
+        """Mass in global axes, (..., 6, 6)."""
+        return self.matrix
+
+
+def plan_at(plan: Plan, picked: Picked) -> Plan:
+    """The nodes and members of a plan at some entries of its batch, and what acts on them."""
+    own, whole = copy.copy(plan), plan.topology
+    own.frame = frame_at(plan.frame, picked)
+    own.topology = Topology(own.frame, whole.number, whole.bodies, whole.counts, whole.ends)
+    return own
+
+
+def frame_at(frame: Description, picked: Picked) -> Description:
+    """Nodes, members, masses and loads of a frame at some entries of its batch; its joints and supports as they are."""
+
+    def at(array: Array, trailing: int) -> Array:
+        return array if array.ndim == trailing else picked.of_array(array, trailing)
+
+    own = [member.element for member in frame.members.values()]
+    leaders, which = distinct(own)
+    cut = [own[k].cut(at) if own[k].shape else own[k] for k in leaders]
+    twin = copy.copy(frame)
+    twin._shape = picked.index[0].shape
+    twin.bodies = {
+        name: replace(body, origin=at(body.origin, 1), axes=at(body.axes, 2)) for name, body in frame.bodies.items()
+    }
+    twin.nodes = {name: replace(node, coordinates=at(node.coordinates, 1)) for name, node in frame.nodes.items()}
+    twin.members = {
+        name: replace(member, element=cut[k])
+        for (name, member), k in zip(frame.members.items(), which.tolist(), strict=True)
+    }
+    twin.masses = {
+        name: replace(mass, element=_PickedMass(mass.element, picked)) for name, mass in frame.masses.items()
+    }
+    twin.loads = {node: [(k, at(value, 0)) for k, value in given] for node, given in frame.loads.items()}
+    twin.member_loads = {member: [changed(load, at) for load in given] for member, given in frame.member_loads.items()}
+    twin.weight = None if frame.weight is None else at(frame.weight, 1)
+    return twin

@@ -1,0 +1,343 @@
+"""What the equations of a batch are sums of: which number of a member, a spring or a load goes where.
+
+The displacements of the nodes are ``u = T q + G s`` over the unknowns q and the known numbers s, so that an entry of
+``T^T K T`` is a sum of entries of the members' stiffness, each times two factors of T; what joins an unknown to a known
+number is load. All of this is found once for the batch, and by arrays: the numbers follow entry by entry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..batched.stage import Forces
+from ..structure.group import Group
+from ..structure.parts import Grid, Knowns, Row, Value, is_zero
+from ..structure.topology import Index, Topology
+from ..structure.tree import Tree
+from .graph import Graph
+
+Mask = NDArray[np.bool_]
+# Entries of the batch of which deformations are looked at together, times members.
+_LOOKED = 2**15
+_TWELVE = np.triu_indices(12)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Numbers that are evaluated together: the stiffness of a stack of members, the springs, or the loads.
+
+    Attributes
+    ----------
+    first
+        Number of its first among all.
+    count
+        How many there are.
+    group
+        The members; None for springs and loads.
+    rows
+        Deformations (n, s, 12) by the displacements of the nodes, where they do not vary over the batch: number
+        ``n i + piece`` is then spring i of a piece. Where they do, None: number ``n (12 a + b) + piece`` is entry
+        (a, b) of its stiffness.
+    values
+        Springs or loads.
+    mask
+        Batch axes over which they vary.
+    """
+
+    first: int
+    count: int
+    group: Group | None
+    rows: NDArray[np.float64] | None
+    values: Sequence[Value]
+    mask: int
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Terms of the equations, one an item.
+
+    Attributes
+    ----------
+    source
+        Number that it is a share of.
+    factor
+        What of that is the same for all entries.
+    first, second
+        Numbers of `Coupling.factors` by which it is multiplied as well; -1 for none.
+    low, high
+        Unknowns that it couples, by their places; of a load `high` is the number of unknowns plus that of the known.
+    """
+
+    source: Index
+    factor: NDArray[np.float64]
+    first: Index
+    second: Index
+    low: Index
+    high: Index
+
+    def at(self, chosen: Mask | Index) -> Terms:
+        """Some of the terms."""
+        places = (each[chosen] for each in (self.first, self.second, self.low, self.high))
+        return Terms(self.source[chosen], self.factor[chosen], *places)
+
+
+class Described(Protocol):
+    """What the equations are made of: a plan."""
+
+    @property
+    def topology(self) -> Topology: ...
+
+    @property
+    def tree(self) -> Tree: ...
+
+    @property
+    def grid(self) -> Grid: ...
+
+    @property
+    def graph(self) -> Graph: ...
+
+    @property
+    def forces(self) -> Forces: ...
+
+    @property
+    def knowns(self) -> Knowns: ...
+
+
+class Coupling:
+    """The equations of a frame as sums.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    everywhere
+        Whether what is zero is so at all entries of the batch; else at the first, which does for an estimate.
+
+    Attributes
+    ----------
+    blocks
+        What the terms are shares of.
+    terms
+        The terms.
+    factors
+        Varying factors of T.
+    mask
+        Batch axes over which the stiffness varies.
+    """
+
+    def __init__(self, plan: Described, *, everywhere: bool = True) -> None:
+        topology, tree, grid = plan.topology, plan.tree, plan.grid
+        unknown, forces = plan.graph.unknown, plan.forces
+        self.grid, self.size, self.knowns = grid, len(unknown), len(plan.knowns.values)
+        self._everywhere = everywhere
+        self.factors: list[Value] = []
+        dofs = 6 * len(topology.number)
+        self._rows = self._transformation(dofs, tree, unknown)
+        self.blocks: list[Block] = []
+        found = [self._of_group(group) for group in topology.groups]
+        found.append(self._of_springs(dofs, [spring.stiffness for spring in tree.springs]))
+        found.append(self._of_loads(dofs + len(tree.springs), forces))
+        self.terms = Terms(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+        stiff = [block.mask for block in self.blocks[:-1]] + [grid.mask(value) for value in self.factors]
+        self.mask = int(np.bitwise_or.reduce(np.array([0, *stiff])))
+        self.imposed = any(k < 0 for rows in tree.rows.values() for row in rows for k in row) or any(
+            k < 0 for spring in tree.springs for k in spring.row
+        )
+
+    @cached_property
+    def label(self) -> Index:
+        """Connected component of each unknown, (n,)."""
+        stiff = self.terms.high < self.size
+        pairs = self.terms.low[stiff], self.terms.high[stiff]
+        graph = csr_matrix((np.ones(len(pairs[0]), dtype=bool), pairs), shape=(self.size, self.size))
+        return connected_components(graph, directed=False)[1].astype(np.int64)
+
+    @cached_property
+    def loaded(self) -> Mask:
+        """Unknowns in components that a load, an offset or a prescribed displacement reaches, (n,)."""
+        pushed = np.unique(self.terms.low[self.terms.high >= self.size])
+        found: Mask = np.isin(self.label, self.label[pushed])
+        return found
+
+    @cached_property
+    def masks(self) -> Index:
+        """Batch axes over which what an unknown is coupled by varies, (n,)."""
+        by_block = np.zeros(len(self.terms.source), dtype=np.int64)
+        for block in self.blocks[:-1]:
+            by_block[(self.terms.source >= block.first) & (self.terms.source < block.first + block.count)] = block.mask
+        own = np.array([*map(self.grid.mask, self.factors), 0], dtype=np.int64)
+        masks = by_block | own[self.terms.first] | own[self.terms.second]
+        stiff = self.terms.high < self.size
+        out = np.zeros(self.size, dtype=np.int64)
+        for places in (self.terms.low, self.terms.high):
+            np.bitwise_or.at(out, places[stiff], masks[stiff])
+        return out
+
+    # -- what the displacements are made of ---------------------------------------------------------------------------
+
+    def _transformation(self, dofs: int, tree: Tree, unknown: Index) -> tuple[Index, Index, NDArray[np.float64], Index]:
+        """Rows of T and G: where each starts, columns, factors, and numbers of those that vary.
+
+        Springs follow the displacements, and the known numbers follow these, as rows of their own.
+        """
+        size = len(unknown)
+        known = np.arange(self.knowns)
+        free = np.ones(dofs, dtype=bool)
+        free.reshape(-1, 6)[list(tree.rows)] = False
+        own = np.flatnonzero(free)
+        rows: list[tuple[int, Row]] = [(6 * n + k, row) for n, six in tree.rows.items() for k, row in enumerate(six)]
+        rows += [(dofs + s, spring.row) for s, spring in enumerate(tree.springs)]
+        at, columns, factors, varying = [], [], [], []
+        for row, combination in rows:
+            for key, value in combination.items():
+                if is_zero(value):
+                    continue
+                fixed = not isinstance(value, np.ndarray)
+                at.append(row)
+                columns.append(key if key >= 0 else -1 - key)
+                factors.append(float(value) if fixed else 1.0)
+                varying.append((key < 0, -1 if fixed else len(self.factors)))
+                if not fixed:
+                    self.factors.append(value)
+        given = np.array(varying, dtype=np.int64).reshape(-1, 2)
+        numbers = np.array(columns, dtype=np.int64)
+        places = np.where(given[:, 0] == 1, size + numbers, np.searchsorted(unknown, numbers))
+        first = dofs + len(tree.springs)
+        where = np.concatenate([own, np.array(at, dtype=np.int64), first + known])
+        places = np.concatenate([np.searchsorted(unknown, own), places, size + known])
+        shares = np.concatenate([np.ones(len(own)), np.array(factors), np.ones(len(known))])
+        numbers = np.concatenate([np.full(len(own), -1), given[:, 1], np.full(len(known), -1)])
+        order = np.argsort(where, kind="stable")
+        start = np.searchsorted(where[order], np.arange(first + len(known) + 1))
+        return start, places[order], shares[order], numbers[order]
+
+    def _expanded(
+        self, source: Index, one: Index, other: Index, own: NDArray[np.float64], sign: float
+    ) -> tuple[Index, ...]:
+        """Terms of numbers with factors of their `own` that join two rows of T, (i, j) standing for (j, i) as well."""
+        start, column, share, number = self._rows
+        each = start[other + 1] - start[other]
+        times = (start[one + 1] - start[one]) * each
+        item = np.repeat(np.arange(len(one)), times)
+        place = np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
+        first = start[one[item]] + place // each[item]
+        second = start[other[item]] + place % each[item]
+        i, j, same = column[first], column[second], one[item] == other[item]
+        low, high = np.minimum(i, j), np.maximum(i, j)
+        kept = (low < self.size) & (~same | (i >= j))
+        factor = own[item] * share[first] * share[second] * np.where(same | (i != j), 1.0, 2.0)
+        factor = np.where(high >= self.size, sign * factor, factor)
+        parts = source[item], factor, number[first], number[second], low, high
+        return tuple(part[kept] for part in parts)
+
+    @property
+    def transformation(self) -> csr_matrix:
+        """T and G side by side: displacements, those of springs and the known numbers by unknowns and known numbers,
+        where no factor varies."""
+        start, column, share, _ = self._rows
+        return csr_matrix((share, column, start), shape=(len(start) - 1, self.size + self.knowns))
+
+    # -- what they are sums of ----------------------------------------------------------------------------------------
+
+    def _of_group(self, group: Group) -> tuple[Index, ...]:
+        count, (a, b) = len(group.pieces), _TWELVE
+        mask = _mask(group.stiffness_shape)
+        rows = _deformed(group)
+        if rows is None:
+            block = self._block(144 * count, group, None, [], mask)
+            piece, pair = np.nonzero(self._used(group)[:, a, b])
+            source = block.first + (12 * a[pair] + b[pair]) * count + piece
+            share = np.ones(len(source))
+        else:
+            block = self._block(rows.shape[1] * count, group, rows, [], mask)
+            products = rows[:, :, a] * rows[:, :, b]
+            piece, spring, pair = np.nonzero(products)
+            source = block.first + spring * count + piece
+            share = products[piece, spring, pair]
+        return self._expanded(source, group.dofs[piece, a[pair]], group.dofs[piece, b[pair]], share, -1.0)
+
+    def _used(self, group: Group) -> Mask:
+        """Entries of the stiffness of each piece that some spring makes somewhere in the batch, (n, 12, 12)."""
+        count, shape = len(group.pieces), group.stiffness_shape
+        entries = int(np.prod(shape, dtype=np.int64))
+        if not self._everywhere:
+            for axis in range(len(shape)):
+                group = group.cut(axis, slice(0, 1))
+        if count * entries <= _LOOKED or not self._everywhere:
+            return _seen(group)
+        axis = int(np.argmax(shape))
+        step = max(1, _LOOKED * shape[axis] // (count * entries))
+        slices = (slice(k, k + step) for k in range(0, shape[axis], step))
+        found: Mask = np.logical_or.reduce([_seen(group.cut(axis, indices)) for indices in slices])
+        return found
+
+    def _of_springs(self, first: int, stiffness: Sequence[Value]) -> tuple[Index, ...]:
+        mask = int(np.bitwise_or.reduce(np.array([0, *map(self.grid.mask, stiffness)])))
+        block = self._block(len(stiffness), None, None, stiffness, mask)
+        rows = first + np.arange(len(stiffness))
+        return self._expanded(block.first + np.arange(len(stiffness)), rows, rows, np.ones(len(rows)), -1.0)
+
+    def _of_loads(self, first: int, forces: Forces) -> tuple[Index, ...]:
+        given = [
+            (dof, source, value)
+            for dof, sources in forces.items()
+            for source, parts in sources.items()
+            for value in parts.values()
+        ]
+        values = [value for _, _, value in given]
+        mask = int(np.bitwise_or.reduce(np.array([0, *map(self.grid.mask, values)])))
+        block = self._block(len(given), None, None, values, mask)
+        where = np.array([(dof, source) for dof, source, _ in given], dtype=np.int64).reshape(-1, 2)
+        source = block.first + np.arange(len(given))
+        return self._expanded(source, where[:, 0], first + where[:, 1], np.ones(len(given)), 1.0)
+
+    def _block(
+        self, count: int, group: Group | None, rows: NDArray[np.float64] | None, values: Sequence[Value], mask: int
+    ) -> Block:
+        before = self.blocks[-1].first + self.blocks[-1].count if self.blocks else 0
+        self.blocks.append(Block(before, count, group, rows, values, mask))
+        return self.blocks[-1]
+
+
+def _mask(shape: tuple[int, ...]) -> int:
+    return sum(1 << axis for axis, n in enumerate(shape) if n > 1)
+
+
+def _deformed(group: Group) -> NDArray[np.float64] | None:
+    """Deformations (n, s, 12) by the displacements of the nodes; None where they vary over the batch."""
+    if any(set(each.shape[1:-1]) - {1} for each in (group.chord, *(turn[..., 0] for turn in group.turns))):
+        return None
+    _, rows = group.element.springs(group.length)
+    if set(rows.shape[1:-2]) - {1}:
+        return None
+    start, end = (turn.reshape(-1, 1, 3, 3) for turn in group.turns)
+    local = rows.reshape(len(group.pieces), -1, 4, 3)
+    turned = np.concatenate([local[:, :, :2] @ start, local[:, :, 2:] @ end], axis=2)
+    return turned.reshape(*turned.shape[:2], 12)
+
+
+def _seen(group: Group) -> Mask:
+    stiffness, rows = group.element.springs(group.length)
+    acts = _anywhere(stiffness, 1)
+    local = _anywhere(rows, 2).astype(np.int64).reshape(len(group.pieces), -1, 4, 3)
+    start, end = (_anywhere(turn, 2).astype(np.int64) for turn in group.turns)
+    turned = np.stack([local[:, :, k] @ (start if k < 2 else end) for k in range(4)], axis=2)
+    deforms = (turned.reshape(*turned.shape[:2], 12) > 0) & acts[..., None]
+    each = deforms.astype(np.int64)
+    found: Mask = np.swapaxes(each, -1, -2) @ each > 0
+    return found
+
+
+def _anywhere(array: NDArray[np.float64], trailing: int) -> Mask:
+    """Whether numbers (n, ..., trailing) are not zero at some entry, (n, trailing)."""
+    axes = tuple(range(1, array.ndim - trailing))
+    found: Mask = (array != 0.0).any(axis=axes)
+    return found

@@ -1,0 +1,81 @@
+"""What the ways to solve a batch of matrices will take, as seen on one machine: only the ratio matters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .coupling import Block, Coupling
+from .graph import Graph
+
+# Seconds of the broadcasting elimination: at all, for a member, for an operation; for an entry of the batch for a
+# member whose geometry varies or does not, and for an operation.
+_START, _MEMBER, _STEP = 3e-3, 0.3e-3, 0.5e-6
+_MOVED, _FIXED, _OPERATION = 1.2e-6, 0.2e-6, 0.6e-9
+# Times longer in batches of no more than so many entries, which are solved in extended precision.
+_EXTENDED, _SHORT = 2.5, 2**10
+# Seconds of banded factors: at all, for a member; for an entry and a column of the band, and for each of its numbers;
+# for an entry and a member whose geometry varies or does not.
+_SET_UP, _NUMBERED = 5e-3, 0.07e-3
+_COLUMN, _NUMBER = 0.1e-6, 8e-9
+_TURNED, _SUMMED = 6e-6, 1.2e-6
+
+
+def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int]) -> float:
+    """Seconds of the broadcasting elimination.
+
+    Parameters
+    ----------
+    coupling
+        The equations.
+    graph
+        Nodes and their coupling.
+    condensed
+        Members in line that are condensed before, numbers of the pieces: they cost next to nothing.
+    """
+    extended = _EXTENDED if coupling.grid.sizes[-1] <= _SHORT else 1.0
+    sizes, pieces = extended * np.array(coupling.grid.sizes), max(1, sum(map(_count, _members(coupling))))
+    operations = _operations(coupling, graph) * (1.0 - len(condensed) / pieces)
+    seconds = _START + _STEP * operations
+    for block in _members(coupling):
+        assert block.group is not None
+        count = len(np.setdiff1d(block.group.pieces, condensed))
+        seconds += count * (_MEMBER + sizes[block.mask] * (_MOVED if block.rows is None else _FIXED))
+    # A pivot is computed once for all entries over which what it is coupled by does not vary.
+    entries = sizes[coupling.masks[coupling.loaded]]
+    return float(seconds + _OPERATION * operations * (entries.mean() if len(entries) else 0.0))
+
+
+def banded(coupling: Coupling, graph: Graph) -> float:
+    """Seconds of banded factors, one for each entry.
+
+    Parameters
+    ----------
+    coupling
+        The equations.
+    graph
+        Nodes and their coupling.
+    """
+    entries, size = coupling.grid.sizes[coupling.mask], int(coupling.loaded.sum())
+    # Of a frame of which loads reach a part, or whose planes are not coupled, the band is as much narrower.
+    width = graph.width * size / max(1, coupling.size)
+    seconds = _SET_UP + entries * size * (_COLUMN + _NUMBER * width)
+    for block in _members(coupling):
+        seconds += _count(block) * (_NUMBERED + entries * (_TURNED if block.rows is None else _SUMMED))
+    return float(seconds)
+
+
+def _members(coupling: Coupling) -> list[Block]:
+    return [block for block in coupling.blocks if block.group is not None]
+
+
+def _count(block: Block) -> int:
+    return 0 if block.group is None else len(block.group.pieces)
+
+
+def _operations(coupling: Coupling, graph: Graph) -> float:
+    """Multiplications of an elimination of what the loads reach, each component for itself."""
+    sizes = np.bincount(coupling.label[coupling.loaded])
+    whole = 6.0 * max(1, len(np.unique(graph.node)))
+    return graph.dissection.operations * float(((sizes / whole) ** 3).sum())

@@ -1,0 +1,175 @@
+"""The equations of a batch in numbers, for some of its entries at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from ..batch import Array, Shape, aligned
+from ..structure.group import Group
+from ..structure.parts import Value
+from ..structure.topology import Index
+from .coupling import Block, Coupling, Terms
+
+
+@dataclass(frozen=True)
+class Picked:
+    """Some entries of a batch, as one axis (m,).
+
+    Attributes
+    ----------
+    shape
+        Of the batch.
+    index
+        Indices (m,) by batch axis.
+    """
+
+    shape: Shape
+    index: tuple[Index, ...]
+
+    @classmethod
+    def of(cls, shape: Shape, mask: int, numbers: Index) -> Picked:
+        """Entries by their numbers among those that vary over the axes of a mask, the others at their first index."""
+        sizes = [n if mask >> axis & 1 else 1 for axis, n in enumerate(shape)]
+        return cls(shape, tuple(np.array(k, dtype=np.int64) for k in np.unravel_index(numbers, sizes or (1,))))
+
+    def of_array(self, array: Array, trailing: int, leading: int = 0) -> Array:
+        """An array (leading..., batch..., trailing...) there, (leading..., m or 1, trailing...)."""
+        ndim = len(self.shape)
+        batch = array.shape[leading : array.ndim - trailing]
+        full = array.reshape(*array.shape[:leading], *(1,) * (ndim - len(batch)), *array.shape[leading:])
+        batch = full.shape[leading : leading + ndim]
+        if max(batch, default=1) == 1:
+            return full.reshape(*full.shape[:leading], 1, *full.shape[leading + ndim :])
+        where = tuple(k if n > 1 else 0 for k, n in zip(self.index, batch, strict=True))
+        out: Array = full[(slice(None),) * leading + where]
+        return out
+
+    def of_values(self, values: list[Value]) -> Array:
+        """Numbers, each at its own batch shape, there, (numbers, m)."""
+        count = len(self.index[0]) if self.index else 1
+        out = np.empty((len(values), count))
+        for number, value in enumerate(values):
+            out[number] = self.of_array(np.asarray(value, dtype=np.float64), 0)
+        return out
+
+    def of_group(self, group: Group) -> Group:
+        """The members of a group there."""
+        ndim = len(self.shape)
+
+        def parameter(array: Array, trailing: int) -> Array:
+            if array.ndim == trailing:
+                return array
+            if array.ndim - trailing > ndim:  # one for each piece
+                return self.of_array(array, trailing, leading=1)
+            return self.of_array(aligned(array, ndim, trailing), trailing)
+
+        start, end, body = (None if axes is None else self.of_array(axes, 2) for axes in (*group.axes, group.body))
+        alike = not group.stacked and set(group.shape) <= {1}
+        element = group.element if alike else group.element.cut(parameter)
+        chord, counts = self.of_array(group.chord, 1, leading=1), group.counts.reshape(-1, 1)
+        return replace(group, element=element, chord=chord, counts=counts, axes=(start, end), body=body)
+
+
+@dataclass(frozen=True)
+class _Sum:
+    """Of one block, what goes to each target: at once where no factor varies, or term by term.
+
+    Attributes
+    ----------
+    whole
+        (targets, numbers of the block).
+    each
+        (targets, terms), with the terms' numbers in the block and their varying factors.
+    """
+
+    block: Block
+    whole: csr_matrix | None
+    each: csr_matrix | None
+    terms: Terms
+
+
+class Sums:
+    """Numbers of the equations, each a sum of terms.
+
+    Parameters
+    ----------
+    coupling
+        The equations.
+    terms
+        Those of the terms that matter here.
+    target
+        What each of them goes to.
+    count
+        Number of targets.
+    """
+
+    def __init__(self, coupling: Coupling, terms: Terms, target: Index, count: int) -> None:
+        self.coupling, self.count = coupling, count
+        self.parts: list[_Sum] = []
+        for block in coupling.blocks:
+            mine = (terms.source >= block.first) & (terms.source < block.first + block.count)
+            plain = mine & (terms.first < 0) & (terms.second < 0)
+            whole = self._whole(block, terms.at(plain), target[plain])
+            rest = mine & ~plain
+            own, size = terms.at(rest), int(rest.sum())
+            each = csr_matrix((own.factor, (target[rest], np.arange(size))), shape=(count, size)) if size else None
+            if whole is not None or each is not None:
+                self.parts.append(_Sum(block, whole, each, own))
+
+    def _whole(self, block: Block, terms: Terms, target: Index) -> csr_matrix | None:
+        if not len(target):
+            return None
+        shape = self.count, block.count
+        return csr_matrix((terms.factor, (target, terms.source - block.first)), shape=shape)
+
+    @cached_property
+    def constant(self) -> Array:
+        """What does not vary over the batch, (targets,)."""
+        out = np.zeros(self.count)
+        picked = Picked(self.coupling.grid.shape, tuple(np.zeros(1, dtype=np.int64) for _ in self.coupling.grid.shape))
+        for part in self.parts:
+            if part.whole is not None and not part.block.mask:
+                out += part.whole @ numbers_of(part.block, picked)[:, 0]
+        return out
+
+    def at(self, picked: Picked) -> Array:
+        """The sums at some entries, (targets, m)."""
+        count = len(picked.index[0]) if picked.index else 1
+        out = np.repeat(self.constant[:, None], count, axis=1)
+        factors = picked.of_values(self.coupling.factors) if any(part.each is not None for part in self.parts) else None
+        for part in self.parts:
+            varies = part.block.mask != 0
+            if not varies and part.each is None:
+                continue
+            numbers = numbers_of(part.block, picked)
+            if part.whole is not None and varies:
+                out += part.whole @ np.ascontiguousarray(np.broadcast_to(numbers, (len(numbers), count)))
+            if part.each is not None:
+                assert factors is not None
+                out += part.each @ _weighed(part.terms, part.block, numbers, factors)
+        return out
+
+
+def _weighed(terms: Terms, block: Block, numbers: Array, factors: Array) -> NDArray[np.float64]:
+    """Terms with their varying factors, (terms, m)."""
+    taken: Array = numbers[terms.source - block.first]
+    for each in (terms.first, terms.second):
+        taken = taken * np.where((each >= 0)[:, None], factors[each], 1.0)
+    return np.ascontiguousarray(np.broadcast_to(taken, (len(taken), factors.shape[1])))
+
+
+def numbers_of(block: Block, picked: Picked) -> Array:
+    """Numbers of a block at some entries, (count, m or 1)."""
+    if block.group is None:
+        return picked.of_values(list(block.values))
+    if block.rows is not None:
+        group = picked.of_group(block.group)
+        springs = np.moveaxis(group.element.springs(group.length)[0], -1, 0)
+        return springs.reshape(block.count, -1)
+    stiffness = np.moveaxis(picked.of_group(block.group).stiffness(), (-2, -1), (0, 1))
+    return stiffness.reshape(block.count, -1)

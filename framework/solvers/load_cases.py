@@ -1,0 +1,92 @@
+"""Load cases that are sums of few: a unit of each number that varies is solved for, and what is constant together.
+
+A large batch of loads is often one load, or a few, of many sizes. As the solution is linear in each, it is that for a
+unit of it, times its size.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, aligned
+from ..description import Description
+from ..protocol import changed
+from ..structure.parts import Grid, Knowns, Value
+
+
+class Loaded(Protocol):
+    """What tells how loads vary: a plan whose stiffness does not."""
+
+    frame: Description
+    knowns: Knowns
+
+    @property
+    def grid(self) -> Grid:
+        """The batch."""
+        ...
+
+    @property
+    def imposed(self) -> Sequence[Value]:
+        """The number one, and known displacements and offsets that vary."""
+        ...
+
+
+def varying(plan: Loaded) -> list[Value]:
+    """Numbers, the first of which is one, in which the solution is linear: none where they are not known to be few."""
+    frame, grid = plan.frame, plan.grid
+    along = [array for loads in frame.member_loads.values() for load in loads for array in load.forces]
+    along += [] if frame.weight is None else [frame.weight]
+    if plan.knowns.geometry or any(set(array.shape[:-1]) > {1} for array in along):
+        return []
+    given = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
+    return [*plan.imposed, *(value for value in given if grid.mask(value))]
+
+
+def count(plan: Loaded) -> int:
+    """Right-hand sides that have to be solved for."""
+    cases, units = plan.grid.sizes[-1], len(varying(plan))
+    return min(units, cases) if units else cases
+
+
+def by_units(plan: Loaded) -> tuple[Description, Grid, Knowns, NDArray[np.float64]] | None:
+    """The frame, batch and known numbers of a unit of each number that varies, and these numbers (units, load cases).
+
+    The units are along the last axis of the batch. None where there are no fewer of them than load cases.
+    """
+    numbers = varying(plan)
+    if not 0 < len(numbers) < plan.grid.sizes[-1]:
+        return None
+    shape = plan.grid.shape
+    own, unit = (1,) * (len(shape) - 1) + (len(numbers),), np.eye(len(numbers))
+    grid = Grid(own)
+    units: list[Value] = [row.reshape(own) for row in unit]
+    frame = _units(plan.frame, plan.grid, units, len(plan.imposed))
+    whole = [np.broadcast_to(number, shape).reshape(-1) for number in numbers]
+    return frame, grid, Knowns(grid, 0, units[: len(plan.imposed)]), np.array(whole)
+
+
+def _units(frame: Description, grid: Grid, units: Sequence[Value], first: int) -> Description:
+    """Loads of a frame as units of what varies, from the number `first` on, and constants as the first unit."""
+    twin, ndim = copy.copy(frame), len(grid.shape)
+    one, more = np.asarray(units[0]), iter(units[first:])
+
+    def load(value: Array) -> Array:
+        varies = grid.mask(grid.value(value))
+        return np.asarray(next(more)) if varies else one * value.reshape(-1)[0]
+
+    def alone(array: Array, trailing: int) -> Array:
+        found: Array = one.reshape(*one.shape, *(1,) * trailing) * aligned(array, ndim, trailing)
+        return found
+
+    twin._shape = one.shape
+    twin.loads = {node: [(k, load(value)) for k, value in loads] for node, loads in frame.loads.items()}
+    twin.member_loads = {
+        member: [changed(load, alone) for load in loads] for member, loads in frame.member_loads.items()
+    }
+    twin.weight = None if frame.weight is None else alone(frame.weight, 1)
+    return twin

@@ -1,0 +1,374 @@
+"""Solver of batches of middle-sized frames: each entry a banded matrix of one pattern, assembled many at a time.
+
+What is found once for the batch is which number goes where, and the order of elimination. Where loads vary over more
+than the stiffness does, a unit of each known number is solved for, as far as these are fewer than the entries that
+share a factor. An entry of which a random load tells that rounding would show is refined in extended precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..batched.plan import Plan
+from ..clock import timed
+from ..error_bounds.kinematics import Kinematics, extended
+from ..structure.parts import Row, Value, combine
+from ..structure.topology import Index
+from .evaluation import Picked, Sums
+from .stacked_bands import Bands, StackedFactor, probe
+from .stacked_refinement import Deformations, Residual, SpringResidual, StaticsResidual, are_constant
+
+Mask = NDArray[np.bool_]
+_Kind = TypeVar("_Kind", np.bool_, np.float64)
+# Bytes that are assembled, factorised and refined at a time; results and factors that are kept.
+_ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
+# Relative error of a solution from which on it is refined, as a random load tells it; what is left then; steps at most.
+ROUGH, _FINE, _STEPS = 2e-13, 1e-15, 5
+_EPS = float(np.finfo(np.float64).eps)
+
+
+class StackedSolver:
+    """Any number of matrices of one pattern, each with its load cases.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    factors
+        Factors that were kept, to which its own are added: by what varies, which unknowns, and the first matrix.
+    loaded
+        Unknowns that count as loaded, (n,); those that loads reach where None.
+    """
+
+    def __init__(
+        self, plan: Plan, factors: dict[tuple[int, bytes, int], StackedFactor], loaded: Mask | None = None
+    ) -> None:
+        self.plan = plan
+        self.unknown: Index = plan.graph.unknown
+        self.coupling = plan.coupling
+        self.loaded = self.coupling.loaded if loaded is None else loaded
+        self._factors = factors
+
+    def reaching(self, unknowns: Iterable[int]) -> StackedSolver:
+        """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
+        label = self.coupling.label
+        loaded = self.loaded | np.isin(label, label[asked])
+        if np.array_equal(loaded, self.loaded):
+            return self
+        return StackedSolver(self.plan, self._factors, loaded)
+
+    @property
+    def reason(self) -> str:
+        """How the batch is solved, and why."""
+        return self.plan.method.reason
+
+    def values(self, rows: Sequence[Row]) -> list[Value]:
+        """Value of each of `rows` over the unknowns."""
+        knowns = self.plan.knowns.values
+        keys = np.unique([key for row in rows for key in row if key >= 0]).astype(np.int64)
+        places = np.searchsorted(self.unknown, keys)
+        reached = self.loaded[places]
+        with np.errstate(all="ignore"):
+            found = self._solved.of(places[reached].tolist()) if reached.any() else []
+        value = dict(zip(keys[reached].tolist(), map(self._value, found), strict=True))
+
+        def number(key: int) -> Value:
+            return knowns[-1 - key] if key < 0 else value.get(key, 0.0)
+
+        return [combine([(factor, number(key)) for key, factor in row.items()]) for row in rows]
+
+    def singular(self, *, excited: bool) -> Mask:
+        """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
+        found = self._solved.singular if excited else self._unloaded
+        return np.broadcast_to(self._spread(found), self.plan.frame.shape)
+
+    def suspects(self) -> Mask:
+        """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
+        return self.singular(excited=True)
+
+    # -- the batch as two axes ----------------------------------------------------------------------------------------
+
+    @cached_property
+    def _axes(self) -> tuple[list[int], list[int]]:
+        """Axes over which the stiffness varies, and the others."""
+        axes = range(len(self.plan.frame.shape))
+        varies = [axis for axis in axes if self.coupling.mask >> axis & 1]
+        return varies, [axis for axis in axes if axis not in varies]
+
+    @cached_property
+    def count(self) -> int:
+        """Number of matrices."""
+        return self.plan.grid.sizes[self.coupling.mask]
+
+    @cached_property
+    def cases(self) -> int:
+        """Load cases for each of them."""
+        return self.plan.grid.sizes[-1] // max(1, self.count)
+
+    @cached_property
+    def by_units(self) -> bool:
+        """Whether a unit of each known number is solved for, rather than each load case."""
+        loads = self.coupling.blocks[-1].mask
+        few = len(self.sources) < self.cases
+        return few and not loads & ~self.coupling.mask and not self.coupling.imposed
+
+    @cached_property
+    def sources(self) -> Index:
+        """Known numbers that act on what is solved."""
+        terms = self.coupling.terms
+        acting = (terms.high >= self.coupling.size) & self.loaded[terms.low]
+        return np.unique(terms.high[acting]) - self.coupling.size
+
+    @property
+    def columns(self) -> int:
+        """Right-hand sides of each matrix."""
+        return len(self.sources) if self.by_units else self.cases
+
+    def slices(self, numbers: int) -> Iterator[Index]:
+        """Right-hand sides, some at a time, of so many `numbers` each."""
+        step = max(1, _ROOM // max(1, numbers))
+        for start in range(0, self.columns, step):
+            yield np.arange(start, min(start + step, self.columns))
+
+    def _spread(self, found: NDArray[_Kind]) -> NDArray[_Kind]:
+        """An array (matrices,) or (matrices, load cases) with the axes of the batch."""
+        shape, (varies, others) = self.plan.frame.shape, self._axes
+        if found.ndim == 1:
+            return found.reshape([n if axis in varies else 1 for axis, n in enumerate(shape)])
+        split = found.reshape([shape[axis] for axis in varies + others])
+        return np.moveaxis(split, range(len(shape)), varies + others)
+
+    def entries(self, matrices: Index, columns: Index) -> Picked:
+        """Batch entries of some matrices and load cases, these last; of the matrices alone where units are solved."""
+        shape, (varies, others) = self.plan.frame.shape, self._axes
+        if self.by_units:
+            return Picked.of(shape, self.coupling.mask, matrices)
+        mine = np.unravel_index(np.repeat(matrices, len(columns)), [shape[axis] for axis in varies] or (1,))
+        cases = np.unravel_index(np.tile(columns, len(matrices)), [shape[axis] for axis in others] or (1,))
+        by_axis = dict(zip(varies, mine, strict=False)) | dict(zip(others, cases, strict=False))
+        return Picked(shape, tuple(by_axis[axis].astype(np.int64) for axis in range(len(shape))))
+
+    # -- solution -----------------------------------------------------------------------------------------------------
+
+    def _value(self, found: Array) -> Value:
+        """An unknown (matrices, right-hand sides), of as few batch axes as it varies over."""
+        if not self.by_units:
+            return np.ascontiguousarray(self._spread(found))
+        knowns = self.plan.knowns.values
+        each = zip(np.moveaxis(found, 1, 0), self.sources.tolist(), strict=True)
+        return combine([(self._spread(unit), knowns[source]) for unit, source in each])
+
+    @cached_property
+    def _solved(self) -> _Solved:
+        with np.errstate(all="ignore"):
+            # of a twin: what holds each other is freed by the collector alone, and late
+            return _Solved(StackedSolver(self.plan, self._factors, self.loaded))
+
+    @cached_property
+    def _unloaded(self) -> Mask:
+        """Whether what no load reaches is singular, (matrices,)."""
+        out = np.zeros(self.count, dtype=bool)
+        if self.loaded.all():
+            return out
+        bands = self.bands(~self.loaded)
+        vector = probe(bands.size)
+        with np.errstate(all="ignore"):
+            for matrices, factor in self.factors(bands):
+                found = np.repeat(vector[None, None], len(matrices), axis=0)
+                factor.solve(found)
+                out[matrices] = factor.singularity(found[:, 0]).singular
+        return out
+
+    def bands(self, where: Mask) -> Bands:
+        """The matrix of some unknowns."""
+        graph = self.plan.graph
+        with timed(self.plan.times, "elimination order"):
+            return Bands(self.coupling, where, graph.order(graph.band, where))
+
+    def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
+        """Numbers of matrices, and their factors, some at a time."""
+        pieces = sum(len(group.pieces) for group in self.plan.topology.groups)
+        numbers = 144 * pieces + bands.size * (bands.width + 1)
+        step = max(1, _ROOM // (8 * numbers))
+        hold = 8 * self.count * bands.size * (bands.width + 1) < _HOLD
+        for start in range(0, self.count, step):
+            matrices = np.arange(start, min(start + step, self.count))
+            key = self.coupling.mask, bands.where.tobytes(), start
+            if key not in self._factors or len(self._factors[key].root) != len(matrices):
+                with timed(self.plan.times, "factorisation"):
+                    shape, mask = self.plan.frame.shape, self.coupling.mask
+                    factor = bands.factorised(Picked.of(shape, mask, matrices))
+                if not hold:
+                    yield matrices, factor
+                    continue
+                self._factors[key] = factor
+            yield matrices, self._factors[key]
+
+
+class _Solved:
+    """What the loads reach, solved.
+
+    Parameters
+    ----------
+    solver
+        The batch.
+
+    Attributes
+    ----------
+    singular
+        Whether it is singular, (matrices,).
+    rough
+        Relative error of the solution before refinement, as a random load tells it, (matrices,).
+    """
+
+    def __init__(self, solver: StackedSolver) -> None:
+        self.solver = solver
+        self.coupling, self.plan = solver.coupling, solver.plan
+        self.bands = solver.bands(solver.loaded)
+        self.names: list[int] = solver.unknown[solver.loaded].tolist()
+        self.singular = np.zeros(solver.count, dtype=bool)
+        self.rough = np.zeros(solver.count)
+        self._found: dict[int, Array] = {}
+        self._bytes_in_all = 8 * self.bands.size * solver.count * solver.columns
+        if self._bytes_in_all < _HOLD:
+            self._run(np.arange(self.bands.size))
+        else:
+            for matrices, factor in solver.factors(self.bands):
+                self._examine(matrices, factor)
+
+    def of(self, places: Sequence[int]) -> list[Array]:
+        """Some unknowns, (matrices, right-hand sides) each."""
+        if any(place not in self._found for place in places):
+            # Asked a second time, all are kept for later while they take no more than so many bytes.
+            again = self._found and self._bytes_in_all < _KEEP
+            self._run(np.arange(self.bands.size) if again else self.bands.place[places])
+        return [self._found[place] for place in places]
+
+    def _run(self, rows: Index) -> None:
+        """Solve, and keep some of the unknowns."""
+        solver = self.solver
+        out = np.empty((len(rows), solver.count, solver.columns))
+        for matrices, factor in solver.factors(self.bands):
+            self._examine(matrices, factor)
+            for columns in solver.slices(self.bands.size * len(matrices)):
+                found = self._part(matrices, columns, factor)[..., rows]
+                out[:, matrices[:, None], columns] = np.moveaxis(found, -1, 0)
+        at = np.flatnonzero(solver.loaded)
+        at = at[np.argsort(self.bands.place[at])]
+        self._found |= {int(at[row]): each for row, each in zip(rows.tolist(), out, strict=True)}
+
+    def _examine(self, matrices: Index, factor: StackedFactor) -> None:
+        with timed(self.plan.times, "solution"):
+            vector = probe(self.bands.size)
+            found = np.repeat(vector[None, None], len(matrices), axis=0)
+            factor.solve(found)
+            told = factor.singularity(found[:, 0])
+            self.singular[matrices], self.rough[matrices] = told.singular, _EPS * told.growth
+
+    def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
+        """Values (m, right-hand sides, size) of some matrices for some of their right-hand sides."""
+        with timed(self.plan.times, "solution"):
+            right = self._right(matrices, columns)
+            values = right * factor.root[:, None]
+            factor.solve(values)
+            values *= factor.root[:, None]
+            values[self.singular[matrices]] = np.nan
+        hard = np.flatnonzero((self.rough[matrices] > ROUGH) & ~self.singular[matrices])
+        if len(hard) and len(columns):
+            with timed(self.plan.times, "refinement"):
+                self._refine(matrices, columns, hard, factor, right, values)
+        return values
+
+    # -- loads --------------------------------------------------------------------------------------------------------
+
+    def _right(self, matrices: Index, columns: Index, *, imposed: bool = True) -> Array:
+        """Loads (m, right-hand sides, size) in the order of elimination; what `imposed` displacements call for too."""
+        solver, size = self.solver, self.bands.size
+        picked = solver.entries(matrices, columns)
+        found = (self._loads if imposed else self._forces).at(picked).reshape(len(solver.sources), size, -1)
+        if solver.by_units:
+            return np.ascontiguousarray(np.moveaxis(found, -1, 0)[:, columns])
+        knowns = picked.of_values([self.plan.knowns.values[source] for source in solver.sources.tolist()])
+        whole = np.einsum("snm,sm->mn", found, knowns)
+        return np.ascontiguousarray(whole).reshape(len(matrices), len(columns), size)
+
+    @cached_property
+    def _loads(self) -> Sums:
+        """Loads for a unit of each known number, (known numbers, size)."""
+        return self._by_knowns(self.coupling.terms.high >= self.coupling.size)
+
+    @cached_property
+    def _forces(self) -> Sums:
+        """The same without what known displacements call for."""
+        return self._by_knowns(self.coupling.terms.source >= self.coupling.blocks[-1].first)
+
+    def _by_knowns(self, acting: Mask) -> Sums:
+        terms, size = self.coupling.terms, self.coupling.size
+        acting[acting] = self.solver.loaded[terms.low[acting]]
+        own, sources = terms.at(acting), self.solver.sources
+        target = np.searchsorted(sources, own.high - size) * self.bands.size + self.bands.place[own.low]
+        return Sums(self.coupling, own, target, len(sources) * self.bands.size)
+
+    # -- refinement ---------------------------------------------------------------------------------------------------
+
+    def _refine(
+        self, matrices: Index, columns: Index, hard: Index, factor: StackedFactor, right: Array, values: Array
+    ) -> None:
+        """Better `values` (m, right-hand sides, size) of the `hard` ones."""
+        place = self.bands.place[self.solver.loaded]
+        cases = 1 if self.solver.by_units else len(columns)
+        step = max(1, _REFINED // (cases * self._bytes))
+        for start in range(0, len(hard), step):
+            some = hard[start : start + step]
+            root, found = factor.root[some][:, None], extended(values[some])
+            residual = self._residual(matrices[some], columns, right[some][..., place])
+            for _ in range(_steps(float(self.rough[matrices[some]].max()))):
+                change = np.empty(found.shape)
+                change[..., place] = residual.left(found[..., place])
+                change *= root
+                for entry, load in zip(some.tolist(), change, strict=True):
+                    factor.solve_one(entry, load)
+                change *= root
+                found = found + np.where(np.isfinite(change), change, 0.0)
+            values[some] = found.astype(np.float64)
+
+    @cached_property
+    def _deformations(self) -> Deformations | None:
+        return Deformations(self.plan, self.solver.loaded) if are_constant(self.plan) else None
+
+    @property
+    def _bytes(self) -> int:
+        """What refinement of an entry takes."""
+        if self._deformations is None:
+            return StaticsResidual.bytes(self.plan)
+        return 32 * (len(self._deformations.acting) + self.bands.size)
+
+    def _residual(self, matrices: Index, columns: Index, right: Array) -> Residual:
+        solver, deformations = self.solver, self._deformations
+        picked = solver.entries(matrices, columns)
+        if deformations is None:
+            return StaticsResidual(self.plan, self._kinematics, picked, self.names, right if solver.by_units else None)
+        stiffness = deformations.stiffness(Picked.of(self.plan.frame.shape, self.coupling.mask, matrices))
+        if not self.coupling.imposed:
+            return SpringResidual(deformations, stiffness, right, None)
+        knowns = picked.of_values(self.plan.knowns.values).reshape(-1, len(matrices), len(columns))
+        forces = self._right(matrices, columns, imposed=False)[..., self.bands.place[solver.loaded]]
+        return SpringResidual(deformations, stiffness, forces, knowns)
+
+    @cached_property
+    def _kinematics(self) -> Kinematics:
+        """The frame's kinematics in extended precision, at the whole batch."""
+        return Kinematics.of(self.plan)
+
+
+def _steps(rough: float) -> int:
+    """Steps of refinement that leave nothing but rounding."""
+    share = min(8.0 * rough, 0.5)
+    return int(np.clip(np.ceil(np.log(_FINE) / np.log(share)) - 1, 1, _STEPS))
