@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
 from ..framework.protocol import Array
+from ..framework.shape_rules import gauss
 from .bending import Curve
 from .cross_section import CrossSection
 from .parameters import Real
@@ -140,10 +140,3 @@ def _spread(growth: Array, ndim: int) -> tuple[Array, Array]:
     t, w = (part.reshape((POINTS,) + (1,) * max(growth.ndim, ndim)) for part in gauss(POINTS))
     span = np.expm1(growth)
     return np.expm1(growth * t) / span, w * growth * np.exp(growth * t) / span
-
-
-@cache
-def gauss(count: int) -> tuple[Array, Array]:
-    """Nodes and weights of Gauss's rule on (0, 1)."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (nodes + 1.0), 0.5 * weights

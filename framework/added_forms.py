@@ -19,6 +19,7 @@ import numpy as np
 
 from .batch import Array
 from .errors import FrameError
+from .shape_rules import gauss
 
 Change = Callable[[Array, int], Array]
 STIFFNESS, MASS, LOAD = "stiffness", "mass", "load"
@@ -220,8 +221,7 @@ class AddedForm:
         """Fractions and weights of its integration, where the element has these."""
         if self.intorder is None:
             return fractions, weights
-        nodes, shares = np.polynomial.legendre.leggauss(self.intorder // 2 + 1)
-        return 0.5 * (1.0 + nodes), 0.5 * shares
+        return gauss(self.intorder // 2 + 1)
 
     def springs(self, matrices: Array) -> tuple[Array, Array]:
         """Springs (..., points, k), and what they act on by displacement and derivative, (..., points or 1, k, 12)."""
@@ -290,16 +290,16 @@ class FormLoad:
 
     def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:
         """Distances from the member's start and forces (..., 6) that stand for the load between `lower` and `upper`."""
-        half = (np.clip(upper, 0.0, length) - lower) / 2.0
+        stretch = np.clip(upper, 0.0, length) - lower
         order = self.added.intorder
         out = []
-        rule = np.polynomial.legendre.leggauss(count if order is None else order // 2 + 1)
+        rule = gauss(count if order is None else order // 2 + 1)
         for point, weight in zip(*rule, strict=True):
-            x = np.asarray(lower + half * (1.0 + point))
+            x = np.asarray(lower + stretch * point)
             given = self.added.load(x[..., None], length)[..., 0, :]
             force = given[..., :6].copy()
             # what works on the slope of the axis works on the shear strain and on the rotation
             force[..., 4] -= given[..., 8]
             force[..., 5] += given[..., 7]
-            out.append((x, weight * half[..., None] * force))
+            out.append((x, weight * stretch[..., None] * force))
         return out

@@ -19,7 +19,7 @@ from .batch import aligned
 from .clearances.contact import law
 from .errors import FrameError
 from .orientation import default_axes
-from .shape_rules import gradients, section_springs, summed
+from .shape_rules import gauss, gradients, section_springs, summed
 
 Array = NDArray[np.float64]
 # Changes a parameter; the number says how many of its last axes are no batch axes.
@@ -216,8 +216,7 @@ class LineElement(ABC):
     @property
     def integration_points(self) -> tuple[Array, Array]:
         """Fractions of the length and weights, (points, ...), by which matrices are integrated."""
-        points, weights = np.polynomial.legendre.leggauss(max(self.quadrature, 4))
-        return 0.5 * (1.0 + points), 0.5 * weights
+        return gauss(max(self.quadrature, 4))
 
     @property
     def sections_shape(self) -> tuple[int, ...]:

@@ -5,6 +5,7 @@ All of it comes in the precision of the length, and what a rigid motion strains 
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -43,6 +44,22 @@ class Law(Protocol):
     def section_flexibility(self, fraction: Array) -> Array:
         """Strain and curvature per unit ``N Vy Vz T My Mz``, (..., 6)."""
         ...
+
+
+@cache
+def gauss(count: int) -> tuple[Array, Array]:
+    """Nodes and weights of Gauss's rule on (0, 1).
+
+    Parameters
+    ----------
+    count
+        Number of nodes.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    found = 0.5 * (1.0 + nodes), 0.5 * weights
+    for part in found:
+        part.setflags(write=False)
+    return found
 
 
 def gradients(member: Law, length: Real, fraction: Real) -> Real:
