@@ -428,16 +428,15 @@ class Description:
         if apart:
             leaders, which = list(range(len(names))), np.arange(len(names))
         made: list[LineElement] = []
-        examined: set[type[LineElement]] = set()
+        examined: set[object] = set()
         for k in leaders:
             member = members[k]
             made.append(FormedElement.of(member.element, added, lengths[names[k]] if apart else None))
             # what the form makes of one proven element it makes of all of that class
-            kind = type(member.element)
+            kind = type(member.element) if is_proven(member.element) else k
             if made[-1] is not member.element and kind not in examined:
                 examine_member(names[k], made[-1], self._chord(member.start, member.end))
-                if is_proven(member.element):
-                    examined.add(kind)
+                examined.add(kind)
         self._shape, self._shapes = widened
         for name, member, number in zip(names, members, which.tolist(), strict=True):
             self.members[name] = replace(member, element=made[number])
