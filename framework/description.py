@@ -933,6 +933,8 @@ class Description:
 
 def alone(frame: Description) -> Description:
     """The same description, dicts and all, which does not tell what it was made from."""
+    if frame.made_from is None:
+        return frame
     twin = object.__new__(type(frame))
     for name, value in vars(frame).items():
         setattr(twin, name, value)
