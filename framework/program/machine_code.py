@@ -9,6 +9,7 @@ may add in another order. Of n terms they differ by no more than 2 n roundings o
 from __future__ import annotations
 
 import ctypes
+import os
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -89,10 +90,17 @@ class Kernel:
             self._function(table, 0, rows, 0, length)
             return
         cut = np.linspace(0, rows if rows >= pieces else length, pieces + 1).astype(int).tolist()
-        with ThreadPoolExecutor(pieces) as pool:
-            for start, stop in pairwise(cut):
-                part = (start, stop, 0, length) if rows >= pieces else (0, rows, start, stop)
-                pool.submit(self._function, table, *part)
+        parts = [(a, b, 0, length) if rows >= pieces else (0, rows, a, b) for a, b in pairwise(cut)]
+        others = [_threads(pieces - 1, os.getpid()).submit(self._function, table, *part) for part in parts[1:]]
+        self._function(table, *parts[0])
+        for other in others:
+            other.result()
+
+
+@cache
+def _threads(count: int, process: int) -> ThreadPoolExecutor:
+    """So many threads beside the one that asks; a process that was forked off has its own."""
+    return ThreadPoolExecutor(count, "linkframe")
 
 
 # -- the text that LLVM reads ------------------------------------------------------------------------------------------
