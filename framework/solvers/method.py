@@ -111,7 +111,7 @@ def choose(plan: Compiled, asked: str | None) -> Method:
         if asked not in (BROADCAST, BANDED) and not plan.constant:
             raise FrameError(
                 f"method {asked!r} solves one matrix, but the stiffness varies over the batch {plan.frame.shape}: "
-                "use 'broadcast', or give the entries frames of their own"
+                "use 'broadcast' or 'banded', or give the entries frames of their own"
             )
         return Method(asked, f"{asked}, as asked for")
     if not plan.constant:
