@@ -16,8 +16,8 @@ from .load_cases import Loaded, count
 
 BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
 
-# Unknowns above which a frame that does not vary goes a sparse way; and up to which, members in line condensed, one that
-# does is broadcast.
+# Unknowns above which a frame that does not vary goes a sparse way; and up to which one that does is broadcast, members
+# in line condensed.
 LARGE, FEW = 100, 48
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
