@@ -94,10 +94,10 @@ class Frame(InBulk):
         Parameters
         ----------
         method
-            ``broadcast`` (any batch), or for one large frame, whose stiffness does not vary, ``banded`` (LAPACK),
-            ``sparse`` (SuperLU), ``cholesky`` (CHOLMOD, with the extra ``fast``) or ``iterative`` (conjugate
-            gradients). Where None, the plan takes what promises to be fastest; ``explain()`` says what and why. The
-            results are the same.
+            ``broadcast`` or ``banded`` (LAPACK, a band for each entry) for any batch; or for one large frame, whose
+            stiffness does not vary, ``sparse`` (SuperLU), ``cholesky`` (CHOLMOD, with the extra ``fast``) or
+            ``iterative`` (conjugate gradients). Where None, the plan takes what promises to be fastest; ``explain()``
+            says what and why. The results are the same.
         clearance
             Whether the joints' clearances are taken into account; False leaves compliance alone, so that the
             difference is the displacement by clearance.

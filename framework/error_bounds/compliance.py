@@ -24,9 +24,8 @@ _DEFORMATION = 32.0
 NEAR = 1e-8
 # Steps of refinement with an inverse in extended precision, which serves what is hardest.
 _STEPS = 3
-# Inverse iterations for a large matrix, the factor by which the least eigenvalue may still be below what they find, and
-# the share of `fuzz` below which they find nothing but rounding.
-_ITERATIONS = 8
+# The factor by which the least eigenvalue of a large matrix may still be below what inverse iteration finds, and the
+# share of `fuzz` below which that finds nothing but rounding.
 _SAFETY = 4.0
 _FOUND = 1.0 / 16.0
 
@@ -194,10 +193,10 @@ class SparseCompliance(Factored, Compliance):
         super().__init__(factor)
         self.greatest = float(coupled)
         size = len(self.root)
-        vector = np.random.default_rng(0).standard_normal((size, 2))
+        vector, steps = factor.soft()
         growth = 0.0
-        for _ in range(_ITERATIONS):
-            found = factor.unscaled(vector / np.sqrt(np.sum(vector**2, axis=0)))
+        for _ in range(steps):
+            found = factor.roughly(vector / np.sqrt(np.sum(vector**2, axis=0)))
             if found is None or not np.isfinite(found).all():
                 growth = np.inf
                 break

@@ -1,1 +1,1 @@
-"""One large frame: the matrix by node blocks, and the ways to solve it."""
+"""One large frame, or a batch of middle-sized ones: their matrices, and the ways to solve them."""

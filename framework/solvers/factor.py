@@ -14,6 +14,8 @@ from .rounding import zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
 ITERATIONS = 4
+# The same where it is to be found whatever it is, from random vectors.
+_TO_THE_LEAST = 8
 # A random vector that inverse iteration makes grow by this share of what it would for a zero eigenvalue is suspect:
 # it may have missed the eigenvector by as much.
 SUSPECT = 1e-6
@@ -43,6 +45,14 @@ class Factor(ABC):
     @abstractmethod
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
+
+    def soft(self) -> tuple[Array, int]:
+        """Vectors (n, 2) that lead to the least eigenvalue of the scaled matrix, by so many inverse iterations."""
+        return np.random.default_rng(0).standard_normal((len(self.root), 2)), _TO_THE_LEAST
+
+    def roughly(self, load: Array) -> Array | None:
+        """As `unscaled`, to a few digits where that is quicker: enough to find the least eigenvalue."""
+        return self.unscaled(load)
 
     @property
     @abstractmethod

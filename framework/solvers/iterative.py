@@ -6,6 +6,7 @@ are rigid (Nicolaides, SIAM J. Numer. Anal. 24, 1987, 355-365, with the six rigi
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,6 +28,10 @@ PIECE = 100
 ITERATIONS = 4000
 # A random load whose residual comes down to this share has no part in a motion that nothing resists.
 _PROBE = 1e-5
+# Vectors that lead to the least eigenvalues, and steps.
+_BLOCK, _SOFT_STEPS = 4, 40
+# Share of a load that is left where a few digits do.
+_ROUGH = 1e-3
 # Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
 _FLOOR = 1e-12
 _EPS = float(np.finfo(float).eps)
@@ -93,6 +98,31 @@ class Iterative(Factor):
                 self._give_up()
         assert self.instead is not None
         return self.instead.unscaled(load)
+
+    def soft(self) -> tuple[Array, int]:
+        """Vectors (n, 2) near those of the least eigenvalues, by preconditioned steps on a few random ones at once
+        (LOBPCG: Knyazev, SIAM J. Sci. Comput. 23, 2001, 517-541)."""
+        from scipy.sparse.linalg import LinearOperator, lobpcg
+
+        size = len(self.root)
+        if self.instead is not None or size <= _BLOCK * _BLOCK:
+            return super().soft()
+        inverse = LinearOperator((size, size), matvec=self.precondition, matmat=self.precondition, dtype=float)
+        start = np.random.default_rng(0).standard_normal((size, _BLOCK))
+        with warnings.catch_warnings():  # of not having come to rounding
+            warnings.simplefilter("ignore")
+            _, vectors = lobpcg(self.scaled, start, M=inverse, largest=False, maxiter=_SOFT_STEPS, tol=_EPS)
+        return (np.array(vectors[:, :2]), 2) if np.isfinite(vectors).all() else super().soft()
+
+    def roughly(self, load: Array) -> Array | None:
+        """As `unscaled`, to a few digits."""
+        found = [self._rough(column) for column in load.T] if self.instead is None else [None]
+        columns = [column for column in found if column is not None]
+        return np.stack(columns, axis=1) if len(columns) == len(found) else self.unscaled(load)
+
+    def _rough(self, load: Array) -> Array | None:
+        least = _ROUGH * _norm(load)
+        return self._descend(load, lambda _: least)
 
     @cached_property
     def singular(self) -> bool:

@@ -16,7 +16,8 @@ from .load_cases import Loaded, count
 
 BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
 
-# Unknowns above which a frame that does not vary goes a sparse way; and up to which one that does is broadcast.
+# Unknowns above which a frame that does not vary goes a sparse way; and up to which one that does is broadcast, members
+# in line condensed.
 LARGE, FEW = 100, 48
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
@@ -111,7 +112,7 @@ def choose(plan: Compiled, asked: str | None) -> Method:
         if asked not in (BROADCAST, BANDED) and not plan.constant:
             raise FrameError(
                 f"method {asked!r} solves one matrix, but the stiffness varies over the batch {plan.frame.shape}: "
-                "use 'broadcast', or give the entries frames of their own"
+                "use 'broadcast' or 'banded', or give the entries frames of their own"
             )
         return Method(asked, f"{asked}, as asked for")
     if not plan.constant:
@@ -124,7 +125,7 @@ def choose(plan: Compiled, asked: str | None) -> Method:
 def _fastest_batch(plan: Compiled) -> Method:
     """The way of a batch over which the stiffness varies."""
     why = "as the stiffness varies over the batch"
-    if len(plan.unknowns) <= FEW:
+    if len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains) <= FEW:
         return Method(BROADCAST, f"broadcasting LDL^T, {why}")
     condensed = [piece for _, pieces in plan.chains for piece in pieces]
     coupling, graph = plan.rough_coupling, plan.graph
