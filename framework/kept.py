@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .batched.block import Factor
+from .batched.block import BlockFactor
 from .batched.plan import Plan
 from .batched.reuse import same_structure
 from .batched.unloaded import Chained, Unloaded
@@ -25,7 +25,7 @@ class Factors:
     """
 
     def __init__(self) -> None:
-        self.light: dict[tuple[Chained, int], Factor] = {}
+        self.light: dict[tuple[Chained, int], BlockFactor] = {}
         self.stacked: dict[tuple[int, bytes, int], StackedFactor] = {}
         self._sparse: SparseStiffness | None = None
 

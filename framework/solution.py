@@ -27,7 +27,7 @@ from .explain import explain
 from .kept import Factors, planned
 from .provenance import regular_there, with_origin
 from .results.conditioning import scaled, usual
-from .results.idle import Idle
+from .results.idle import ConsistentMechanisms
 from .results.parts import of_joint, of_member, of_node, of_part
 from .results.primary import Primary
 from .results.recovery import Recovery
@@ -721,12 +721,12 @@ class Solution(SavedResults):
         return self.primary.resolved
 
     @property
-    def idle(self) -> Idle | None:
+    def idle(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
         return self.primary.idle
 
     @property
-    def known_idle(self) -> Idle | None:
+    def known_idle(self) -> ConsistentMechanisms | None:
         """`idle`, once that has been asked for."""
         return self.primary.known_idle
 

@@ -26,7 +26,7 @@ from ..structure.parts import Grid, Parts, Row, Value
 from ..structure.varying import Varying
 from .chunks import held, large_masks, steps
 from .order import Order
-from .progress import Masks, Progress, Springs, Wanted
+from .progress import Masks, PartialFactorisation, Springs, Wanted
 from .replay import Elimination
 from .stage import Forces, Matrix, Stage
 from .tail import Remainder
@@ -75,7 +75,7 @@ class Block:
     varying: Varying | None = None
 
 
-class Factor:
+class BlockFactor:
     """LDL^T of a block; it answers for rows over the unknowns.
 
     Parameters
@@ -110,13 +110,13 @@ class Factor:
             self.shared = self._shared()
         # What later reads and other loads take up: unknowns and known numbers of a tail, factors of chunks.
         self._numbers: dict[int, Value] | None = None
-        self._kept: dict[int, Progress] = {}
-        self._former: dict[int, Progress] = {}
+        self._kept: dict[int, PartialFactorisation] = {}
+        self._former: dict[int, PartialFactorisation] = {}
         self._least: Array | None = None
         self._again = False
         self.origin, self.ran = "", ""
 
-    def loaded(self, block: Block) -> Factor:
+    def loaded(self, block: Block) -> BlockFactor:
         """The same factor under the loads of another block, which differs in nothing else."""
         twin = object.__new__(type(self))
         twin.block, twin.workers, twin.large, twin.small = block, self.workers, self.large, self.small
@@ -179,14 +179,16 @@ class Factor:
 
     # -- one run ----------------------------------------------------------------------------------------------------
 
-    def _shared(self) -> Progress:
+    def _shared(self) -> PartialFactorisation:
         """All that is small, of the whole batch."""
         block = self.block
         if block.grid.sizes[-1] == 1 and not block.varying:
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
             return Elimination(block.orders, *given).carried_out(self._masks, block.knowns)
         stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
-        progress = Progress(block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks)
+        progress = PartialFactorisation(
+            block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks
+        )
         progress.factorise(self.small, given=True)
         progress.load(self.small)
         return progress
@@ -278,7 +280,7 @@ class Factor:
         self._again = self._holdable
         return results[: len(rows)]
 
-    def _chunk(self, index: int, cut: Callable[[Value], Value]) -> Progress:
+    def _chunk(self, index: int, cut: Callable[[Value], Value]) -> PartialFactorisation:
         """A chunk solved: kept, made of a factor that was for other loads, or from the beginning."""
         if index in self._kept:
             return self._kept[index]
@@ -295,14 +297,14 @@ class Factor:
             self._kept[index] = progress
         return progress
 
-    def _done_again(self, take: Callable[[Value], Value], varying: Sequence[Value]) -> Progress:
+    def _done_again(self, take: Callable[[Value], Value], varying: Sequence[Value]) -> PartialFactorisation:
         """The whole way once more for the terms that are large, with what stands for each number."""
         shared = self.shared
         inner, outer = shared.inner.mapped(take), shared.outer.mapped(take)
         rows = {a: _mapped(row, take) for a, row in shared.rows.items()}
         springs = [(_mapped(row, take), take(stiffness)) for row, stiffness in shared.springs]
         knowns = [take(value) for value in shared.knowns]
-        progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
+        progress = PartialFactorisation(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
         if self.block.varying:
             for entry, value in self.block.varying.values(varying):
                 inner.put(*entry.at, entry.mask, value)
@@ -311,7 +313,7 @@ class Factor:
         progress.load(self.large)
         return progress
 
-    def _recorded(self) -> tuple[Recording, Progress]:
+    def _recorded(self) -> tuple[Recording, PartialFactorisation]:
         """The same written down."""
         recording, varying = Recording(), self.block.varying
         later = [recording.later(mask) for mask in varying.masks] if varying else []
@@ -336,7 +338,7 @@ class Factor:
         recording: Recording,
         asked: Sequence[Value],
         places: Sequence[Array | None],
-        state: Progress | None = None,
+        state: PartialFactorisation | None = None,
     ) -> list[Value]:
         """The numbers that `asked` terms stand for, chunk by chunk; of each, `state` is kept with its numbers."""
         grid, varying = self.block.grid, self.block.varying

@@ -11,7 +11,7 @@ from ..batch import Array
 from ..clock import timed
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, combine, unknowns
-from .block import Factor
+from .block import BlockFactor
 from .plan import Plan
 from .unloaded import Chained
 
@@ -30,9 +30,9 @@ class BroadcastSolver:
         Factors of the same frame under other loads; those that are light are left there for the next.
     """
 
-    def __init__(self, plan: Plan, former: dict[tuple[Chained, int], Factor] | None = None) -> None:
+    def __init__(self, plan: Plan, former: dict[tuple[Chained, int], BlockFactor] | None = None) -> None:
         self.plan, self.former = plan, {} if former is None else former
-        self._factors: dict[int, Factor] = {}
+        self._factors: dict[int, BlockFactor] = {}
 
     def only(self, plan: Plan) -> BroadcastSolver:
         """The same for a plan of a part, with the same factors."""
@@ -109,13 +109,13 @@ class BroadcastSolver:
         """What of the factor of a component is that of the last solution, in words; empty for nothing."""
         return self._factors[component].origin if component in self._factors else ""
 
-    def factor(self, component: int) -> Factor:
+    def factor(self, component: int) -> BlockFactor:
         """Factorisation of a component."""
         if component not in self._factors:
             block, key = self.plan.block(component), (self.plan.chained, component)
             kept = self.former.get(key)
             with timed(self.plan.times, "factorisation"):
-                factor = Factor(block) if kept is None else kept.loaded(block)
+                factor = BlockFactor(block) if kept is None else kept.loaded(block)
             self._factors[component] = factor
             if factor.light:
                 for other in [old for old in list(self.former) if old[0] is not key[0]]:

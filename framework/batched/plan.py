@@ -18,7 +18,7 @@ from ..solvers.method import Method, choose
 from ..structure.assembly import force_entries
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, unknowns
 from ..structure.topology import Group, Index
-from ..structure.tree import Tree
+from ..structure.tree import JointTree
 from ..structure.varying import Varying
 from .block import Block
 from .condensation import Chain, Condensation, chains, loaded
@@ -92,7 +92,7 @@ class Plan:
         return self.unloaded.grid
 
     @property
-    def tree(self) -> Tree:
+    def tree(self) -> JointTree:
         """What each node's displacement is made of."""
         return self.unloaded.tree
 

@@ -36,7 +36,7 @@ class Masks:
 
 
 @dataclass
-class Progress:
+class PartialFactorisation:
     """Both stages and what turns the first into the second.
 
     Attributes
@@ -105,7 +105,7 @@ class Progress:
             least = np.minimum(least, value)
         return least
 
-    def mapped(self, change: Callable[[Value], Value]) -> Progress:
+    def mapped(self, change: Callable[[Value], Value]) -> PartialFactorisation:
         """What later reads and other loads need, with `change` applied to every number."""
         return replace(
             self,
@@ -211,7 +211,7 @@ class Progress:
         self._push(wanted)
         self.outer.forward(outer, wanted)
 
-    def loaded(self, inner: Forces, outer: Forces, knowns: list[Value]) -> Progress:
+    def loaded(self, inner: Forces, outer: Forces, knowns: list[Value]) -> PartialFactorisation:
         """The same elimination under other loads, which are yet to be carried through."""
         before, after = self.complete
         return replace(

@@ -19,7 +19,7 @@ from ..program.program import Operation
 from ..program.recording import Recording, Term
 from ..structure.parts import Parts, Row, Value, is_zero
 from .order import Order
-from .progress import Masks, Progress, Springs
+from .progress import Masks, PartialFactorisation, Springs
 from .stage import Forces, Matrix, Pivot, Stage
 
 # What is done, and the places of the two numbers that it is done with.
@@ -54,7 +54,7 @@ class Elimination:
         self.orders, self.matrix, self.forces, self.scale = orders, matrix, forces, scale
         self.rows, self.springs = rows, springs
 
-    def carried_out(self, masks: Masks, knowns: list[Value]) -> Progress:
+    def carried_out(self, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
         """Both stages, eliminated and loaded.
 
         Parameters
@@ -70,9 +70,9 @@ class Elimination:
         recorded: _Recorded = PROGRAMS.found(self._key(), _Recorded, operations + 100)
         return recorded.replayed(self, masks, knowns)
 
-    def _plainly(self, masks: Masks, knowns: list[Value]) -> Progress:
+    def _plainly(self, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
         stage = Stage(self.matrix, self.forces, self.scale).mapped(_same)
-        progress = Progress(self.orders, stage, Stage(), self.rows, self.springs, knowns, masks)
+        progress = PartialFactorisation(self.orders, stage, Stage(), self.rows, self.springs, knowns, masks)
         progress.factorise([True], given=True)
         progress.load([True])
         return progress
@@ -127,9 +127,9 @@ class _Recorded:
 
     def __init__(self) -> None:
         self.met = 0
-        self.made: tuple[list[Operations], list[Value], Progress] | None = None
+        self.made: tuple[list[Operations], list[Value], PartialFactorisation] | None = None
 
-    def replayed(self, given: Elimination, masks: Masks, knowns: list[Value]) -> Progress:
+    def replayed(self, given: Elimination, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
         """Both stages of a component: as ever the first few times, from the list the later ones."""
         self.met += 1
         if self.met <= _FEW:
@@ -158,7 +158,7 @@ class _Recorded:
             knowns=knowns,
         )
 
-    def _record(self, given: Elimination, masks: Masks) -> tuple[list[Operations], list[Value], Progress]:
+    def _record(self, given: Elimination, masks: Masks) -> tuple[list[Operations], list[Value], PartialFactorisation]:
         recording = Recording()
         terms = given.mapped(lambda value: recording.later(0))
         progress = terms._plainly(masks, [])

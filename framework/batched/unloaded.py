@@ -18,7 +18,7 @@ from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
-from ..structure.tree import Tree
+from ..structure.tree import JointTree
 from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
@@ -49,7 +49,7 @@ class Unloaded:
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
         self.topology = Topology.of(frame, cut=cut)
-        self.tree = Tree.of(self.topology, self.knowns)
+        self.tree = JointTree.of(self.topology, self.knowns)
 
     @cached_property
     def constant(self) -> bool:

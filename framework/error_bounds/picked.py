@@ -11,10 +11,10 @@ from ..description import Description
 from ..protocol import PointElement, changed
 from ..solvers.evaluation import Picked
 from ..structure.topology import Topology
-from .applied import Loads
+from .applied import AppliedLoads
 from .deformations import springs
 from .equilibrium import Statics, imposed_on, six
-from .kinematics import Kinematics
+from .kinematics import FrameKinematics
 
 
 class PickedStatics(Statics):
@@ -30,12 +30,12 @@ class PickedStatics(Statics):
         The entries (m,).
     """
 
-    def __init__(self, plan: Plan, kinematics: Kinematics, picked: Picked) -> None:
+    def __init__(self, plan: Plan, kinematics: FrameKinematics, picked: Picked) -> None:
         own = plan_at(plan, picked)
         self.plan = plan
         self.kinematics = kinematics.mapped(picked.of_array)
         self.springs = springs(own)
-        self.loads = Loads.of(own, self.springs)
+        self.loads = AppliedLoads.of(own, self.springs)
         links, ndim = kinematics.links, len(plan.frame.shape)
         self.stiffness = [picked.of_array(six(link.edge.stiffness, ndim), 1) for link in links]
         imposed = [imposed_on(plan, link) for link in links]

@@ -17,7 +17,7 @@ from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..states import States
 from ..structure.parts import Row
-from .idle import Idle
+from .idle import ConsistentMechanisms
 
 
 class LinearResults(Protocol):
@@ -49,12 +49,12 @@ class LinearResults(Protocol):
         ...
 
     @property
-    def idle(self) -> Idle | None:
+    def idle(self) -> ConsistentMechanisms | None:
         """Entries that can move, on whose free motions the loads do no work."""
         ...
 
     @property
-    def known_idle(self) -> Idle | None:
+    def known_idle(self) -> ConsistentMechanisms | None:
         """`idle`, once that has been asked for."""
         ...
 

@@ -17,7 +17,7 @@ from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
-from .idle import Idle, idle
+from .idle import ConsistentMechanisms, idle
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 
@@ -51,7 +51,7 @@ class Primary:
         solver: Solver | None = None,
     ) -> None:
         self.plan, self.factors, self.contact = plan, factors, contact
-        self.known_idle: Idle | None = None
+        self.known_idle: ConsistentMechanisms | None = None
         if solver is not None:
             self.solver = solver
 
@@ -96,7 +96,7 @@ class Primary:
         return found if found.mask.any() else None
 
     @cached_property
-    def idle(self) -> Idle | None:
+    def idle(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
         found = self.solver.singular(excited=True)
         if self.resolved is not None:

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from ..batch import Array, aligned
-from ..error_bounds.bounds import BoundedResults, Part
+from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
-from ..error_bounds.equilibrium import Equilibrium
+from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
 from ..member_law import deformation_rows
@@ -56,7 +56,7 @@ def nonlinearity(solution: BoundedResults) -> Array:
     return out
 
 
-def _of(part: Part) -> Real:
+def _of(part: BatchPart) -> Real:
     state, compliance = part.state, part.compliance
     count = state.kinematics.count
     unbalanced: Any = np.zeros((count, 6))
@@ -94,7 +94,7 @@ def _of(part: Part) -> Real:
     return out
 
 
-def _strain_forces(state: Equilibrium, group: Group, springs: Springs) -> Real:
+def _strain_forces(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
     """End forces that strain the members of a group as they do without forces, global, (..., n, 12)."""
     local = strain_forces(group, np.arange(len(group.pieces)))
     split = state.change(np.moveaxis(local, 0, -2), 2)
@@ -103,7 +103,7 @@ def _strain_forces(state: Equilibrium, group: Group, springs: Springs) -> Real:
     return out.reshape(*out.shape[:-2], 12)
 
 
-def _beyond_stiffness(state: Equilibrium, group: Group, springs: Springs) -> Real:
+def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
     """What the law of members is beyond the forces of their stiffness, on their ends, global, (..., n, 12)."""
     length = np.asarray(springs.length, dtype=np.float64)
     level = np.asarray(springs.level, dtype=np.float64)
@@ -135,7 +135,7 @@ def _deformed(springs: Springs, local: Array) -> Real:
     return out
 
 
-def _beyond_springs(state: Equilibrium, number: int) -> Real | None:
+def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
     """What a joint's own law leaves unbalanced of the force of its springs, (..., 6); None where it has none."""
     edge = state.kinematics.links[number].edge
     if edge.kind != "joint" or edge.name is None:
@@ -159,7 +159,7 @@ def _beyond_springs(state: Equilibrium, number: int) -> Real | None:
     return out
 
 
-def _links(state: Equilibrium) -> tuple[Array, Array]:
+def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
     """What turning links leave unbalanced at the nodes, (..., nodes, 6), and the largest square of an arm's turn."""
     moved = np.asarray(state.displacements, dtype=np.float64)
     out, largest = np.zeros(moved.shape), np.zeros(moved.shape[:-2])

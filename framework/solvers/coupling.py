@@ -21,7 +21,7 @@ from ..batched.stage import Forces
 from ..structure.group import Group
 from ..structure.parts import Grid, Knowns, Row, Value, is_zero
 from ..structure.topology import Index, Topology
-from ..structure.tree import Tree
+from ..structure.tree import JointTree
 from .graph import Graph
 
 Mask = NDArray[np.bool_]
@@ -96,7 +96,7 @@ class Described(Protocol):
     def topology(self) -> Topology: ...
 
     @property
-    def tree(self) -> Tree: ...
+    def tree(self) -> JointTree: ...
 
     @property
     def grid(self) -> Grid: ...
@@ -183,7 +183,9 @@ class Coupling:
 
     # -- what the displacements are made of ---------------------------------------------------------------------------
 
-    def _transformation(self, dofs: int, tree: Tree, unknown: Index) -> tuple[Index, Index, NDArray[np.float64], Index]:
+    def _transformation(
+        self, dofs: int, tree: JointTree, unknown: Index
+    ) -> tuple[Index, Index, NDArray[np.float64], Index]:
         """Rows of T and G: where each starts, columns, factors, and numbers of those that vary.
 
         Springs follow the displacements, and the known numbers follow these, as rows of their own.

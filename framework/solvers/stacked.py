@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..clock import timed
-from ..error_bounds.kinematics import Kinematics, extended
+from ..error_bounds.kinematics import FrameKinematics, extended
 from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
 from .evaluation import Picked, Sums
@@ -363,9 +363,9 @@ class _Solved:
         return SpringResidual(deformations, stiffness, forces, knowns)
 
     @cached_property
-    def _kinematics(self) -> Kinematics:
+    def _kinematics(self) -> FrameKinematics:
         """The frame's kinematics in extended precision, at the whole batch."""
-        return Kinematics.of(self.plan)
+        return FrameKinematics.of(self.plan)
 
 
 def _steps(rough: float) -> int:

@@ -16,8 +16,8 @@ from scipy.sparse import coo_matrix, csr_matrix
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.deformations import springs
-from ..error_bounds.equilibrium import Equilibrium
-from ..error_bounds.kinematics import Kinematics, Real, extended
+from ..error_bounds.equilibrium import EquilibriumResidual
+from ..error_bounds.kinematics import FrameKinematics, Real, extended
 from ..error_bounds.picked import PickedStatics, plan_at
 from ..error_bounds.resistance import resisted
 from ..structure.parts import Extended
@@ -143,7 +143,7 @@ class StaticsResidual:
     """
 
     def __init__(
-        self, plan: Plan, kinematics: Kinematics, picked: Picked, names: Sequence[int], units: Array | None
+        self, plan: Plan, kinematics: FrameKinematics, picked: Picked, names: Sequence[int], units: Array | None
     ) -> None:
         self.names, self.units = list(names), units
         self.statics = PickedStatics(plan, kinematics, picked)
@@ -153,7 +153,7 @@ class StaticsResidual:
         if self.units is not None:
             met = np.moveaxis(resisted(self.statics, self.names, np.moveaxis(values, 1, 0)), 0, 1)
             return np.asarray(self.units - met, dtype=np.float64)
-        state = Equilibrium(self.statics, _same, self.names, values.reshape(-1, len(self.names)), 1)
+        state = EquilibriumResidual(self.statics, _same, self.names, values.reshape(-1, len(self.names)), 1)
         return state.balance.reshape(values.shape).astype(np.float64)
 
     @staticmethod

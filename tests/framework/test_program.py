@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework.batch import Array
-from linkframe.framework.batched.block import Factor
+from linkframe.framework.batched.block import BlockFactor
 from linkframe.framework.cache import KERNELS
 from linkframe.framework.program import calculation, machine_code
 from linkframe.framework.program.calculation import Calculation
@@ -165,7 +165,7 @@ def test_both_back_ends(name: str) -> None:
     for component in sorted(plan.excited):
         block = plan.block(component)
         rows = [{k: 1.0} for order in block.orders for k in order.pivots]
-        one, other = (Factor(block, 256, compiled=compiled) for compiled in (False, True))
+        one, other = (BlockFactor(block, 256, compiled=compiled) for compiled in (False, True))
         for asked in (rows, rows[::-1], rows[:3]):
             for mine, theirs in zip(one.values(asked), other.values(asked), strict=True):
                 scale = np.abs(np.asarray(mine)).max()
@@ -184,7 +184,7 @@ def test_two_threads(monkeypatch: pytest.MonkeyPatch) -> None:
         for threads in ("1", "2"):
             monkeypatch.setenv("OMP_NUM_THREADS", threads)
             block = plan.block(min(plan.excited))
-            found[threads] = Factor(block, compiled=True).values([{k: 1.0} for k in block.orders[1].pivots])
+            found[threads] = BlockFactor(block, compiled=True).values([{k: 1.0} for k in block.orders[1].pivots])
         for one, two in zip(found["1"], found["2"], strict=True):
             np.testing.assert_array_equal(one, two)
 

@@ -12,10 +12,10 @@ from linkframe.framework import FrameError
 from linkframe.models import FourBar, Linkage, accuracy, monte_carlo, read_linkage, write_linkage
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.report import report
-from linkframe.models.linkage.job.result import Result, compute
+from linkframe.models.linkage.job.result import RunResult, compute
 from linkframe.models.linkage.job.table import as_text
 from linkframe.models.paper.inputs import Inputs
-from linkframe.models.paper.result import Result as FourBarResult
+from linkframe.models.paper.result import RunResult as FourBarResult
 from linkframe.models.paper.result import compute as compute_four_bar
 from linkframe.models.paper.result import distributions, four_bar
 from numpy.testing import assert_allclose, assert_array_equal
@@ -26,7 +26,7 @@ BAR = Beam(Rectangle(y=0.0127, z=0.00635), Material(E=2e11, nu=0.3))
 
 
 @cache
-def from_file() -> Result:
+def from_file() -> RunResult:
     return compute(read_inputs(EXAMPLE))
 
 

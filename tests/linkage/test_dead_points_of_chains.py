@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.models import Linkage
-from linkframe.models.linkage.poses.curve import Curve
+from linkframe.models.linkage.poses.curve import MotionPath
 
 from .test_long_chains import scissor
 
@@ -48,7 +48,7 @@ CASES: dict[str, tuple[Callable[[], Linkage], str]] = {
 def test_sparse_steps_find_what_the_whole_equations_tell(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     make, joint = CASES[name]
     points, reach = make().dead_points(joint), make().drive_range(joint)
-    monkeypatch.setattr(Curve, "sparse", None)
+    monkeypatch.setattr(MotionPath, "sparse", None)
     whole, far = make().dead_points(joint), make().drive_range(joint)
     assert [(x.joint, x.change_point) for x in points] == [(x.joint, x.change_point) for x in whole]
     np.testing.assert_allclose([x.value for x in points], [x.value for x in whole], rtol=0.0, atol=1e-9)

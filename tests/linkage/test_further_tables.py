@@ -12,8 +12,8 @@ from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError
 from linkframe.models.job import digits
 from linkframe.models.linkage.job.further import columns, sections
-from linkframe.models.linkage.job.inputs import Inputs, read_inputs
-from linkframe.models.linkage.job.result import Result, compute, work
+from linkframe.models.linkage.job.inputs import RunInputs, read_inputs
+from linkframe.models.linkage.job.result import RunResult, compute, work
 from linkframe.models.linkage.job.table import as_csv
 from linkframe.models.paper import inputs as paper
 from linkframe.models.paper.result import compute as compute_paper
@@ -29,7 +29,7 @@ CONDITION = '["condition"]'
 SHORT, SAMPLES = (20.0, 80.0, 30.0), 12
 
 
-def asked(folder: Path, also: str = '["condition", "digits", "large"]', more: str = "") -> Inputs:
+def asked(folder: Path, also: str = '["condition", "digits", "large"]', more: str = "") -> RunInputs:
     """The example's file with further tables, at a few poses."""
     text = FILE.read_text(encoding="utf-8").replace('points = ["P"]\npose', f'points = ["P"]\nalso = {also}\npose')
     text = text.replace("start = 0.0\nstop = 360.0\nsteps = 37", "start = 20.0\nstop = 80.0\nsteps = 3")
@@ -40,11 +40,11 @@ def asked(folder: Path, also: str = '["condition", "digits", "large"]', more: st
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
+def result(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
     return compute(asked(tmp_path_factory.mktemp("also"), more=CHOICE))
 
 
-def test_they_are_those_of_the_paper_for_its_linkage(result: Result) -> None:
+def test_they_are_those_of_the_paper_for_its_linkage(result: RunResult) -> None:
     """Which are computed from the four-bar's closed form."""
     theirs, ours = compute_paper(paper.Inputs(poses=SHORT, samples=SAMPLES)), result.outcome
     assert_allclose(ours.kappa, theirs.kappa, rtol=2e-6)  # eps times itself
@@ -57,7 +57,7 @@ def test_they_are_those_of_the_paper_for_its_linkage(result: Result) -> None:
         assert abs(few - known.get(name, 13)) <= 2
 
 
-def test_they_are_in_the_report_and_the_table(result: Result) -> None:
+def test_they_are_in_the_report_and_the_table(result: RunResult) -> None:
     text = "\n\n".join(sections(result))
     assert [text.index(part) for part in ("### Digits", "### Large displacement", "### Choices")]
     rows = list(csv.DictReader(as_csv(result).splitlines()))
@@ -67,7 +67,7 @@ def test_they_are_in_the_report_and_the_table(result: Result) -> None:
     assert_allclose([float(row["P_large_sigma_x"]) for row in rows], outcome.large.std[:, 0])
 
 
-def test_a_choice_is_a_run_of_the_file_with_its_numbers(result: Result, tmp_path: Path) -> None:
+def test_a_choice_is_a_run_of_the_file_with_its_numbers(result: RunResult, tmp_path: Path) -> None:
     file = tmp_path / "flat.toml"
     text = result.inputs.source.file.read_text(encoding="utf-8").partition("[choices")[0]
     file.write_text(text.replace("y = 0.0127\nz = 0.00635", "y = 0.00635\nz = 0.0127"), encoding="utf-8")

@@ -25,7 +25,7 @@ from ..linkage import Linkage
 from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
-from .inputs import Inputs
+from .inputs import RunInputs
 from .plane import ROUNDING, plane
 
 # How large the drawn displacements are, as a share of the linkage.
@@ -48,7 +48,7 @@ class Computed:
         Told how many more poses times samples are done.
     """
 
-    inputs: Inputs
+    inputs: RunInputs
     advance: Advance = lambda *_: None
 
     @cached_property

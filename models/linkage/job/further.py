@@ -9,7 +9,7 @@ import numpy as np
 from ....framework.batch import Array
 from ...job import choices, digits, large_table
 from ...job.outcome import Outcome
-from .result import Result, compute
+from .result import RunResult, compute
 
 CONDITION = """\
 `kappa` in `table.csv` is the condition number (2-norm) of the stiffness matrix as usually assembled, with a twin node
@@ -18,7 +18,7 @@ linkage as the file has it."""
 WITHOUT_BOUND = "Where contacts are found in equilibrium there is no bound on the numerical error of displacements."
 
 
-def sections(result: Result) -> Iterator[str]:
+def sections(result: RunResult) -> Iterator[str]:
     """Paragraphs of the report for the further tables that the file asks for."""
     also, outcome = result.inputs.also, result.outcome
     point = result.inputs.points[0]
@@ -37,7 +37,7 @@ def sections(result: Result) -> Iterator[str]:
         yield choices.as_markdown(_chosen(result))
 
 
-def columns(result: Result) -> dict[str, Array]:
+def columns(result: RunResult) -> dict[str, Array]:
     """Further columns of ``table.csv``, (poses,) each."""
     outcome, also, found = result.outcome, result.inputs.also, dict[str, Array]()
     if "condition" in also:
@@ -51,7 +51,7 @@ def columns(result: Result) -> dict[str, Array]:
     return found
 
 
-def _chosen(result: Result) -> Iterator[tuple[str, Outcome]]:
+def _chosen(result: RunResult) -> Iterator[tuple[str, Outcome]]:
     """The run at the pose of the figures, and the same with each choice of the file."""
     for name, inputs in result.inputs.chosen(result.pose, choices.COMPARED):
         yield name, compute(inputs).outcome

@@ -61,7 +61,7 @@ class Drive:
 
 
 @dataclass(frozen=True, eq=False)
-class Inputs:
+class RunInputs:
     """A linkage and what to do with it; made by `read_inputs`.
 
     Attributes
@@ -106,7 +106,7 @@ class Inputs:
     also: tuple[str, ...] = ()
     choices: Mapping[str, Mapping[Place, float]] = field(default_factory=dict)
 
-    def chosen(self, pose: int, most: int) -> Iterator[tuple[str, Inputs]]:
+    def chosen(self, pose: int, most: int) -> Iterator[tuple[str, RunInputs]]:
         """The inputs at one pose with at most so many samples, as they are and with each choice."""
         for name, numbers in {"this run": {}, **self.choices}.items():
             try:
@@ -151,7 +151,7 @@ class Inputs:
         return varied(self.source, self.tolerances, draws)
 
 
-def read_inputs(path: Path) -> Inputs:
+def read_inputs(path: Path) -> RunInputs:
     """Read the file of a job, and check all of it.
 
     Raises
@@ -162,7 +162,7 @@ def read_inputs(path: Path) -> Inputs:
     return inputs_of(Source(path))
 
 
-def inputs_of(source: Source) -> Inputs:
+def inputs_of(source: Source) -> RunInputs:
     """What a file says, checked; see `read_inputs`."""
     linkage = linkage_of(source)
     if not isinstance(source.data.get("run", {}), dict):
@@ -208,7 +208,7 @@ def inputs_of(source: Source) -> Inputs:
     laws = tolerances(source)
     check_effects(source, linkage, laws)
     check_clearances(source, linkage)
-    return Inputs(source, linkage, drives, points, tolerances=laws, **given)
+    return RunInputs(source, linkage, drives, points, tolerances=laws, **given)
 
 
 def _drives(source: Source, linkage: Linkage, joint: str) -> dict[str, Drive]:

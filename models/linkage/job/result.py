@@ -12,7 +12,7 @@ from ...job.outcome import taken
 from ...job.stages import Advance
 from ...sampling import sample_blocks
 from .computed import WAY, Computed
-from .inputs import Inputs
+from .inputs import RunInputs
 from .point import LARGE_WAY, PointOutcome
 
 # Memory that a sample takes for its inputs, and of a point at a pose: its displacements, and what is made of them.
@@ -20,7 +20,7 @@ BYTES_ALONE, BYTES = 8 * 30, 8 * 30
 
 
 @dataclass(frozen=True, eq=False)
-class Result(Computed):
+class RunResult(Computed):
     """Outcome of the job."""
 
     @cached_property
@@ -29,7 +29,7 @@ class Result(Computed):
         return PointOutcome(self)
 
 
-def compute(inputs: Inputs, advance: Advance | None = None) -> Result:
+def compute(inputs: RunInputs, advance: Advance | None = None) -> RunResult:
     """Compute the job, so that nothing is left to fail when it is written.
 
     Parameters
@@ -51,7 +51,7 @@ def compute(inputs: Inputs, advance: Advance | None = None) -> Result:
             inputs.varied(draws)
     for _ in inputs.chosen(0, 2):
         pass  # what cannot be chosen is told before anything is computed
-    result = Result(inputs) if advance is None else Result(inputs, advance)
+    result = RunResult(inputs) if advance is None else RunResult(inputs, advance)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
@@ -63,7 +63,7 @@ def compute(inputs: Inputs, advance: Advance | None = None) -> Result:
     return result
 
 
-def work(inputs: Inputs) -> dict[str, int]:
+def work(inputs: RunInputs) -> dict[str, int]:
     """Poses times samples to be computed, with tolerances; and how many at large displacement, where that is asked."""
     found = {WAY: _poses(inputs) * inputs.samples} if inputs.tolerances else {}
     if "large" in inputs.also:
@@ -71,11 +71,11 @@ def work(inputs: Inputs) -> dict[str, int]:
     return found
 
 
-def _poses(inputs: Inputs) -> int:
+def _poses(inputs: RunInputs) -> int:
     return max(len(drive.values) for drive in inputs.drives.values())
 
 
-def _check_memory(inputs: Inputs) -> None:
+def _check_memory(inputs: RunInputs) -> None:
     each = BYTES_ALONE * len(inputs.tolerances) + BYTES * _poses(inputs) * len(inputs.points)
     with inputs.source.at("run", "samples"):
         check(each, inputs.samples, "samples")

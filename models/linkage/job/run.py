@@ -10,10 +10,10 @@ from ...job.report import Report
 from ...job.run import Job
 from ...job.stages import Advance
 from .figures import CAPTIONS, captions, draw
-from .inputs import Inputs
+from .inputs import RunInputs
 from .remarks import remarks
 from .report import report
-from .result import Result, compute, work
+from .result import RunResult, compute, work
 from .table import as_csv, as_text, reactions_csv
 
 if TYPE_CHECKING:
@@ -36,9 +36,9 @@ class LinkageJob(Job):
 
     name = "run"
     optional = (*CAPTIONS, "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
-    result: Result
+    result: RunResult
 
-    def __init__(self, inputs: Inputs) -> None:
+    def __init__(self, inputs: RunInputs) -> None:
         self.inputs = inputs
 
     @property

@@ -14,7 +14,7 @@ from ....framework.composed import Composed
 from ....framework.orientation import default_axes
 from ....framework.protocol import LineElement
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import Link
+from ..description.parts import LinkageLink
 from ..description.places import place
 
 # Consistent mass of an even line of unit mass and length.
@@ -40,7 +40,7 @@ class Inertia:
     tensor: Array
 
 
-def is_given(link: Link) -> bool:
+def is_given(link: LinkageLink) -> bool:
     """Whether the link was given its inertia, so that its beams have none of their own."""
     return any(value is not None for value in (link.mass, link.centre, link.inertia))
 
@@ -79,7 +79,7 @@ def _of_density(beam: Beam, density: float) -> Beam:
     return replace(beam, material=Material(E=stuff.E, G=stuff.G, density=density))
 
 
-def _of_density_one(link: Link) -> Mapping[tuple[str, str], LineElement | None]:
+def _of_density_one(link: LinkageLink) -> Mapping[tuple[str, str], LineElement | None]:
     """What tells where a link's mass would be: its beams of a density of one; without any, even lines, None."""
     beams = {pair: _of_density(each, 1.0) for pair, each in link.beams.items() if isinstance(each, Beam)}
     return beams or dict.fromkeys(link.beams)
@@ -100,7 +100,7 @@ def inertia(linkage: LinkageDescription, name: str) -> Inertia:
     return known[name][1]
 
 
-def _inertia(linkage: LinkageDescription, link: Link) -> Inertia:
+def _inertia(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
     own = _of_beams(linkage, link)
     mass = link.mass if link.mass is not None else own.mass if _massive(link) else np.zeros(())
     centre = own.centre if link.centre is None else link.centre
@@ -118,7 +118,7 @@ def cross_matrix(vector: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def _of_beams(linkage: LinkageDescription, link: Link) -> Inertia:
+def _of_beams(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
     """Inertia of the beams moving as one body: their consistent mass on rigid motions, ``R^T M R``.
 
     Where they have no mass they are taken with a density of one, to tell where it would be.
@@ -140,7 +140,7 @@ def _of_beams(linkage: LinkageDescription, link: Link) -> Inertia:
     return Inertia(mass, places[0] + arm, tensor)
 
 
-def _massive(link: Link) -> bool:
+def _massive(link: LinkageLink) -> bool:
     return any(map(is_massive, link.beams.values()))
 
 
