@@ -17,7 +17,7 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # The layers of framework, each of which may import from itself and from those before. A file that is named stands where
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
-    "numbers, names, errors": "errors clock states batch names dofs loads provenance",
+    "numbers, names, errors": "errors clock states batch names renamed dofs loads provenance",
     "elements, and how they are examined": "clearances/contact protocol examined examination",
     "description": "description",
     "structure": "structure/*",

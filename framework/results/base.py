@@ -93,7 +93,7 @@ class Results(ABC):
     @property
     def is_singular(self) -> NDArray[np.bool_]:
         """Where the frame can move without resistance, whether a load makes it or not, (...)."""
-        return among(self.state, SolutionState.MECHANISM, SolutionState.IDLE)
+        return among(self.state, SolutionState.MECHANISM, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
 
     @abstractmethod
     def displacement(self, node: str) -> Array:

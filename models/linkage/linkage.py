@@ -152,7 +152,7 @@ class Linkage(LinkageDescription):
 
         Examples
         --------
-        Flat, a parallelogram can begin to move in two ways; it has one freedom all the same.
+        Flat, a parallelogram can begin to move in two ways; it has one degree of freedom all the same.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(3, 0), D=(2, 0))
@@ -162,9 +162,9 @@ class Linkage(LinkageDescription):
         >>> for k, pin in enumerate("ABCD"):
         ...     linkage.revolute(pin, links[k], links[k + 1])
         >>> print(linkage.mobility())
-        mobility 1; 1 by count in the plane, -2 by count in space
-        as drawn it is singular: velocities have 2 freedoms
-        3 constraints too many: C (uz rx ry)
+        mobility 1 (Grübler-Kutzbach: 1 planar, -2 spatial)
+        singular in the reference configuration: 2 degrees of freedom of velocity
+        3 redundant constraints: C (uz rx ry)
         """
         return mobility(self, tolerance, entry)
 

@@ -73,7 +73,7 @@ def test_swash_plate_pump() -> None:
         linkage.planar(f"S{k}", "ground", f"slipper {k}", axis=(-np.sin(tilt), 0, np.cos(tilt)))
         linkage.load(f"S{k}", link=f"piston {k}", fz=pressure[k])
     found = linkage.mobility()
-    assert (found.true, found.by_count, len(found.idle)) == (6, 6, count)
+    assert (found.actual, found.kutzbach, len(found.idle)) == (6, 6, count)
     motion = linkage.move(O=TURN, rates={"O": speed})
     angle = phase + TURN[:, None]
     lift = stroke * np.cos(angle)
@@ -100,7 +100,7 @@ def test_wobble_plate_on_its_cross() -> None:
     linkage.universal("T", "rod", "piston", axis=(0, 1, 0), second=(1, 0, 0))
     linkage.prismatic("T", "ground", "piston", axis=(0, 0, 1), name="bore")
     found = linkage.mobility()
-    assert (found.true, found.by_count, len(found.redundant)) == (1, -2, 3)
+    assert (found.actual, found.kutzbach, len(found.redundant)) == (1, -2, 3)
     motion = linkage.move(O=TURN)
     cone = np.stack([np.sin(tilt) * np.cos(TURN), np.sin(tilt) * np.sin(TURN), np.cos(tilt) + 0 * TURN], axis=-1)
     assert_allclose(motion.axes("plate") @ normal, cone, atol=1e-14)

@@ -160,7 +160,7 @@ def test_scotch_yoke_and_elliptic_trammel():
     motion = trammel.move(X=-TURN)  # drives a coupler, through the ends of both slides
     for k, status in enumerate(motion.status):
         still = {0: "X", 12: "Y"}.get(k % 24)
-        assert status == (f"singular: input, joint {still} stands still" if still else "regular")
+        assert status == (f"singular (inverse-kinematic, type I; joint {still} is stationary)" if still else "regular")
     assert_allclose(motion.position("X")[:, 0], a * np.cos(TURN), atol=1e-14)
     p = motion.position("P")
     assert_allclose((p[:, 0] / b) ** 2 + (p[:, 1] / (a + b)) ** 2, 1.0, atol=1e-13)
@@ -201,7 +201,7 @@ def test_peaucellier_draws_an_exact_line():
     assert_allclose(q[:, 1], 0.84 * np.tan(theta / 2), atol=1e-13)
     # at the ends all lie nearly in line, conditioning 2e-3, whose square takes digits from accelerations
     assert_allclose(motion.acceleration("Q")[:, 0], 0.0, atol=3e-11)
-    assert linkage.mobility().true == 1
+    assert linkage.mobility().actual == 1
     audit(linkage, lambda t: {"A": t})
 
 

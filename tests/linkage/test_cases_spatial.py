@@ -49,7 +49,7 @@ def test_rccc_of_duffy():
         assert_allclose(closure(guess, t), 0.0, atol=1e-11)
         found = [motion.coordinate(f"P{j}")[k] for j in (1, 2, 3)]
         assert_allclose(found, [[guess[3], guess[0]], [guess[4], guess[1]], [guess[5], guess[2]]], atol=1e-10)
-    assert linkage.mobility().true == 1
+    assert linkage.mobility().actual == 1
     audit(linkage, lambda t: {"P0": t + t**2})
 
 
@@ -82,7 +82,7 @@ def test_rssr_with_a_slide_by_its_quadratic():
     motion = linkage.move(A=start + TURN)
     assert_allclose(motion.coordinate("C.prismatic")[:, 0], slide(start + TURN), atol=1e-13)
     assert linkage.mobility().idle == ("rod",)
-    assert linkage.mobility().true == 2
+    assert linkage.mobility().actual == 2
     audit(linkage, lambda t: {"A": start - 2 * t}, without=("rod",))
 
 
@@ -114,7 +114,7 @@ def test_sarrus_goes_straight():
     assert_allclose(motion.position("C"), np.stack([0 * t, 0 * t, 2 * np.sin(t)], -1), atol=1e-13)
     assert_allclose(motion.axes("top"), np.broadcast_to(np.eye(3), (21, 3, 3)), atol=1e-13)
     m = linkage.mobility()
-    assert (m.true, m.by_count, len(m.redundant)) == (1, 0, 1)
+    assert (m.actual, m.kutzbach, len(m.redundant)) == (1, 0, 1)
     static = motion.reactions()
     # d(potential) / dt: plates' middles rise by 1/2 and 3/2 cos t, the top by 2 cos t
     assert_allclose(static.drive("A")[:, 0], 10.0 * np.cos(t) * (2 * (0.5 + 1.5) + 4.0), rtol=1e-11)
@@ -188,7 +188,7 @@ def test_overconstrained_loops_of_hinges(name):
     linkage = dh_linkage(lengths, twists, offsets, start.x)
     n = len(lengths)
     m = linkage.mobility()
-    assert (m.true, m.by_count, len(m.redundant)) == (1, n - 6, 7 - n)
+    assert (m.actual, m.kutzbach, len(m.redundant)) == (1, n - 6, 7 - n)
     theta = start.x[0] + np.linspace(0.0, 0.6, 13)
     motion = linkage.move(H0=theta)
     assert np.all(motion.is_assembled)
@@ -273,7 +273,7 @@ def test_three_upu_moves_straight():
     legs = np.linalg.norm(wanted[:, None] + (top - base) * out, axis=-1)
     motion = linkage.move({f"M{k}": legs[:, k] for k in range(3)})
     assert_allclose(motion.position("P"), wanted, atol=1e-12)
-    assert linkage.mobility().true == 3
+    assert linkage.mobility().actual == 3
 
     def path(t):
         place = home + np.stack([0.2 * np.sin(t), 0.1 * t, -0.1 * t], -1)
@@ -507,5 +507,5 @@ def test_spherical_four_bar_in_any_plane(turn):
     assert_allclose(motion.coordinate("D")[:, 0], np.unwrap(wanted), atol=1e-12)
     assert_allclose(motion.position("C"), turn.apply(place), atol=1e-12)
     m = linkage.mobility()
-    assert (m.true, m.by_count, len(m.redundant)) == (1, -2, 3)
+    assert (m.actual, m.kutzbach, len(m.redundant)) == (1, -2, 3)
     audit(linkage, lambda t: {"A": start + t})

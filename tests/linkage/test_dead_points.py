@@ -230,7 +230,7 @@ def test_entries_of_a_batch() -> None:
         assert_allclose([point.value for point in linkage.dead_points("slide", entry=entry)], ends, rtol=1e-12)
         found = linkage.drive_range("slide", entry=entry)
         assert_allclose([found.lower, found.upper], ends, rtol=1e-12)
-        assert linkage.mobility(entry=entry).true == 1
+        assert linkage.mobility(entry=entry).actual == 1
     assert_allclose(linkage.drive_range("slide").upper, rods[0, 0] + 1.0, rtol=1e-12)
     for wrong in (0, (0, 2), (0, 0, 0)):
         with pytest.raises(FrameError, match="give one index for each of the batch axes"):

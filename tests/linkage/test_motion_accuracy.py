@@ -96,13 +96,13 @@ def test_stiffness_of_a_cantilever_in_the_book() -> None:
 
 
 def test_what_is_rigid_has_no_stiffness_matrix_and_what_is_loose_none_either() -> None:
-    with pytest.raises(FrameError, match="'B' cannot give way in every direction"):
+    with pytest.raises(FrameError, match="'B' cannot deflect in every direction"):
         arm(beam=None).move(A=0.3).stiffness("B")
     assert not arm(beam=None).move(A=0.3).flexibility("B").any()
     loose = Linkage(A=(0, 0), B=(0.5, 0))
     loose.link("arm", "A", "B", beam=BAR)
     loose.revolute("A", "ground", "arm", drive=True, stiffness=(1e9, 1e9, 0.0, 1e9, 1e9, 0.0))
-    with pytest.warns(UserWarning, match="without resistance|though no load makes it"):
+    with pytest.warns(UserWarning, match="kinematically unstable|statically consistent mechanism"):
         assert np.isnan(loose.move(A=0.3).stiffness("B")).all()
 
 

@@ -50,7 +50,7 @@ def mechanism(seed: int) -> tuple[Linkage, list[tuple[str, str]]]:
 
 def drive(linkage: Linkage, free: list[tuple[str, str]]) -> int:
     """Drive coordinates one by one, as long as each takes a freedom away; how many freedoms are left."""
-    left = linkage.mobility().true
+    left = linkage.mobility().actual
     for name, coordinate in free:
         before = dict(linkage.drives)
         linkage.drive(name, *before.get(name, ()), coordinate)
@@ -67,7 +67,7 @@ def drive(linkage: Linkage, free: list[tuple[str, str]]) -> int:
 def test_laws_hold(seed: int) -> None:
     linkage, free = mechanism(seed)
     found = linkage.mobility()
-    assert (found.true, found.idle, found.redundant) == (found.by_count, (), ())
+    assert (found.actual, found.idle, found.redundant) == (found.kutzbach, (), ())
     assert drive(linkage, free) == 0
 
     def path(t: Array) -> dict[str, Array]:

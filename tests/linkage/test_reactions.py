@@ -426,7 +426,7 @@ def test_singular_poses_of_a_linkage_with_an_idle_rod() -> None:
     linkage.spherical("D", "coupler", "rocker")
     linkage.revolute("E", "rocker", "ground")
     linkage.load("D", fx=2.0, fy=1.0)
-    assert linkage.mobility().true == 2
+    assert linkage.mobility().actual == 2
     found = linkage.move(A=np.array([0.5, np.pi, 4.0]), rates={"A": 1.0}).reactions()
     assert found.method.tolist() == ["determinate", "none", "determinate"]
 

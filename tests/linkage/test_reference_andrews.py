@@ -118,7 +118,9 @@ def test_closure(at: dict[str, tuple[float, ...]]) -> None:
     motion = moved(at)
     assert motion.gap < 1e-15
     # At the beginning crank and rod lie in line, so that the crank does not move E.
-    assert motion.status == ("singular: input, joint E stands still" if at is START else "regular")
+    assert motion.status == (
+        "singular (inverse-kinematic, type I; joint E is stationary)" if at is START else "regular"
+    )
     for name, place in places(at["q"]).items():
         assert_allclose(motion.position(name)[:2], place, rtol=0.0, atol=2e-15)
 

@@ -41,7 +41,7 @@ def test_spatial_slider_crank() -> None:
 
 def test_spatial_slider_crank_mobility() -> None:
     found = spatial_slider_crank().mobility()
-    assert (found.true, found.by_count, found.idle, found.redundant) == (1, 1, (), ())
+    assert (found.actual, found.kutzbach, found.idle, found.redundant) == (1, 1, (), ())
 
 
 def test_rod_does_not_spin_about_itself() -> None:

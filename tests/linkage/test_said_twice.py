@@ -80,7 +80,7 @@ def test_a_drive_is_as_stiff_as_it_was_given() -> None:
     loose.load("B", fy=1.0)
     motion = loose.move(A=0.0)
     solution = motion.frame().solve()
-    with pytest.warns(MechanismWarning, match="without resistance"):
+    with pytest.warns(MechanismWarning, match="kinematically unstable"):
         assert np.isnan(solution.displacement("B")).all()
     assert solution.status == "mechanism"
     assert_allclose(motion.reactions().drive("A"), [-1.0], rtol=1e-12)

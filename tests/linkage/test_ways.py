@@ -179,7 +179,7 @@ def test_bars_that_are_equal_to_eight_digits_are_equal():
         motion = four_bar(crank, 2.0, 1.0, 2.0, np.radians(60.0)).move(A=theta)
         assert motion.is_assembled.all()
         assert motion.gap.max() < 1e-8
-        assert motion.status[2] == "singular: output, joint D moves with the drives held"
+        assert motion.status[2] == "singular (direct-kinematic, type II; dead point of D)"
         assert_allclose(motion.position("D"), exact.position("D"), atol=1e-6)
 
 
@@ -273,7 +273,7 @@ def test_elbow_does_not_flip_behind_a_singular_pose():
             assert alone.status == motion.status[k]
             assert_allclose(alone.position("C"), motion.position("C")[k], atol=1e-9)
         if aside == 0.0:
-            assert motion.status[1] == "singular: output, joint C moves with the drives held"
+            assert motion.status[1] == "singular (direct-kinematic, type II; dead point of C)"
     assert told == {-1e-6: ["regular", OTHER], 0.0: ["regular", OTHER], 1e-6: ["regular", "regular"]}
 
 

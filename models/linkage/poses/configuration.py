@@ -20,7 +20,7 @@ from ..way.start import not_assembled
 DEPENDENT = 1e-7
 # Equations that differ by less may be meant as the same.
 ALIKE = 1e-3
-FEW_DIGITS = "if it is meant to move, it is drawn with too few digits: draw it with more, or give tolerance="
+FEW_DIGITS = "if it is meant to move, its points have too few digits: give more, or give tolerance="
 # Closed where no equation is off by more, in units of the linkage's extent and radians.
 CLOSED = 1e-12
 ITERATIONS = 60

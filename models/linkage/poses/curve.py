@@ -95,8 +95,8 @@ class Curve:
         if not free.shape[1]:
             alike = null_space(self.space.held(self.space.drawn, self.locked), share=ALIKE)
             few = f"; {FEW_DIGITS}" if alike.shape[1] else ""
-            held = ", with the other drives standing still" if self.locked else ""
-            raise FrameError(f"joint {self.name[0]!r} cannot move: nothing can{held}{few}")
+            held = ", with the other drives locked" if self.locked else ""
+            raise FrameError(f"joint {self.name[0]!r} cannot move: the linkage has no degree of freedom{held}{few}")
         # Of all motions that with the most of the drive: what moves by itself stands still in it.
         tangent = free @ free[self.drive]
         if np.linalg.norm(tangent) < 1e-9:

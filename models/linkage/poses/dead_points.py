@@ -43,9 +43,8 @@ class DeadPoint:
     @property
     def status(self) -> str:
         """What it is, in words."""
-        return f"singular: output, joint {self.joint!r} moves with the drive held" + (
-            ", change point" if self.change_point else ""
-        )
+        kind = "change point" if self.change_point else "dead point"
+        return f"singular (direct-kinematic, type II; {kind} of {self.joint})"
 
 
 @dataclass(frozen=True)
@@ -154,7 +153,7 @@ def _curve(linkage: LinkageDescription, joint: str, coordinate: str | None, tole
     if chosen not in driven and len(driven) > 1:
         raise FrameError(
             f"joint {joint!r} is not among the drives {', '.join(linkage.drives)}: "
-            "choose one of them (the others stand still), or drive the linkage by one joint only"
+            "choose one of them (the others are locked), or drive the linkage by one joint only"
         )
     if chosen not in driven:
         linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]

@@ -109,12 +109,14 @@ def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, 
     state = singular_states(margin, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
     status = words(state, PoseState).astype("<U200")
     for joint, where in reversed(list(still.items())):
-        lost = "stands still" if len(motion.drives.rates) == 1 else "has lost a direction"
-        status[where & (state == PoseState.SINGULAR_INVERSE)] = f"singular: input, joint {joint} {lost}"
+        lost = "is stationary" if len(motion.drives.rates) == 1 else "loses a degree of freedom"
+        status[where & (state == PoseState.SINGULAR_INVERSE)] = (
+            f"singular (inverse-kinematic, type I; joint {joint} {lost})"
+        )
     loose = state == PoseState.SINGULAR_DIRECT
     if loose.any():
         status[loose] = [
-            f"singular: output, joint {joint} moves with the drives held"
+            f"singular (direct-kinematic, type II; dead point of {joint})"
             for joint in loose_joints(motion, loose, least)
         ]
     closure = closure_states(motion.assembly.reached, motion.assembly.other)

@@ -141,8 +141,8 @@ def stiffness(motion: FramedPoses, point: str, link: str | None) -> Array:
     least = np.abs(np.linalg.eigvalsh(scaled)).min(axis=-1)
     if np.any(least <= RIGID):
         raise FrameError(
-            f"point {point!r} cannot give way in every direction, links and joints on its way are rigid: its stiffness "
-            "is infinite there; ask for its flexibility, or give them beams or springs"
+            f"point {point!r} cannot deflect in every direction, links and joints between it and the ground are rigid: "
+            "its stiffness is infinite there; ask for its compliance matrix, or give them beams or springs"
         )
     inverse = np.linalg.inv(scaled) / size[..., :, None] / size[..., None, :]
     return np.where(known[..., None, None], inverse, np.nan)

@@ -64,7 +64,9 @@ class Tangent:
         clamped = Builder(motion, clearance=False, clamped=True)
         add_loads(clamped.frame, motion, clamped.nodes)
         rest = Solution(clamped.frame, Plan(clamped.frame, cut=cut))
-        self.held: NDArray[np.bool_] = among(rest.own_state, SolutionState.REGULAR, SolutionState.IDLE)
+        self.held: NDArray[np.bool_] = among(
+            rest.own_state, SolutionState.REGULAR, SolutionState.STATICALLY_CONSISTENT_MECHANISM
+        )
         with np.errstate(all="ignore"):  # of mechanisms
             loaded = geometric_stiffness(self.plan, rest.bounds.whole())
         loaded = np.where(self.held[..., None, None], loaded, 0.0)
