@@ -1,4 +1,4 @@
-"""Clearance in the pins of a four-bar under load: where each journal rests, and where it is thrown across.
+"""Clearance in the pins of a four-bar under load: where each journal rests, and where it is changes across.
 
              P ↑ F
             / \\
@@ -17,11 +17,11 @@ frame = motion.frame(clearance)
 frame.load("P", fy=100.0)
 solution, tight = frame.solve(), frame.solve(clearance=False)
 
-play = solution.displacement("P")[:, 1] - tight.displacement("P")[:, 1]
+by_clearance = solution.displacement("P")[:, 1] - tight.displacement("P")[:, 1]
 contact = solution.contact("E")
-thrown = np.degrees(theta[:-1][contact.jumps()])
+changes = np.degrees(theta[:-1][contact.jumps()])
 
 if __name__ == "__main__":
-    print(f"P gives way by clearance from {1e6 * play.min():.0f} to {1e6 * play.max():.0f} µm")
+    print(f"clearance moves P by {1e6 * by_clearance.min():.0f} to {1e6 * by_clearance.max():.0f} µm")
     print(f"by compliance up to {1e6 * tight.displacement('P')[:, 1].max():.0f} µm")
-    print(f"the journal in E is thrown across after {', '.join(f'{angle:g}°' for angle in thrown)}")
+    print(f"contact in joint E changes side after {', '.join(f'{angle:g}°' for angle in changes)}")

@@ -40,8 +40,8 @@ def renamed_keywords(**new: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     return decorated
 
 
-def renamed_attribute(new: str) -> Any:
-    """Property of a class that has an attribute or a method by its old name as well.
+class RenamedAttribute:
+    """The old name, in a class, of an attribute or a method.
 
     Parameters
     ----------
@@ -49,11 +49,14 @@ def renamed_attribute(new: str) -> Any:
         Its new name.
     """
 
-    def read(owner: Any) -> Any:
-        _warn(f"this attribute of {type(owner).__name__} is now called {new}")
-        return getattr(owner, new)
+    def __init__(self, new: str) -> None:
+        self.new = new
 
-    return property(read, doc=f"Old name of `{new}`.")
+    def __get__(self, owner: Any, kind: type) -> Any:
+        if owner is None:
+            return self
+        _warn(f"this attribute of {kind.__name__} is now called {self.new}")
+        return getattr(owner, self.new)
 
 
 def _warn(told: str) -> None:

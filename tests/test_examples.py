@@ -301,7 +301,7 @@ def test_loose_pins() -> None:
     reactions = shown.motion.reactions(coupler=Link(force=(0.0, 100.0), at=(0.5, 0.2)))
     force = {joint: reactions.reaction(joint) for joint in "BDE"}
     work = sum(eps * np.linalg.norm(force[joint], axis=-1) for joint, eps in shown.clearance.items())
-    assert_allclose(shown.play, work / 100.0, rtol=1e-9)
+    assert_allclose(shown.by_clearance, work / 100.0, rtol=1e-9)
     reverses = np.sum(force["E"][1:] * force["E"][:-1], axis=-1) < 0.0
-    assert_allclose(np.radians(shown.thrown), shown.theta[:-1][reverses])
+    assert_allclose(np.radians(shown.changes), shown.theta[:-1][reverses])
     assert reverses.sum() > 0

@@ -31,7 +31,7 @@ class Contact:
         ``absent`` where the frame does not exist.
     normal
         Direction in which the second node rests from the first, and in which the joint pulls the first, unit vector
-        (..., 3) in global axes, of the rotation where the play is in rotations; zero where not closed.
+        (..., 3) in global axes, of the rotation where the clearance is in rotations; zero where not closed.
     force
         Contact force (moment), (...), not negative.
     gap
@@ -107,7 +107,7 @@ class Contact:
 
 
 def law(displacement: ArrayLike, clearance: ArrayLike, stiffness: ArrayLike) -> tuple[Array, Array, Array]:
-    """Force, tangent and energy of a joint in the components in which it has play.
+    """Force, tangent and energy of a joint in its clearance directions.
 
         W(δ) = k/2 max(|δ| − ε, 0)²,  f = k (|δ| − ε) n,  df/dδ = k n nᵀ + (|f|/|δ|) (1 − n nᵀ),  n = δ/|δ|
 

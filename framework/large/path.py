@@ -105,8 +105,8 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
         raise FrameError(f"path of {node!r}: nothing in the frame can move; free or prescribe a displacement")
     for number in model.contacts:
         raise FrameError(
-            f"joint {model.edges[number].edge.name!r} is ideal (inf) where it has play: for a path give it a contact "
-            "stiffness, such as 2e11, or no clearance"
+            f"joint {model.edges[number].edge.name!r} is ideal (inf) where it has clearance: for a path give it a "
+            "contact stiffness, such as 2e11, or no clearance"
         )
     tracer = _Tracer(model, (node, component(name), to), first)
     for _ in range(steps):

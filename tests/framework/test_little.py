@@ -141,7 +141,7 @@ def test_a_journal_alone_at_large_displacement(place: float, stiffness: float, p
         frame.node(name, (place, 0.0, 0.0))
     springs = [INF] * 6
     springs[component] = stiffness
-    frame.add("pin", Joint(stiffness=springs, clearance=0.02, play=play), "A", "B")
+    frame.add("pin", Joint(stiffness=springs, clearance=0.02, clearance_directions=play), "A", "B")
     frame.fix("A")
     frame.load("B", **{{"ux": "fx", "rz": "mz"}[play]: [1.0, -2.0, 1e-6]})
     solution = frame.solve(large=True)

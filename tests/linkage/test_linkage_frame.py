@@ -296,5 +296,5 @@ def test_unequal_springs_cannot_have_a_clearance() -> None:
     linkage = Linkage(A=(0, 0), B=(1, 0))
     linkage.link("arm", "A", "B", beam=ROD)
     linkage.revolute("A", "ground", "arm", drive=True, stiffness=(1e6, 2e6, 1e6, 1e6, 1e6, 0.0), clearance=1e-4)
-    with pytest.raises(FrameError, match="play in ux uy needs one contact stiffness"):
+    with pytest.raises(FrameError, match="clearance in ux uy needs one contact stiffness"):
         linkage.move(A=0.0).frame()

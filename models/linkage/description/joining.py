@@ -384,9 +384,9 @@ class Joining(Sketch):
         angles = self._coordinates(what, kind.freedom, at)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, stiffness)
-        play = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
+        gap = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
         touch = None if contact is None else finite(contact, f"contact of {what}")
-        if touch is not None and play is None:
+        if touch is not None and gap is None:
             raise FrameError(f"{what} has a contact angle and no clearance: give its clearance, too")
         shapes = {"axis": axes.shape[:-2], "at": angles.shape[:-1], "pitch": () if turn is None else turn.shape}
         names = [name if index == 0 else f"{name}.{other}" for index, other in enumerate(links[1:])]
@@ -395,7 +395,7 @@ class Joining(Sketch):
             raise FrameError(f"joint {taken[0]!r} is there already: give this one another name=")
         self._join({f"{of} of {what}": shape for of, shape in shapes.items()}, instead=replace)
         for own, other in zip(names, links[1:], strict=True):
-            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, play, turn, touch)
+            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, gap, turn, touch)
             self.drives.pop(own, None)
         if driven:
             self.drives[name] = driven

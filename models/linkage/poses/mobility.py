@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....framework.batch import Array
-from ....framework.renamed import renamed_attribute
+from ....framework.renamed import RenamedAttribute
 from ..description.linkage_description import LinkageDescription
 from .configuration import ALIKE, FEW_DIGITS, Configurations, Entry, null_space
 
@@ -54,9 +54,9 @@ class Mobility:
     nearly: int
     redundant: tuple[tuple[str, str], ...]
 
-    true = renamed_attribute("actual")
-    by_count = renamed_attribute("kutzbach")
-    by_count_in_space = renamed_attribute("kutzbach_spatial")
+    true = RenamedAttribute("actual")
+    by_count = RenamedAttribute("kutzbach")
+    by_count_in_space = RenamedAttribute("kutzbach_spatial")
 
     def __str__(self) -> str:
         plane = f"{self.kutzbach} planar, " if self.planar else ""

@@ -27,8 +27,8 @@ from .inertia import inertia, is_given, with_density
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
 
-# Components in which a joint's clearance leaves play, in its own axes.
-PLAY = {
+# Clearance directions of a joint, in its own axes.
+DIRECTIONS = {
     **dict.fromkeys(("revolute", "prismatic", "cylindrical", "screw"), ("ux", "uy")),
     **dict.fromkeys(("spherical", "universal", "fixed"), ("ux", "uy", "uz")),
     "planar": ("uz",),
@@ -147,7 +147,7 @@ class Builder:
             stiffness,
             axes,
             clearance=gap,
-            play=PLAY[pair.kind.name] if np.any(gap) else None,
+            clearance_directions=DIRECTIONS[pair.kind.name] if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
         )
         first = self.nodes.guide(pair)
