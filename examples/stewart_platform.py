@@ -46,7 +46,9 @@ for k in range(6):
     linkage.link(f"cylinder {k}", f"B{k}", f"M{k}")
     linkage.link(f"piston {k}", f"M{k}", f"C{k}")
     linkage.universal(f"B{k}", "ground", f"cylinder {k}", axis=across, second=np.cross(across, leg))
-    linkage.prismatic(f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, at=start[k], name=f"leg {k}")
+    linkage.prismatic(
+        f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, reference=start[k], name=f"leg {k}"
+    )
     linkage.spherical(f"C{k}", f"piston {k}", "platform")
 
 s = np.linspace(0.0, 2.0 * np.pi, 61)

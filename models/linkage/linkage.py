@@ -206,7 +206,7 @@ class Linkage(LinkageDescription):
         >>> linkage.revolute("A", "ground", "crank")
         >>> linkage.revolute("B", "crank", "rod")
         >>> linkage.revolute("C", "rod", "piston")
-        >>> linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), at=8**0.5, name="slide", drive=True)
+        >>> linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), reference=8**0.5, name="slide", drive=True)
         >>> [(round(point.value, 12), point.joint) for point in linkage.dead_points("slide")]
         [(2.0, 'B'), (4.0, 'B')]
         """

@@ -44,7 +44,7 @@ WRONG = {
     "axis of joint 'B' is [0.0, 0.0, 0.0]": lambda k: k.revolute("B", "arm", "hand", axis=(0, 0, 0)),
     "not perpendicular": lambda k: k.universal("B", "arm", "hand", axis=(0, 0, 1), second=(1, 0, 1)),
     "joint 'A' joins 'ground' and 'arm' by a revolute joint at 'A' already": lambda k: k.revolute("A", "arm", "ground"),
-    "at of joint 'B' has shape (2,)": lambda k: k.spherical("B", "arm", "hand", at=(1, 2)),
+    "reference value of joint 'B' has shape (2,)": lambda k: k.spherical("B", "arm", "hand", reference=(1, 2)),
     "give six springs": lambda k: k.revolute("B", "arm", "hand", stiffness=(1, 2, 3)),
     "clearance of joint 'B' is -0.1": lambda k: k.revolute("B", "arm", "hand", clearance=-0.1),
     "joint 'B' has no coordinate 'ux': choose of rz": lambda k: k.revolute("B", "arm", "hand", drive="ux"),

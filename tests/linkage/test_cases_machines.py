@@ -32,7 +32,7 @@ def test_engine_over_its_cycle(start: float) -> None:
     for name, points in {"crank": "OA", "rod": "AB"}.items():
         linkage.link(name, *points)
     linkage.link("piston", "B", mass=mass)
-    linkage.revolute("O", "ground", "crank", drive=True, at=start)
+    linkage.revolute("O", "ground", "crank", drive=True, reference=start)
     linkage.revolute("A", "crank", "rod")
     linkage.revolute("B", "rod", "piston")
     linkage.prismatic("B", "ground", "piston", axis=(1, 0), name="bore")
@@ -181,7 +181,7 @@ def test_boom_on_its_cylinder() -> None:
     linkage.revolute("O", "ground", "boom")
     linkage.revolute("H", "ground", "barrel")
     drawn = np.linalg.norm(eye - foot)
-    linkage.prismatic("H", "barrel", "rod", axis=eye - foot, at=drawn, drive=True, name="cylinder")
+    linkage.prismatic("H", "barrel", "rod", axis=eye - foot, reference=drawn, drive=True, name="cylinder")
     linkage.revolute("K", "rod", "boom")
     linkage.load("E", fy=-500.0)
     a, b = np.linalg.norm(foot), np.linalg.norm(eye)

@@ -41,7 +41,7 @@ def drawn(contact: float | np.ndarray | None = None, **more: object) -> Linkage:
     linkage = Linkage(A=(0, 0), B=(0.05, height), P=(0.15, height), D=(0.25, height), E=(0.2, 0))
     for name, points in (("crank", "AB"), ("coupler", "BPD"), ("rocker", "DE")):
         linkage.link(name, *points, beam=BAR)
-    linkage.revolute("A", "ground", "crank", drive=True, at=np.radians(60.0))
+    linkage.revolute("A", "ground", "crank", drive=True, reference=np.radians(60.0))
     for point, *links in (("B", "crank", "coupler"), ("D", "coupler", "rocker"), ("E", "rocker", "ground")):
         linkage.revolute(point, *links, stiffness=(2e11,) * 5 + (0.0,), clearance=GAP, contact=contact, **more)  # type: ignore[arg-type]
     return linkage

@@ -77,7 +77,9 @@ def rounded(exact: Linkage, digits: int, unit: float, turn: Rotation = PLANAR) -
         linkage.link(name, *link.points)
     for name, joint in exact.joints.items():
         axis = np.round(turn.apply(joint.axes[..., 2]), digits)
-        linkage.revolute(name, joint.first, joint.second, axis=axis, drive=name in exact.drives, at=joint.at[..., 0])
+        linkage.revolute(
+            name, joint.first, joint.second, axis=axis, drive=name in exact.drives, reference=joint.reference[..., 0]
+        )
     return linkage
 
 

@@ -28,7 +28,7 @@ def drawn(special: FourBar, **pin: object) -> Linkage:
     linkage.link("crank", "A", "B", beam=special.link_beam("crank"))
     linkage.link("coupler", "B", "P", "D", beam=special.link_beam("coupler"))
     linkage.link("rocker", "D", "E", beam=special.link_beam("rocker"))
-    linkage.revolute("A", "ground", "crank", drive=True, at=1.0)
+    linkage.revolute("A", "ground", "crank", drive=True, reference=1.0)
     linkage.revolute("B", "crank", "coupler", stiffness=PIN, **pin)  # type: ignore[arg-type]
     linkage.revolute("D", "coupler", "rocker", stiffness=PIN, **pin)  # type: ignore[arg-type]
     linkage.revolute("E", "rocker", "ground", stiffness=PIN, **pin)  # type: ignore[arg-type]

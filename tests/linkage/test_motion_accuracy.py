@@ -28,7 +28,7 @@ def drawn(special: FourBar, clearance: object = None) -> Linkage:
     linkage.link("crank", "A", "B", beam=special.link_beam("crank"))
     linkage.link("coupler", "B", "P", "D", beam=special.link_beam("coupler"))
     linkage.link("rocker", "D", "E", beam=special.link_beam("rocker"))
-    linkage.revolute("A", "ground", "crank", drive=True, at=1.0)
+    linkage.revolute("A", "ground", "crank", drive=True, reference=1.0)
     for point, first, second in (("B", "crank", "coupler"), ("D", "coupler", "rocker"), ("E", "rocker", "ground")):
         linkage.revolute(point, first, second, stiffness=PIN, clearance=clearance)  # type: ignore[arg-type]
     return linkage

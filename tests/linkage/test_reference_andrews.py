@@ -97,7 +97,7 @@ def squeezer() -> Linkage:
     ends = {"K1": "OF", "K2": "FE", "K3": "BED", "K4": "EG", "K5": "GA", "K6": "EH", "K7": "HA"}
     for (name, points), mass, inertia in zip(ends.items(), MASS, INERTIA, strict=True):
         linkage.link(name, *points, mass=mass, centre=centres(q)[name], inertia=inertia)
-    linkage.revolute("O", "ground", "K1", drive=True, at=q[0])
+    linkage.revolute("O", "ground", "K1", drive=True, reference=q[0])
     linkage.revolute("F", "K1", "K2")
     linkage.revolute("E", "K2", "K3", "K4", "K6")
     linkage.revolute("B", "ground", "K3")

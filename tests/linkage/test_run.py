@@ -102,25 +102,25 @@ rate = 600.0
 TOLERANCES = """
 [tolerances.rod]
 of = ["points.C.0"]
-law = "norm"
+distribution = "norm"
 loc = 0.4
 scale = 1e-4
 
 [tolerances.gap]
 of = ["joints.B.clearance"]
-law = "uniform"
+distribution = "uniform"
 loc = 1e-5
 scale = 1e-5
 
 [tolerances.stiffness]
 of = ["joints.B.stiffness"]
-law = "norm"
+distribution = "norm"
 loc = 2e9
 scale = 1e8
 
 [tolerances.load]
 of = ["loads.0.fx"]
-law = "norm"
+distribution = "norm"
 loc = -500.0
 scale = 25.0
 """
@@ -274,7 +274,13 @@ def test_poses_that_cannot_be_assembled_are_told_and_the_others_done(tmp_path: P
         ('of = ["joints.B.clearance"]', 'of = ["joints.B.gap"]', None, "tolerances.gap.of.0", "'joints.B.gap' is None"),
         ('of = ["joints.B.clearance"]', 'of = ["joints.B.kind"]', None, "tolerances.gap.of.0", "name a number"),
         ('of = ["joints.B.clearance"]', 'of = ["run.pose"]', None, "tolerances.gap.of.0", "no part of the linkage"),
-        ('law = "uniform"', 'law = "square"', None, "tolerances.gap.law", "distribution of scipy.stats"),
+        (
+            'distribution = "uniform"',
+            'distribution = "square"',
+            None,
+            "tolerances.gap.distribution",
+            "distribution of scipy.stats",
+        ),
         (
             "loc = 0.4\nscale = 1e-4",
             "loc = 0.4\nscale = -1e-4",

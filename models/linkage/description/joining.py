@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, finite, numbers
 from ....framework.errors import FrameError
+from ....framework.renamed import renamed_keywords
 from .joints import COMPONENTS, Kind
 from .parts import GROUND, Pair, joint_axes, kind_of
 from .sketch import Sketch
@@ -19,6 +20,7 @@ Z = (0.0, 0.0, 1.0)
 class Joining(Sketch):
     """A sketch whose links are joined; see `Linkage`."""
 
+    @renamed_keywords(at="reference")
     def revolute(
         self,
         point: str,
@@ -31,7 +33,7 @@ class Joining(Sketch):
         contact: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join links by a pin: the second turns about the axis, which the first carries.
 
@@ -64,7 +66,7 @@ class Joining(Sketch):
         replace
             Whether it takes the place of the joint of that name, or where no name is given of that of its kind
             between the same links at the same point; it is new where there is none.
-        at
+        reference
             Angle in the drawing, radians, (...).
 
         Raises
@@ -83,12 +85,13 @@ class Joining(Sketch):
             stiffness,
             clearance,
             name,
-            at,
+            reference,
             0.0,
             replace,
             contact,
         )
 
+    @renamed_keywords(at="reference")
     def prismatic(
         self,
         point: str,
@@ -101,7 +104,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a slider: the second slides along the axis, which the first carries.
 
@@ -117,11 +120,14 @@ class Joining(Sketch):
             True where the displacement is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Displacement in the drawing, (...).
         """
-        self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add(
+            "prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
+        )
 
+    @renamed_keywords(at="reference")
     def cylindrical(
         self,
         point: str,
@@ -134,7 +140,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links so that the second slides along the axis and turns about it; the first carries it.
 
@@ -150,12 +156,13 @@ class Joining(Sketch):
             True where both coordinates are driven, ``"uz"`` or ``"rz"`` where one is.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Displacement and angle in the drawing, (..., 2).
         """
         links = first, second
-        self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, reference, 0.0, replace)
 
+    @renamed_keywords(at="reference")
     def spherical(
         self,
         point: str,
@@ -168,7 +175,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a ball.
 
@@ -184,11 +191,14 @@ class Joining(Sketch):
             True where the rotation is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Rotation vector in the drawing, in the joint's axes, (..., 3).
         """
-        self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add(
+            "spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
+        )
 
+    @renamed_keywords(at="reference")
     def universal(
         self,
         point: str,
@@ -202,7 +212,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a cross (Cardan, Hooke): it turns about an axis of each.
 
@@ -220,12 +230,13 @@ class Joining(Sketch):
             True where both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` where one is.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             The two angles in the drawing, radians, (..., 2).
         """
         links = first, second_link
-        self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, reference, 0.0, replace)
 
+    @renamed_keywords(at="reference")
     def planar(
         self,
         point: str,
@@ -238,7 +249,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a plane on which the second slides and turns; the first carries it.
 
@@ -254,11 +265,14 @@ class Joining(Sketch):
             True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"``, or several, where these are.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Two displacements and the angle in the drawing, (..., 3).
         """
-        self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add(
+            "planar", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
+        )
 
+    @renamed_keywords(at="reference")
     def screw(
         self,
         point: str,
@@ -272,7 +286,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a screw: the second turns about the axis and advances with it; the first carries it.
 
@@ -290,10 +304,12 @@ class Joining(Sketch):
             True where the angle is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Angle in the drawing, radians, (...).
         """
-        self._add("screw", point, (first, second), axis, None, drive, stiffness, clearance, name, at, pitch, replace)
+        self._add(
+            "screw", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, pitch, replace
+        )
 
     def fixed(
         self,
@@ -368,7 +384,7 @@ class Joining(Sketch):
         stiffness: ArrayLike | None,
         clearance: ArrayLike | None,
         name: str | None,
-        at: ArrayLike,
+        reference: ArrayLike,
         pitch: ArrayLike,
         replace: bool,
         contact: ArrayLike | None = None,
@@ -381,14 +397,14 @@ class Joining(Sketch):
         if driven and len(links) > 2:
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
         axes = joint_axes(name, axis, second_axis)
-        angles = self._coordinates(what, kind.freedom, at)
+        angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, stiffness)
         gap = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
         touch = None if contact is None else finite(contact, f"contact of {what}")
         if touch is not None and gap is None:
             raise FrameError(f"{what} has a contact angle and no clearance: give its clearance, too")
-        shapes = {"axis": axes.shape[:-2], "at": angles.shape[:-1], "pitch": () if turn is None else turn.shape}
+        shapes = {"axis": axes.shape[:-2], "reference": angles.shape[:-1], "pitch": () if turn is None else turn.shape}
         names = [name if index == 0 else f"{name}.{other}" for index, other in enumerate(links[1:])]
         taken = [own for own in names if own in self.joints]
         if taken and not replace:
@@ -437,14 +453,16 @@ class Joining(Sketch):
                     f"{', '.join(self.links[link].points)}"
                 )
 
-    def _coordinates(self, what: str, freedom: int, at: ArrayLike) -> Array:
-        given = finite(at, f"at of {what}")
+    def _coordinates(self, what: str, freedom: int, reference: ArrayLike) -> Array:
+        given = finite(reference, f"reference value of {what}")
         if freedom == 1:
             given = given[..., None]
         if given.ndim == 0:
             given = np.full(freedom, given)
         if given.shape[-1:] != (freedom,):
-            raise FrameError(f"at of {what} has shape {given.shape}: its last axis must hold {freedom} coordinates")
+            raise FrameError(
+                f"reference value of {what} has shape {given.shape}: its last axis must hold {freedom} coordinates"
+            )
         return given
 
 

@@ -63,7 +63,7 @@ class Pair:
         Links that it joins; coordinates are of the second relative to the first.
     axes
         Joint axes as drawn, as columns x y z, (..., 3, 3).
-    at
+    reference
         Coordinates in the drawing, (..., f).
     stiffness
         As given, (..., 6) in joint axes; None for an ideal joint.
@@ -81,7 +81,7 @@ class Pair:
     first: str
     second: str
     axes: Array
-    at: Array
+    reference: Array
     stiffness: Array | None = None
     clearance: Array | None = None
     pitch: Array | None = None
@@ -110,13 +110,13 @@ class Spring:
 class Load:
     """Force and moment (..., 6), global, on a link at a point; at no point in particular for a torque.
 
-    Where it `follows`, it turns with the link; the components are those in the drawing.
+    Where it is a `follower` load, it turns with the link; the components are those in the drawing.
     """
 
     link: str
     point: str | None
     value: Array
-    follows: bool = False
+    follower: bool = False
 
 
 def beams_of(

@@ -11,6 +11,7 @@ from ....elements import Beam
 from ....framework.batch import Array, Shape, finite, joined
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
+from ....framework.renamed import renamed_keywords
 from .parts import GROUND, Link, Load, Pair, Spring, beams_of, in_space, inertia_of
 
 End = str | tuple[str, str]
@@ -185,6 +186,7 @@ class Sketch:
             )
         self.springs.append(new)
 
+    @renamed_keywords(follows="follower")
     def load(
         self,
         point: str,
@@ -196,7 +198,7 @@ class Sketch:
         mx: ArrayLike = 0.0,
         my: ArrayLike = 0.0,
         mz: ArrayLike = 0.0,
-        follows: bool = False,
+        follower: bool = False,
         replace: bool = False,
     ) -> None:
         """Load a point with a force and a moment, global; loads that differ add up.
@@ -211,7 +213,7 @@ class Sketch:
             The link that carries the load; the first that has the point where None.
         fx, fy, fz, mx, my, mz
             Components, (...); with as many entries as the motion has poses, they differ from pose to pose.
-        follows
+        follower
             Whether they turn with the link, as the thrust of an engine does; they are then as drawn.
         replace
             Whether they take the place of all loads on this point of the link.
@@ -224,8 +226,9 @@ class Sketch:
         where = self.end(point if link is None else (link, point), "load")
         if link is None and where[0] == GROUND:
             raise FrameError(f"load: no link has point {point!r}: add it to the link that is loaded")
-        self._act(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follows), replace=replace)
+        self._act(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follower), replace=replace)
 
+    @renamed_keywords(follows="follower")
     def torque(
         self,
         link: str,
@@ -233,7 +236,7 @@ class Sketch:
         mx: ArrayLike = 0.0,
         my: ArrayLike = 0.0,
         mz: ArrayLike = 0.0,
-        follows: bool = False,
+        follower: bool = False,
         replace: bool = False,
     ) -> None:
         """Load a link with a moment, global; moments that differ add up.
@@ -244,13 +247,13 @@ class Sketch:
             The link.
         mx, my, mz
             Components, (...).
-        follows
+        follower
             As for `load`.
         replace
             Whether it takes the place of all torques on the link.
         """
         self._link(link, "torque")
-        self._act(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follows), replace=replace)
+        self._act(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follower), replace=replace)
 
     def gravity(self, acceleration: ArrayLike) -> None:
         """Let gravity act on all links.
@@ -267,7 +270,7 @@ class Sketch:
         there = [old for old in self.loads if (old.link, old.point) == (new.link, new.point)]
         if replace:
             self.loads = [old for old in self.loads if old not in there]
-        elif any(old.follows == new.follows and _same((old.value,), (new.value,)) for old in there):
+        elif any(old.follower == new.follower and _same((old.value,), (new.value,)) for old in there):
             what = f"load on {new.point!r}" if new.point else f"torque on {new.link!r}"
             raise FrameError(
                 f"the same {what} is there already: give replace=True to put this one in its place, or one load of "

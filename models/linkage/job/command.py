@@ -40,13 +40,13 @@ joints.B.contact); without one the journal lies where equilibrium under the load
 
   [tolerances.gap]                    any name
   of = ["joints.B.clearance"]         numbers of this file that share one draw
-  law = "norm"                        a distribution of scipy.stats, and its numbers
+  distribution = "norm"               a distribution of scipy.stats, and its numbers
   loc = 1e-3                          about the number that the file has
   scale = 5e-5
 
   [tolerances.springs]
   of = ["joints.B.stiffness"]         all finite numbers of a list but 0, or one: joints.B.stiffness.ux, points.B.y
-  law = "norm"
+  distribution = "norm"
   scale = "5 %"                       loc and scale in percent: deviation, as a share of each number"""
 
 WRITES = """\

@@ -138,7 +138,7 @@ def _linkage(result: Result) -> Iterable[str]:
     yield markdown(["joint", "kind", "point", "links", "driven"], joints, left=5)
     if result.inputs.tolerances:
         yield markdown(
-            ["tolerance", "law", "of"],
+            ["tolerance", "distribution", "of"],
             [
                 [name, tolerance.told, ", ".join(".".join(map(str, path)) for path in tolerance.of)]
                 for name, tolerance in result.inputs.tolerances.items()

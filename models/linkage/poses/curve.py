@@ -85,7 +85,7 @@ class Curve:
         pair = mechanism.linkage.joint(joint)
         offset = pair.kind.coordinates.index(component)
         return float(
-            self.space.of_entry(pair.at[..., offset]) + self.unit * state[mechanism.states[joint].start + offset]
+            self.space.of_entry(pair.reference[..., offset]) + self.unit * state[mechanism.states[joint].start + offset]
         )
 
     @cached_property

@@ -202,7 +202,7 @@ def _around(motion: Kinematics) -> Kinematics:
         units = np.array([motion.mechanism.size if component[0] == "u" else 1.0 for component in components])
         steps = np.random.default_rng(place).uniform(-BESIDE, BESIDE, (PROBES, len(chosen)))
         steps[0] = 0.0
-        at = pair.at[..., chosen]
+        at = pair.reference[..., chosen]
         given = at + (steps * units).reshape(PROBES, *(1,) * len(linkage.shape), len(chosen))
         values[name] = given if len(chosen) > 1 else given[..., 0]
     return Kinematics.of(linkage, values, {}, {}, tolerance=motion.tolerance)
