@@ -29,7 +29,7 @@ class Linkage(LinkageDescription):
     Attributes
     ----------
     points
-        Coordinates (..., 3) as drawn, by name.
+        Coordinates (..., 3) in the reference configuration, by name.
     links
         Links by name; the ground, ``"ground"``, is not among them and has every point.
     joints
@@ -83,7 +83,7 @@ class Linkage(LinkageDescription):
         was drawn: not on the other poses of the batch, nor on any order. It is what the linkage comes to as its drives
         go there from their reference values on a straight line, all at once. A drive that turns goes the whole way, to
         370° through 360°; where it moves alone and cannot turn fully, it goes round the other way to what lies beyond
-        an end of its range. Of a batch of dimensions each member starts from its own drawing.
+        an end of its range. Of a batch of dimensions each member starts from its own reference configuration.
 
         Where that path ends before, or crosses a singular pose behind which it could go on in several ways, positions
         are NaN and the status says whether the pose lies in another assembly mode or cannot be assembled at all; a
@@ -97,7 +97,7 @@ class Linkage(LinkageDescription):
         ----------
         drives
             Values of the driven coordinates by joint, (...), or (..., f) where f of a joint are driven, for names
-            that are no Python identifiers. A drive without values stays as drawn.
+            that are no Python identifiers. A drive without values keeps its reference value.
         rates, accelerations
             Their first and second derivatives by time, by joint; 0 where not given. Those of a spherical joint are
             its angular velocity and acceleration, in the joint's axes on the first link.
@@ -116,13 +116,14 @@ class Linkage(LinkageDescription):
         Returns
         -------
         Motion
-            Where everything is, batch shape the broadcast of drives and drawing.
+            Where everything is, batch shape the broadcast of drives and points.
 
         Raises
         ------
         FrameError
-            If a drive is unknown or given twice, shapes do not broadcast, the linkage hangs in the air, its drawing
-            cannot be assembled, its drives leave points free to move, or a stiffness is inf where a joint is free.
+            If a drive is unknown or given twice, shapes do not broadcast, the linkage is not connected to ground, its
+            reference configuration cannot be assembled, its drives leave points free to move, or a stiffness is inf
+            where a joint is free.
         """
         given = by_joint("drives", drives)
         for name in named.keys() & given.keys():
@@ -138,7 +139,7 @@ class Linkage(LinkageDescription):
         tolerance
             As for `move`.
         entry
-            Which entry is meant where the drawing carries a batch: one index an axis; the first where None.
+            Which entry is meant where the points carry a batch: one index an axis; the first where None.
 
         Returns
         -------
@@ -148,7 +149,7 @@ class Linkage(LinkageDescription):
         Raises
         ------
         FrameError
-            If the drawing cannot be assembled.
+            If the reference configuration cannot be assembled.
 
         Examples
         --------
@@ -175,7 +176,7 @@ class Linkage(LinkageDescription):
         tolerance: float = 0.0,
         entry: int | tuple[int, ...] | None = None,
     ) -> tuple[DeadPoint, ...]:
-        """Dead points and change points on the way through the drawing; see `dead_points.dead_points`.
+        """Dead points and change points on the way through the reference configuration; see `dead_points.dead_points`.
 
         Parameters
         ----------
@@ -219,7 +220,7 @@ class Linkage(LinkageDescription):
         tolerance: float = 0.0,
         entry: int | tuple[int, ...] | None = None,
     ) -> DriveRange:
-        """How far a drive can go from the drawing; see `dead_points.drive_range`.
+        """How far a drive can go from the reference configuration; see `dead_points.drive_range`.
 
         Parameters
         ----------

@@ -92,9 +92,9 @@ class Motion(FramedPoses):
         Returns
         -------
         ndarray
-            In the order of the kind's coordinates; ``at`` as drawn. Angles go on beyond a turn: they count the turns
-            that the joint makes while the drives go to the pose from their reference values. Of a ball: the rotation
-            vector, of length at most π.
+            In the order of the kind's coordinates; ``reference`` in the reference configuration. Angles go on beyond a
+            turn: they count the turns that the joint makes while the drives go to the pose from their reference values.
+            Of a ball: the rotation vector, of length at most π.
         """
         return coordinate_of(self, self.linkage.joint(joint))
 
@@ -136,7 +136,7 @@ class Motion(FramedPoses):
         Inertia forces (Eq. 1 and 2 of the accuracy paper), gravity, loads, springs and dampers are in equilibrium with
         what the joints hold and the drives push. Where equilibrium alone does not tell all reactions, those follow
         from the compliance of links and joints; if these are rigid, the reactions with the least sum of squares are
-        given (moments divided by half of what the drawing spans). ``.method`` says which.
+        given (moments divided by half of what the linkage spans). ``.method`` says which.
 
         Loads that were given to a frame of the motion alone are not among them.
 

@@ -45,7 +45,7 @@ class Joining(Sketch):
             Links that it joins; with several, `first` carries the pin and each other link has a joint of its own
             with it, named by the joint's name, and from the second on with ``.link`` behind it.
         axis
-            Direction of the axis as drawn, (..., 2 or 3).
+            Direction of the axis in the reference configuration, (..., 2 or 3).
         drive
             True where the angle is driven.
         stiffness
@@ -56,10 +56,10 @@ class Joining(Sketch):
             Radial clearance, (...).
         contact
             Direction in which the second link's pin centre lies from the first's, radians, (...): Eq. (11) of the
-            accuracy paper. It is measured about the axis from x of the joint as drawn, which is global x for an axis
-            along z, and stays where the linkage turns. The clearance then is an offset in the joint, which
-            ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not. Where None, each
-            journal lies where equilibrium presses it.
+            accuracy paper. It is measured about the axis from x of the joint in the reference configuration, which is
+            global x for an axis along z, and stays where the linkage turns. The clearance then is an offset in the
+            joint, which ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not.
+            Where None, each journal lies where equilibrium presses it.
         name
             The joint's name; its point, or ``point.kind`` where that is taken. A second joint of one kind between the
             same links at one point needs one.
@@ -67,7 +67,7 @@ class Joining(Sketch):
             Whether it takes the place of the joint of that name, or where no name is given of that of its kind
             between the same links at the same point; it is new where there is none.
         reference
-            Angle in the drawing, radians, (...).
+            Angle in the reference configuration, radians, (...).
 
         Raises
         ------
@@ -111,17 +111,17 @@ class Joining(Sketch):
         Parameters
         ----------
         point
-            Where it is as drawn; the point must be on both links.
+            Where it is in the reference configuration; the point must be on both links.
         first, second
             Links that it joins.
         axis
-            Direction of sliding as drawn, (..., 2 or 3).
+            Direction of sliding in the reference configuration, (..., 2 or 3).
         drive
             True where the displacement is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
-            Displacement in the drawing, (...).
+            Displacement in the reference configuration, (...).
         """
         self._add(
             "prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
@@ -147,17 +147,17 @@ class Joining(Sketch):
         Parameters
         ----------
         point
-            Where it is as drawn.
+            Where it is in the reference configuration.
         first, second
             Links that it joins.
         axis
-            Direction of the axis as drawn, (..., 2 or 3).
+            Direction of the axis in the reference configuration, (..., 2 or 3).
         drive
             True where both coordinates are driven, ``"uz"`` or ``"rz"`` where one is.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
-            Displacement and angle in the drawing, (..., 2).
+            Displacement and angle in the reference configuration, (..., 2).
         """
         links = first, second
         self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, reference, 0.0, replace)
@@ -186,13 +186,13 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            z of the joint's axes as drawn, (..., 2 or 3).
+            z of the joint's axes in the reference configuration, (..., 2 or 3).
         drive
             True where the rotation is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
-            Rotation vector in the drawing, in the joint's axes, (..., 3).
+            Rotation vector in the reference configuration, in the joint's axes, (..., 3).
         """
         self._add(
             "spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
@@ -223,15 +223,16 @@ class Joining(Sketch):
         first, second_link
             Links that it joins.
         axis
-            Axis on the first link as drawn, (..., 2 or 3): z of the joint.
+            Axis on the first link in the reference configuration, (..., 2 or 3): z of the joint.
         second
-            Axis on the second link as drawn, (..., 2 or 3), perpendicular to `axis`: x of the joint.
+            Axis on the second link in the reference configuration, (..., 2 or 3), perpendicular to `axis`: x of the
+            joint.
         drive
             True where both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` where one is.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
-            The two angles in the drawing, radians, (..., 2).
+            The two angles in the reference configuration, radians, (..., 2).
         """
         links = first, second_link
         self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, reference, 0.0, replace)
@@ -260,13 +261,13 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            Normal of the plane as drawn, (..., 2 or 3).
+            Normal of the plane in the reference configuration, (..., 2 or 3).
         drive
             True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"``, or several, where these are.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
-            Two displacements and the angle in the drawing, (..., 3).
+            Two displacements and the angle in the reference configuration, (..., 3).
         """
         self._add(
             "planar", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
@@ -293,11 +294,11 @@ class Joining(Sketch):
         Parameters
         ----------
         point
-            Where it is as drawn.
+            Where it is in the reference configuration.
         first, second
             Links that it joins.
         axis
-            Direction of the axis as drawn, (..., 2 or 3).
+            Direction of the axis in the reference configuration, (..., 2 or 3).
         pitch
             Advance along the axis per turn, (...); below zero for a left-hand thread.
         drive
@@ -305,7 +306,7 @@ class Joining(Sketch):
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
-            Angle in the drawing, radians, (...).
+            Angle in the reference configuration, radians, (...).
         """
         self._add(
             "screw", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, pitch, replace
@@ -332,7 +333,7 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            z of the joint's axes as drawn, (..., 2 or 3).
+            z of the joint's axes in the reference configuration, (..., 2 or 3).
         stiffness, clearance, name, replace
             As for `revolute`.
         """

@@ -43,7 +43,7 @@ class Sketch:
 
     @property
     def shape(self) -> Shape:
-        """Batch shape of the drawing."""
+        """Batch shape of the description."""
         return self._shape
 
     # -- points and links -------------------------------------------------------------------------------------------
@@ -56,7 +56,7 @@ class Sketch:
         name
             Its name.
         place
-            Coordinates as drawn, (..., 2) in the plane z = 0, or (..., 3).
+            Coordinates in the reference configuration, (..., 2) in the plane z = 0, or (..., 3).
 
         Raises
         ------
@@ -96,11 +96,12 @@ class Sketch:
         beams
             Pairs of points between which beams run, where they do not follow the points.
         mass, centre, inertia
-            Mass (...), centre of mass as drawn (..., 2 or 3), and inertia about it in drawn axes: a tensor
-            (..., 3, 3), six numbers xx yy zz xy yz zx, or one number about z. Where not given, those of the beams.
+            Mass (...), centre of mass in the reference configuration (..., 2 or 3), and inertia about it in global axes
+            then: a tensor (..., 3, 3), six numbers xx yy zz xy yz zx, or one number about z. Where not given, those of
+            the beams.
         length
-            True length (...) of a link of two points where the drawing does not have it: the second point then lies
-            this far from the first. The drawing is where the assembly starts.
+            True length (...) of a link of two points where the points do not give it: the second point then lies
+            this far from the first. Assembly starts from the reference configuration.
 
         Raises
         ------
@@ -214,7 +215,8 @@ class Sketch:
         fx, fy, fz, mx, my, mz
             Components, (...); with as many entries as the motion has poses, they differ from pose to pose.
         follower
-            Whether they turn with the link, as the thrust of an engine does; they are then as drawn.
+            Whether they turn with the link, as the thrust of an engine does; their components are then those in the
+            reference configuration.
         replace
             Whether they take the place of all loads on this point of the link.
 

@@ -58,7 +58,7 @@ class ClassifiedPoses(Kinematics):
 
     @property
     def conditioning(self) -> Array:
-        """How firmly the drives hold each pose, (...): from 0, where something moves with the drives held, towards 1.
+        """How firmly the drives hold each pose, (...): from 0, where something moves with the drives locked, towards 1.
 
         Least over greatest singular value of the loop closure by the coordinates that are not driven, with lengths in
         units of the linkage's extent; what moves by itself at every pose does not count.

@@ -90,5 +90,5 @@ def _relative(motion: Kinematics, pair: Pair, order: int) -> list[Array]:
 
 
 def _inverse(motion: Kinematics, link: str, place: Array) -> Array:
-    """Where a global place that moves with a link was in the drawing."""
+    """Where a global place that moves with a link was in the reference configuration."""
     return np.asarray(np.einsum("...ji,...j->...i", motion.axes(link), place - motion.origin(link)))

@@ -90,7 +90,7 @@ class Curve:
 
     @cached_property
     def start(self) -> Place:
-        """The drawing."""
+        """The reference configuration."""
         free = self.space.free(self.space.drawn, self.locked)
         if not free.shape[1]:
             alike = null_space(self.space.held(self.space.drawn, self.locked), share=ALIKE)
@@ -115,7 +115,7 @@ class Curve:
         return None if size < 0.7 else Place(state, tangent / size)
 
     def both_ways(self) -> list[Place]:
-        """Places of the whole way through the drawing."""
+        """Places of the whole way through the reference configuration."""
         way = self.walk(self.start)
         back = [] if way.closes else self.walk(self.start.turned(-1.0)).places[:0:-1]
         return [*back, *way.places]

@@ -76,7 +76,8 @@ class Kinematics:
         Raises
         ------
         FrameError
-            If branch, tolerance or a drive are not what they should be, or the linkage cannot be assembled as drawn.
+            If branch, tolerance or a drive are not what they should be, or the linkage cannot be assembled in the
+            reference configuration.
         """
         if branch not in BRANCHES:
             raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
@@ -90,7 +91,7 @@ class Kinematics:
 
     @property
     def shape(self) -> Shape:
-        """Batch shape: the broadcast of drives, rates, accelerations and drawing."""
+        """Batch shape: the broadcast of drives, rates, accelerations and points."""
         return np.broadcast_shapes(self.drives.full_shape, self.assembly.shape)
 
     @property
@@ -206,7 +207,7 @@ class Kinematics:
         link
             The link.
         place
-            The place in the drawing, (..., 2 or 3).
+            The place in the reference configuration, (..., 2 or 3).
 
         Returns
         -------
@@ -223,7 +224,7 @@ class Kinematics:
         link
             The link.
         place
-            The place in the drawing, (..., 2 or 3).
+            The place in the reference configuration, (..., 2 or 3).
 
         Returns
         -------
@@ -240,7 +241,7 @@ class Kinematics:
         link
             The link.
         place
-            The place in the drawing, (..., 2 or 3).
+            The place in the reference configuration, (..., 2 or 3).
 
         Returns
         -------
@@ -252,7 +253,9 @@ class Kinematics:
     # -- links ------------------------------------------------------------------------------------------------------
 
     def origin(self, link: str) -> Array:
-        """Where the drawing's origin, fixed on the link, is: position = origin + axes @ drawn place, (..., 3).
+        """Where the origin of the reference configuration is as a point of the link, (..., 3).
+
+        A place x of the reference configuration is at ``origin + axes @ x``.
 
         Parameters
         ----------
@@ -267,7 +270,7 @@ class Kinematics:
         return self._position(link, np.zeros(3))
 
     def axes(self, link: str) -> Array:
-        """Axes of a link as columns, (..., 3, 3): the identity as drawn.
+        """Axes of a link as columns, (..., 3, 3): the identity in the reference configuration.
 
         Parameters
         ----------
@@ -277,7 +280,7 @@ class Kinematics:
         Returns
         -------
         ndarray
-            Rotation from the drawing, (..., 3, 3).
+            Rotation from the reference configuration, (..., 3, 3).
         """
         if link == GROUND:
             return np.broadcast_to(np.eye(3), (*self.shape, 3, 3))

@@ -11,8 +11,8 @@ from ....framework.renamed import RenamedAttribute
 from ..description.linkage_description import LinkageDescription
 from .configuration import ALIKE, FEW_DIGITS, Configurations, Entry, null_space
 
-# How far motions are followed, in radians and extents of the linkage, and how many: away from a drawing that may be
-# singular, and just so far that curvature does not count.
+# How far motions are followed, in radians and extents of the linkage, and how many: away from a reference configuration
+# that may be singular, and just so far that curvature does not count.
 FAR, NEAR, TRIALS = 0.05, 1e-3, 8
 
 
@@ -121,9 +121,9 @@ def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry =
 
 
 def generic(space: Configurations) -> tuple[int, Array]:
-    """Mobility, and a state near the drawing that is as regular as they come.
+    """Mobility, and a state near the reference configuration that is as regular as they come.
 
-    Where several motions cross at the drawing, it is the mobility of the largest.
+    Where several motions cross at the reference configuration, it is the mobility of the largest.
     """
     drawn = space.drawn
     freedoms = space.free(drawn).shape[1]

@@ -33,9 +33,9 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     """How firmly the drives hold each pose, (...), and the motions (..., n, k) of the unknowns that they do not hold.
 
     The least singular value of the closing equations by the unknown coordinates over the greatest, lengths in units of
-    the linkage's extent: 0 where something moves with the drives held. Those that always vanish, of a rod that can turn
-    about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its own
-    extent, and the least of these counts: a chain is not near a dead point for being long.
+    the linkage's extent: 0 where something moves with the drives locked. Those that always vanish, of a rod that can
+    turn about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its
+    own extent, and the least of these counts: a chain is not near a dead point for being long.
 
     Where fewer than k motions are not held, the others are zero; at poses that are not singular all are.
     """
@@ -92,7 +92,7 @@ def _firmness(motion: Kinematics, matrix: Array) -> Array:
 
 
 def _span(motion: Kinematics, joints: Iterable[str]) -> float:
-    """Extent of the places of some joints as drawn."""
+    """Extent of the places of some joints in the reference configuration."""
     linkage = motion.linkage
     places = np.concatenate([linkage.points[linkage.joints[name].point].reshape(-1, 3) for name in joints])
     return float(np.ptp(places, axis=0).max())
@@ -125,7 +125,7 @@ def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, 
 
 
 def loose_joints(motion: Kinematics, chosen: Bools, least: Array) -> NDArray[np.str_]:
-    """The joint that moves with the drives held at each of the chosen poses, (k,)."""
+    """The joint that moves with the drives locked at each of the chosen poses, (k,)."""
     mechanism, shape = motion.mechanism, motion.assembly.shape
     state, parameters = (
         [np.broadcast_to(x, shape)[chosen] for x in entries]

@@ -13,7 +13,7 @@ class PoseState(State):
 
     * ``REGULAR``
     * ``NEAR_DEAD_POINT``: all results hold, with fewer digits.
-    * ``SINGULAR_DIRECT``: a direct-kinematic singularity, of type II: something moves with the drives held, as in a
+    * ``SINGULAR_DIRECT``: a direct-kinematic singularity, of type II: something moves with the drives locked, as in a
       dead point or a change point.
     * ``SINGULAR_INVERSE``: an inverse-kinematic singularity, of type I: the drives move a joint's point in fewer
       directions than elsewhere. Results hold.

@@ -69,7 +69,7 @@ def slacken(built: Frame, springs: list[str]) -> None:
 class Builder:
     """Makes the frame of a motion, without loads.
 
-    Poses that are not assembled are described as drawn, and left out.
+    Poses that are not assembled are described in the reference configuration, and left out.
 
     Parameters
     ----------
@@ -179,7 +179,8 @@ class Builder:
                 yield f"spring.{index}"
 
     def _there(self, values: Array, drawn: Array, trailing: int = 1) -> Array:
-        """Values, with as many `trailing` axes as they have components; as drawn where the pose is not assembled."""
+        """Values, with as many `trailing` axes as they have components; reference ones where a pose is not
+        assembled."""
         if not self.lost.any():
             return values
         return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), drawn, values)
