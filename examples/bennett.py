@@ -6,7 +6,7 @@ Opposite links are alike: lengths a and b, angles α and β between the axes at 
                                    tan(θ/2) tan(φ/2) = sin((β + α)/2) / sin((β − α)/2)
 
 (G. T. Bennett, A new mechanism, Engineering 76 (1903) 777.) The loop has six equations for three unknown angles: the
-mobility is −2 by count and 1 in truth, with three constraints more than are needed.
+mobility is −2 by the Grübler-Kutzbach count; the actual one is 1, with three redundant constraints.
 """
 
 import numpy as np

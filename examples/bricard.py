@@ -6,7 +6,8 @@ Solids and Structures 42 (2005) 2287, with their α at 90°)
 
         cos θ + cos φ + cos θ cos φ = 0
 
-The loop has six equations for five unknown angles: mobility 0 by count, 1 in truth, one constraint too many.
+The loop has six equations for five unknown angles: mobility 0 by the Grübler-Kutzbach count, actual mobility 1, one
+redundant constraint.
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
-"""Clearance in the pins of a four-bar under load: where each journal rests, and where it is changes across.
+"""Clearance in the pins of a four-bar under load: the contact state of each journal, and where contact changes side.
 
              P ↑ F
             / \\
        B o-+---+-o D         pins B, D and E have a radial clearance; the load presses each journal
-        /       /            against its bearing, along the force that the pin transmits: P gives way
-    A #- - - - o E           by  Σ ε |R| / F  beyond what links and pins yield
+        /       /            against its bearing, along the force that the pin transmits: P moves
+    A #- - - - o E           by  Σ ε |R| / F  beyond what links and pins deflect
 """
 
 import numpy as np

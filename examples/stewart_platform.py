@@ -3,7 +3,7 @@ r"""Stewart-Gough platform: six legs of variable length carry a platform in all 
   C ______ C            The legs for a wanted place p and turn R of the platform are
    /\\  /\ \                                   L = |p + R c − b|
   /  \/   \ \           for each leg from b on the base to c on the platform. The other way round has up to
- /___/\____\_\          forty answers: Newton takes the one that hangs together with the drawing.
+ /___/\____\_\          forty answers: Newton takes the one of the reference configuration's mode.
 B     B      B
                         (V. E. Gough and S. G. Whitehall 1962; D. Stewart, A platform with six degrees of
                         freedom, Proc. Instn Mech. Engrs 180 (1965) 371.)

@@ -45,7 +45,7 @@ from .structure.parts import Row
 class Solution(SavedResults):
     """Displacements, reactions and forces of a solved frame, each of the frame's batch shape.
 
-    Obtained from ``frame.solve()``. Entries that loads move without resistance hold NaN and say so in `status`; a
+    Obtained from ``frame.solve()``. Entries that are kinematically unstable hold NaN and say so in `status`; a
     `MechanismWarning` tells so when they are first read. Where no load does work on a free motion, only displacements
     that it has a part in are NaN. A part of the frame that no member, joint or tie
     connects with what moves keeps its results.
@@ -301,7 +301,7 @@ class Solution(SavedResults):
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
-        """Entries that the loads move without resistance."""
+        """Entries that are kinematically unstable under the loads."""
         found = self.solver.singular(excited=True)
         if self.resolved is not None:
             found = found & ~self.resolved.mask
@@ -434,7 +434,7 @@ class Solution(SavedResults):
         inf where the frame is a mechanism, and where its load exceeds a buckling load.
 
         From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
-        `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.
+        `linkframe.framework.results.validity`. A contact that changes side on the way is not foreseen.
         """
         return self._read("nonlinearity", lambda: nonlinearity(self))
 

@@ -96,3 +96,12 @@ def test_tolerances_of_a_file() -> None:
         written = renew(data)
     assert data == {"tolerances": {"t": {"of": ["joints.A.reference.rz", "loads.0.mz"], "distribution": "norm"}}}
     assert written == {("tolerances", "t", "distribution"): ("tolerances", "t", "law")}
+
+
+def test_compliance_matrix_of_a_motion() -> None:
+    linkage = Linkage(A=(0, 0), B=(1, 0))
+    linkage.link("AB", "A", "B")
+    linkage.revolute("A", "ground", "AB", drive=True)
+    motion = linkage.move(A=0.3)
+    with pytest.warns(DeprecationWarning, match="Motion is now called compliance_matrix"):
+        assert not motion.flexibility("B").any()

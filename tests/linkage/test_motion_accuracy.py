@@ -70,7 +70,7 @@ def test_a_cantilever_that_turns() -> None:
 def test_stiffness_is_the_inverse_of_unit_loads() -> None:
     """Column by column against frames with one unit load each; and symmetric."""
     motion = drawn(SPECIAL).move(A=THETA)
-    flexibility, stiffness = motion.flexibility("P"), motion.stiffness("P")
+    flexibility, stiffness = motion.compliance_matrix("P"), motion.stiffness("P")
     assert stiffness.shape == (len(THETA), 6, 6)
     for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz")):
         frame = motion.frame(loads=False)
@@ -98,7 +98,7 @@ def test_stiffness_of_a_cantilever_in_the_book() -> None:
 def test_what_is_rigid_has_no_stiffness_matrix_and_what_is_loose_none_either() -> None:
     with pytest.raises(FrameError, match="'B' cannot deflect in every direction"):
         arm(beam=None).move(A=0.3).stiffness("B")
-    assert not arm(beam=None).move(A=0.3).flexibility("B").any()
+    assert not arm(beam=None).move(A=0.3).compliance_matrix("B").any()
     loose = Linkage(A=(0, 0), B=(0.5, 0))
     loose.link("arm", "A", "B", beam=BAR)
     loose.revolute("A", "ground", "arm", drive=True, stiffness=(1e9, 1e9, 0.0, 1e9, 1e9, 0.0))

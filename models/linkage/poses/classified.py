@@ -61,7 +61,7 @@ class ClassifiedPoses(Kinematics):
         """How firmly the drives hold each pose, (...): from 0, where something moves with the drives locked, towards 1.
 
         Least over greatest singular value of the loop closure by the coordinates that are not driven, with lengths in
-        units of the linkage's extent; what moves by itself at every pose does not count.
+        units of the linkage's extent; idle (passive) degrees of freedom do not count.
         """
         return np.broadcast_to(self.held[0], self.shape)
 

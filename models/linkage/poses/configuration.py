@@ -1,4 +1,4 @@
-"""All assembled positions of a linkage, with its drives let loose: how it can move from one, and where that leads."""
+"""All assembled positions of a linkage, with its drives released: how it can move from one, and where that leads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way of a linkage with one drive let loose: through dead points, which are nothing special on it."""
+"""The way of a linkage with one drive released: through dead points, which are nothing special on it."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Way:
 
 
 class Curve:
-    """Assembled positions that hang together when one joint coordinate drives and other drives stand still.
+    """Connected assembled positions when one joint coordinate drives and other drives are locked.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Curve:
             few = f"; {FEW_DIGITS}" if alike.shape[1] else ""
             held = ", with the other drives locked" if self.locked else ""
             raise FrameError(f"joint {self.name[0]!r} cannot move: the linkage has no degree of freedom{held}{few}")
-        # Of all motions that with the most of the drive: what moves by itself stands still in it.
+        # Of all motions that with the most of the drive: idle degrees of freedom rest in it.
         tangent = free @ free[self.drive]
         if np.linalg.norm(tangent) < 1e-9:
             tangent = free[:, 0]
@@ -164,14 +164,14 @@ class Curve:
 
     @cached_property
     def rank(self) -> int:
-        """Rank of the equations with the drive held, in general: the highest of some places."""
+        """Rank of the equations with the drive locked, in general: the highest of some places."""
         near = (self.onwards(self.start, step) for step in (-STEP, 0.0, STEP))
         return max(_rank(self.held(place.state)) for place in near if place is not None)
 
     def singular_place(self, place: Place) -> Place | None:
-        """Where, near `place`, a motion remains with the drive held: the singular value number `rank` vanishes.
+        """Where, near `place`, a motion remains with the drive locked: the singular value number `rank` vanishes.
 
-        The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive held, are solved
+        The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive locked, are solved
         along the curve: with singular vectors u and v of J, ``u J v`` has a simple zero there, to which Newton's method
         goes. Where the curve crosses another one there, the place is taken from those on both sides.
         """
@@ -227,7 +227,8 @@ class Curve:
         return place if least < max(BETWEEN, 10.0 * self.space.tolerance) else None
 
     def _signed(self, places: Sequence[Place]) -> Array:
-        """Least singular value with the drive held at places one behind the other, with a sign that changes at zero."""
+        """Least singular value with the drive locked at places one behind the other, with a sign that changes at
+        zero."""
         out, sign, last = [], 1.0, None
         for place in places:
             left, values, right = np.linalg.svd(self.held(place.state))

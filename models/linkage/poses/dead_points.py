@@ -97,7 +97,7 @@ def dead_points(
     Raises
     ------
     FrameError
-        If there is no such joint or coordinate, it cannot move, other drives than one do not stand still, or the
+        If there is no such joint or coordinate, it cannot move, other drives than one are not locked, or the
         linkage is overconstrained and drawn with too few digits to go on.
     """
     curve = _curve(linkage, joint, coordinate, tolerance, entry)

@@ -1,4 +1,4 @@
-"""A linkage at every pose as a frame of beams, joints and springs, its drives held."""
+"""A linkage at every pose as a frame of beams, joints and springs, its drives locked."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ def _compliant(motion: FramedPoses) -> bool:
 
 
 def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Wrenches and drive forces by joint, from the frame under all loads, its drives held."""
+    """Wrenches and drive forces by joint, from the frame under all loads, its drives locked."""
     linkage = motion.linkage
     solution = frame(motion, clearance=False, inertia=True, clamped=True).solve()
     wrenches, drives = {}, {}

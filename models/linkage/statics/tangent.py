@@ -72,7 +72,7 @@ class Tangent:
         loaded = np.where(self.held[..., None, None], loaded, 0.0)
         self.stiffness = dense.stiffness(self.plan) + loaded
 
-    def flexibility(self, node: str) -> Array:
+    def compliance_matrix(self, node: str) -> Array:
         """Displacement and rotation of a node by unit forces and moments, global, (..., 6, 6).
 
         NaN where the linkage is not held, and in what moves without resistance.
@@ -84,7 +84,7 @@ class Tangent:
         moved = change @ (root[..., :, None] * vectors)
         free = np.abs(values) <= zero_eigenvalue(values.shape[-1])
         out = (moved / np.where(free, np.inf, values)[..., None, :]) @ np.swapaxes(moved, -1, -2)
-        # what a free motion moves has no flexibility
+        # what a free motion moves has no compliance
         size = np.abs(moved).max(axis=-1, keepdims=True)
         lost = (free[..., None, :] & (np.abs(moved) > _STILL * size)).any(axis=-1)
         lost = lost[..., :, None] | lost[..., None, :] | ~self.held[..., None, None]
