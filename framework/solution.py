@@ -28,7 +28,7 @@ from .examination import require_springs
 from .explain import explain
 from .provenance import regular_there, with_origin
 from .results.conditioning import scaled, usual
-from .results.idle import Idle, idle
+from .results.idle import ConsistentMechanisms, idle
 from .results.parts import of_joint, of_member, of_node, of_part
 from .results.recovery import Recovery
 from .results.saved import SavedResults
@@ -562,7 +562,7 @@ class Solution(SavedResults):
         return found if found.mask.any() else None
 
     @cached_property
-    def idle(self) -> Idle | None:
+    def idle(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
         found = self.solver.singular(excited=True)
         if self.resolved is not None:

@@ -24,7 +24,7 @@ from ..structure.varying import Varying
 from .chunks import held, large_masks, steps
 from .combination import Combination
 from .order import Order
-from .progress import Masks, Progress, Springs, Wanted
+from .progress import Masks, PartialFactorisation, Springs, Wanted
 from .stage import Forces, Matrix, Stage
 from .tail import Remainder, Tail
 
@@ -68,7 +68,7 @@ class Block:
     varying: Varying | None = None
 
 
-class Factor:
+class BlockFactor:
     """LDL^T of a block; it answers for rows over the unknowns.
 
     Parameters
@@ -91,13 +91,13 @@ class Factor:
         self._masks = Masks.of(block.grid, block.rows, block.springs)
         with np.errstate(all="ignore"):
             self.shared = self._shared()
-        self._kept: dict[int, Progress | Tail] = {}
-        self._former: dict[int, Progress | Tail] = {}
+        self._kept: dict[int, PartialFactorisation | Tail] = {}
+        self._former: dict[int, PartialFactorisation | Tail] = {}
         self._margins: dict[int, Array] = {}
         self._again = False
         self.origin = ""
 
-    def loaded(self, block: Block) -> Factor:
+    def loaded(self, block: Block) -> BlockFactor:
         """The same factor under the loads of another block, which differs in nothing else."""
         twin = copy.copy(self)
         for name in ("_only_tail", "_rest"):
@@ -153,11 +153,13 @@ class Factor:
 
     # -- one run ----------------------------------------------------------------------------------------------------
 
-    def _shared(self) -> Progress:
+    def _shared(self) -> PartialFactorisation:
         """All that is small, of the whole batch."""
         block = self.block
         stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
-        progress = Progress(block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks)
+        progress = PartialFactorisation(
+            block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks
+        )
         progress.factorise(self.small, given=True)
         progress.load(self.small)
         return progress
@@ -172,7 +174,7 @@ class Factor:
         asked = Combination.of([self.shared.carried(row) for row in rows], self._rest.columns, shape)
         out = np.empty((*shape[:-1], len(rows), shape[-1]))
 
-        def gather(index: int, tail: Progress | Tail) -> None:
+        def gather(index: int, tail: PartialFactorisation | Tail) -> None:
             indices, part = self._indices(index), self._part(index)
             last = self.axis == len(shape) - 1
             assert isinstance(tail, Tail)
@@ -184,9 +186,9 @@ class Factor:
     def _from_stages(self, rows: Sequence[Row]) -> list[Value]:
         results: list[Value] = [0.0] * len(rows)
 
-        def gather(index: int, progress: Progress | Tail) -> None:
+        def gather(index: int, progress: PartialFactorisation | Tail) -> None:
             part = self._part(index)
-            assert isinstance(progress, Progress)
+            assert isinstance(progress, PartialFactorisation)
             cut = [_mapped(row, functools.partial(self._cut, part=part)) for row in rows]
             for k, value in enumerate(progress.values(cut)):
                 if not isinstance(value, np.ndarray):
@@ -202,7 +204,7 @@ class Factor:
         self._each(gather)
         return results
 
-    def _each(self, work: Callable[[int, Progress | Tail], None]) -> None:
+    def _each(self, work: Callable[[int, PartialFactorisation | Tail], None]) -> None:
         """Do `work` with the index and progress of every chunk.
 
         Results of stages are laid out as the first comes out, so that goes before the others.
@@ -222,10 +224,10 @@ class Factor:
                     pass
         self._again = keep
 
-    def _chunk(self, index: int) -> Progress | Tail:
+    def _chunk(self, index: int) -> PartialFactorisation | Tail:
         if index in self._kept:
             return self._kept[index]
-        progress: Progress | Tail = self._finished(index) if self._only_tail else self._redone(index)
+        progress: PartialFactorisation | Tail = self._finished(index) if self._only_tail else self._redone(index)
         self._margins[index] = functools.reduce(np.minimum, _margins(progress), np.asarray(np.inf))
         if self._again or self.chunks == 1 or (self.light and not self._only_tail):
             self._kept[index] = progress
@@ -254,17 +256,17 @@ class Factor:
         shape[self.axis] = len(range(shape[self.axis])[self._indices(index)])
         return Tail(self._rest.cut(cut, self.axis, self._indices(index)), tuple(shape))
 
-    def _redone(self, index: int) -> Progress:
+    def _redone(self, index: int) -> PartialFactorisation:
         """The whole way once more for the terms that are large."""
         shared, cut = self.shared, functools.partial(self._cut, part=self._part(index))
         inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
         former = self._former.pop(index, None)
-        if isinstance(former, Progress):
+        if isinstance(former, PartialFactorisation):
             progress = former.loaded(inner.forces, outer.forces, knowns)
         else:
             rows = {a: _mapped(row, cut) for a, row in shared.rows.items()}
             springs = [(_mapped(row, cut), cut(stiffness)) for row, stiffness in shared.springs]
-            progress = Progress(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
+            progress = PartialFactorisation(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
             if self.block.varying:
                 for entry, value in self.block.varying.values(self.axis, self._indices(index)):
                     inner.put(*entry.at, entry.mask, value)
@@ -301,7 +303,7 @@ def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
     return {k: change(value) for k, value in row.items()}
 
 
-def _margins(progress: Progress | Tail) -> list[Array]:
+def _margins(progress: PartialFactorisation | Tail) -> list[Array]:
     """Least pivot ratios found, by mask, in what was done on the way."""
     if isinstance(progress, Tail):
         return [np.asarray(progress.margin)]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..clock import timed
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, combine, unknowns
-from .block import Factor
+from .block import BlockFactor
 from .plan import Plan
 
 # A pivot below this share of the stiffness whose rounding it carries raises suspicion.
@@ -28,7 +28,7 @@ class BroadcastSolver:
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self._factors: dict[int, Factor] = {}
+        self._factors: dict[int, BlockFactor] = {}
 
     def only(self, plan: Plan) -> BroadcastSolver:
         """The same for a plan of a part, with the same factors."""
@@ -91,13 +91,13 @@ class BroadcastSolver:
         """What of the factor of a component is that of the last solution, in words; empty for nothing."""
         return self._factors[component].origin if component in self._factors else ""
 
-    def factor(self, component: int) -> Factor:
+    def factor(self, component: int) -> BlockFactor:
         """Factorisation of a component."""
         if component not in self._factors:
             block = self.plan.block(component)
             kept = self.plan.factors.get(component)
             with timed(self.plan.times, "factorisation"):
-                factor = Factor(block) if kept is None else kept.loaded(block)
+                factor = BlockFactor(block) if kept is None else kept.loaded(block)
             self._factors[component] = factor
             if factor.light:
                 self.plan.factors[component] = factor

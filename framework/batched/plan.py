@@ -21,9 +21,9 @@ from ..structure.assembly import force_entries, stiffness_entries
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
-from ..structure.tree import Tree
+from ..structure.tree import JointTree
 from ..structure.varying import Varying
-from .block import Block, Factor
+from .block import Block, BlockFactor
 from .chunks import large_masks
 from .condensation import Chain, Condensation, chains, loaded, retained
 from .order import Order, Pattern, link, order
@@ -52,12 +52,12 @@ class Plan:
         self.knowns = Knowns(self.grid, _geometry(frame))
         with timed(self.times, "numbering"):
             self.topology = Topology.of(frame, cut=cut)
-            self.tree = Tree.of(self.topology, self.knowns)
+            self.tree = JointTree.of(self.topology, self.knowns)
         self._given = len(self.knowns.values)
         self._blocks: dict[int, Block] = {}
         self._orders_of: dict[int, tuple[Order, Order]] = {}
         self.solver: Any = None
-        self.factors: dict[int, Factor] = {}
+        self.factors: dict[int, BlockFactor] = {}
         self._parts: dict[int, Plan] = {}
         self.again = False
 

@@ -33,7 +33,7 @@ class Masks:
 
 
 @dataclass
-class Progress:
+class PartialFactorisation:
     """Both stages and what turns the first into the second.
 
     Attributes
@@ -165,7 +165,7 @@ class Progress:
         self._push(wanted)
         self.outer.forward(outer, wanted)
 
-    def loaded(self, inner: Forces, outer: Forces, knowns: list[Value]) -> Progress:
+    def loaded(self, inner: Forces, outer: Forces, knowns: list[Value]) -> PartialFactorisation:
         """The same elimination under other loads, which are yet to be carried through."""
         before, after = self.complete
         return replace(

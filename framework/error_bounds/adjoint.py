@@ -9,12 +9,12 @@ import numpy as np
 
 from ..batch import Array
 from ..structure.parts import Extended
-from .asked import Asked
+from .asked import RequestedResults
 from .compliance import Compliance
 from .deformations import Springs
-from .equilibrium import Equilibrium
+from .equilibrium import EquilibriumResidual
 from .force_sizes import reduced_sizes
-from .kinematics import Kinematics, Real, extended
+from .kinematics import FrameKinematics, Real, extended
 
 # Roundings of a load on an unknown: those of turning it into its axes, a safe count, and of each rigid link on the way.
 _CAREFUL, _CARRIED = 64.0, 4.0
@@ -43,7 +43,9 @@ class Adjoint:
         Displacements for unit forces, (m, ..., nodes, 6), as coordinates.
     """
 
-    def __init__(self, state: Equilibrium, compliance: Compliance, result: Asked, steps: int = 0) -> None:
+    def __init__(
+        self, state: EquilibriumResidual, compliance: Compliance, result: RequestedResults, steps: int = 0
+    ) -> None:
         self.state, self.compliance, self.result = state, compliance, result
         kinematics, imposed = state.kinematics, _openings(state, result)
         self._fixed = _imposed(state, result).astype(np.float64)
@@ -194,32 +196,36 @@ class Adjoint:
 
     # -- load -------------------------------------------------------------------------------------------------------
 
-    def _unbalanced(self, coordinates: Real, kinematics: Kinematics, springs: list[Springs]) -> Real:
+    def _unbalanced(self, coordinates: Real, kinematics: FrameKinematics, springs: list[Springs]) -> Real:
         """What displacements leave of the unit load on the unknowns, (m, ..., n)."""
         acting = _forces(self.state, self.result, coordinates, kinematics, springs)
         return kinematics.reduced(self.state.unknowns, acting)
 
 
-def unit_forces(state: Equilibrium, result: Asked) -> Real:
+def unit_forces(state: EquilibriumResidual, result: RequestedResults) -> Real:
     """Forces on the unknowns that do work equal to a result, (m, ..., n), in double precision."""
     fixed = _imposed(state, result).astype(np.float64)
     acting = _forces(state, result, fixed, state.double, state.double_springs)
     return state.double.reduced(state.unknowns, acting)
 
 
-def _imposed(state: Equilibrium, result: Asked) -> Real:
+def _imposed(state: EquilibriumResidual, result: RequestedResults) -> Real:
     """Coordinates at the unit openings of a result, nothing else moving but what must, (m, ..., nodes, 6)."""
     none = extended(np.zeros((1,) * (state.ndim + 1) + (len(state.unknowns),)))
     return state.kinematics.coordinates(state.unknowns, none, _openings(state, result))
 
 
-def _openings(state: Equilibrium, result: Asked) -> list[Real | None]:
+def _openings(state: EquilibriumResidual, result: RequestedResults) -> list[Real | None]:
     links = range(len(state.kinematics.links))
     return [extended(result.imposed[k]) if k in result.imposed else None for k in links]
 
 
 def _forces(
-    state: Equilibrium, result: Asked, coordinates: Real, kinematics: Kinematics, springs: list[Springs]
+    state: EquilibriumResidual,
+    result: RequestedResults,
+    coordinates: Real,
+    kinematics: FrameKinematics,
+    springs: list[Springs],
 ) -> Real:
     """What displacements leave of the unit load, on all coordinates, (m, ..., nodes, 6)."""
     load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces

@@ -21,7 +21,7 @@ _ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 
 
 @dataclass(frozen=True)
-class Loads:
+class AppliedLoads:
     """Loads of a frame.
 
     Attributes
@@ -39,7 +39,7 @@ class Loads:
     by_piece: dict[int, tuple[Real, Array]]
 
     @classmethod
-    def of(cls, plan: Plan, springs: list[Springs]) -> Loads:
+    def of(cls, plan: Plan, springs: list[Springs]) -> AppliedLoads:
         """Loads as they are described."""
         count, ndim = len(plan.topology.number), len(plan.frame.shape)
         given = list(nodal_loads(plan.topology))
@@ -70,7 +70,7 @@ class Loads:
                 by_piece[piece] = (before[0] + extended(force), before[1] + size)
         return cls(forces, doubt, by_piece)
 
-    def mapped(self, change: Change) -> Loads:
+    def mapped(self, change: Change) -> AppliedLoads:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
         by_piece = {k: (change(force, 1), change(size, 1)) for k, (force, size) in self.by_piece.items()}
         return replace(self, forces=change(self.forces, 2), doubt=change(self.doubt, 2), by_piece=by_piece)

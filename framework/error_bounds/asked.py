@@ -13,14 +13,14 @@ import numpy as np
 
 from ..errors import FrameError
 from ..structure.edge import ABOUT, ALONG
-from .equilibrium import Equilibrium
-from .kinematics import Link, Real, extended, sheared
+from .equilibrium import EquilibriumResidual
+from .kinematics import KinematicEdge, Real, extended, sheared
 
 KINDS = ("displacement", "reaction", "joint_displacement", "joint_force", "end_forces")
 
 
 @dataclass
-class Asked:
+class RequestedResults:
     """Results of one name, m of them.
 
     Attributes
@@ -63,7 +63,7 @@ def checked(kind: str) -> str:
     return kind
 
 
-def asked(state: Equilibrium, name: str, kind: str) -> Asked:
+def asked(state: EquilibriumResidual, name: str, kind: str) -> RequestedResults:
     """The results of a kind at a node, joint or member.
 
     Parameters
@@ -83,27 +83,27 @@ def asked(state: Equilibrium, name: str, kind: str) -> Asked:
     return _opening(state, index) if kind == "joint_displacement" else _force(state, index, kind == "reaction")
 
 
-def _link(state: Equilibrium, name: str, kind: str) -> int:
+def _link(state: EquilibriumResidual, name: str, kind: str) -> int:
     links = state.kinematics.links
     return next(k for k, link in enumerate(links) if link.edge.kind == kind and link.edge.name == name)
 
 
-def _displacement(state: Equilibrium, name: str) -> Asked:
+def _displacement(state: EquilibriumResidual, name: str) -> RequestedResults:
     node = state.plan.topology.number[name]
     forces = np.zeros((6, *(1,) * state.ndim, state.kinematics.count, 6))
     forces.reshape(6, -1, 6)[:, node] = np.eye(6)
-    return Asked(state.displacements[..., node, :], state.fine * state.sizes[..., node, :], forces)
+    return RequestedResults(state.displacements[..., node, :], state.fine * state.sizes[..., node, :], forces)
 
 
-def _opening(state: Equilibrium, index: int) -> Asked:
+def _opening(state: EquilibriumResidual, index: int) -> RequestedResults:
     unit, link = np.eye(6).reshape(6, *(1,) * state.ndim, 6), state.kinematics.links[index]
     doubt = state.fine * link.spread(state.opening_sizes[index])
-    return Asked(link.whole(state.openings[index]), doubt, pulls={index: link.worked(unit)})
+    return RequestedResults(link.whole(state.openings[index]), doubt, pulls={index: link.worked(unit)})
 
 
-def _force(state: Equilibrium, index: int, reaction: bool) -> Asked:
+def _force(state: EquilibriumResidual, index: int, reaction: bool) -> RequestedResults:
     sign = -1.0 if reaction else 1.0
-    link: Link = state.kinematics.links[index]
+    link: KinematicEdge = state.kinematics.links[index]
     held = np.isin(np.arange(6), link.edge.ideal)
     unit = np.eye(6).reshape(6, *(1,) * state.ndim, 6)
     pulls = sign * unit * state.stiffness[index]
@@ -114,10 +114,10 @@ def _force(state: Equilibrium, index: int, reaction: bool) -> Asked:
     if link.lead is not None:
         value, doubt = link.exerted(value), sheared(doubt, ABOUT, ALONG, np.abs(link.lead))
         pulls, imposed = _exerted(link, pulls), _exerted(link, imposed)
-    return Asked(value, doubt, pulls={index: pulls}, imposed={index: imposed})
+    return RequestedResults(value, doubt, pulls={index: pulls}, imposed={index: imposed})
 
 
-def _exerted(link: Link, forces: Any) -> Any:
+def _exerted(link: KinematicEdge, forces: Any) -> Any:
     """Force and moment of a screw, by what they come of (6, ..., 6), from the forces on its coordinates."""
     lead = np.asarray(link.lead)[..., None]
     shape = np.broadcast_shapes(forces.shape, (1, *lead.shape))
@@ -126,12 +126,12 @@ def _exerted(link: Link, forces: Any) -> Any:
     return out
 
 
-def _end_forces(state: Equilibrium, name: str) -> Asked:
+def _end_forces(state: EquilibriumResidual, name: str) -> RequestedResults:
     pieces = state.plan.topology.pieces_of[name]
     ends = [_end(state, pieces[0], slice(0, 6)), _end(state, pieces[-1], slice(6, 12))]
     values, doubts, loose = ([getattr(end, each) for end in ends] for each in ("value", "doubt", "loose"))
     forces, sizes = ([getattr(end, each) for end in ends] for each in ("forces", "sizes"))
-    return Asked(
+    return RequestedResults(
         np.concatenate(values, axis=-1),
         np.concatenate(doubts, axis=-1),
         np.concatenate(_alike(forces)),
@@ -140,7 +140,7 @@ def _end_forces(state: Equilibrium, name: str) -> Asked:
     )
 
 
-def _end(state: Equilibrium, piece: int, end: slice) -> Asked:
+def _end(state: EquilibriumResidual, piece: int, end: slice) -> RequestedResults:
     """Forces on one end of a piece: those of its springs, turned by their rows, less the equivalent loads.
 
     ``R = a^T k e(u) - p`` with the rows a. Rounding of k and of the deformations e changes it by what it changes of
@@ -161,7 +161,7 @@ def _end(state: Equilibrium, piece: int, end: slice) -> Asked:
     pulls[..., at, :], by[..., at, :] = acting, np.swapaxes(rows, -1, -2)
     pulls, by = np.moveaxis(pulls, -3, 0), np.moveaxis(by, -3, 0)
     loose = np.sqrt(np.moveaxis(springs.work(springs.uncertain(by, state.rounding)), 0, -1))
-    return Asked(
+    return RequestedResults(
         value,
         doubt,
         springs.forces(pulls, count),

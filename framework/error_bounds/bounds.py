@@ -28,7 +28,7 @@ from ..results.linear import LinearResults
 from .adjoint import Adjoint
 from .asked import asked
 from .compliance import Compliance, DenseCompliance, SparseCompliance
-from .equilibrium import Equilibrium, Statics
+from .equilibrium import EquilibriumResidual, Statics
 from .kinematics import Real, extended
 from .resolved import MOST, excited, groups, hard, rest
 
@@ -40,11 +40,11 @@ _KEEP = 8
 
 
 @dataclass(frozen=True)
-class Part:
+class BatchPart:
     """A part of the batch: where it is, the solution in it, and an inverse of its stiffness."""
 
     where: Any
-    state: Equilibrium
+    state: EquilibriumResidual
     compliance: Compliance
 
 
@@ -83,7 +83,7 @@ class Bounds:
         shape = self.plan.frame.shape
         self.axis = int(np.argmax(shape)) if shape else 0
         self.step = max(1, CHUNK * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
-        self._kept: dict[int, list[Part]] = {}
+        self._kept: dict[int, list[BatchPart]] = {}
 
     def refined(self, name: str, kind: str) -> tuple[Array, Array]:
         """Results of one iterative refinement in extended precision, and the bound on their error.
@@ -132,17 +132,17 @@ class Bounds:
             value[where], doubt[where] = refined, left
         return value, doubt
 
-    def whole(self) -> Equilibrium:
+    def whole(self) -> EquilibriumResidual:
         """The solution of the whole batch in its equations of equilibrium."""
-        return Equilibrium(self.statics, Cut(self.axis, ()), *self._values)
+        return EquilibriumResidual(self.statics, Cut(self.axis, ()), *self._values)
 
-    def states(self) -> Iterator[tuple[tuple[slice, ...], Equilibrium]]:
+    def states(self) -> Iterator[tuple[tuple[slice, ...], EquilibriumResidual]]:
         """Part by part of the batch: where it is, and the solution in it."""
         yield from map(self._state, range(self._count))
 
     # -- parts of the batch -----------------------------------------------------------------------------------------
 
-    def parts(self) -> Iterator[Part]:
+    def parts(self) -> Iterator[BatchPart]:
         """The batch part by part; later parts stand for what earlier ones could not settle."""
         for index in range(self._count):
             parts = self._kept[index] if index in self._kept else list(self._part(index))
@@ -156,19 +156,19 @@ class Bounds:
         shape = self.plan.frame.shape
         return max(1, -(-shape[self.axis] // self.step)) if shape else 1
 
-    def _part(self, index: int) -> Iterator[Part]:
+    def _part(self, index: int) -> Iterator[BatchPart]:
         where, state = self._state(index)
         compliance = self._inverted(state)
-        yield Part(where, state.corrected(compliance) if compliance.near else state, compliance)
+        yield BatchPart(where, state.corrected(compliance) if compliance.near else state, compliance)
         if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
             shape = state.values.shape[:-1]
             yield from self._hard(where, np.broadcast_to(compliance.least, shape) < HARD)
 
-    def _state(self, index: int) -> tuple[tuple[slice, ...], Equilibrium]:
+    def _state(self, index: int) -> tuple[tuple[slice, ...], EquilibriumResidual]:
         """Where a part is, and the solution in it."""
         cut = self._cut(index)
         unknowns, values = self._values
-        return cut.where, Equilibrium(self.statics, cut, unknowns, cut(values, 1))
+        return cut.where, EquilibriumResidual(self.statics, cut, unknowns, cut(values, 1))
 
     def cuts(self) -> Iterator[Cut]:
         """What takes each part of the batch out of arrays."""
@@ -179,18 +179,18 @@ class Bounds:
         where = tuple(chosen if axis == self.axis else slice(None) for axis in range(len(self.plan.frame.shape)))
         return Cut(self.axis, where)
 
-    def _inverted(self, state: Equilibrium) -> Compliance:
+    def _inverted(self, state: EquilibriumResidual) -> Compliance:
         if state.unknowns and not isinstance(self.solution.solver, BroadcastSolver):
             return self._sparse
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
 
-    def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[Part]:
+    def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[BatchPart]:
         """What double precision can hardly tell from singular, in extended precision."""
         mask = np.zeros(self.plan.frame.shape, dtype=bool)
         mask[where] = unproved
         for index in groups(mask & ~self.solution.movable):
             at: Any = () if index is None else index
-            yield Part(at, *hard(self._hung, index, self._values[0]))
+            yield BatchPart(at, *hard(self._hung, index, self._values[0]))
 
     @cached_property
     def statics(self) -> Statics:

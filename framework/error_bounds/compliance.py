@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ..batch import Array, merged
 from ..solvers.factor import Factor
 from .deformations import Springs
-from .equilibrium import Equilibrium
-from .kinematics import Kinematics, Real, extended
+from .equilibrium import EquilibriumResidual
+from .kinematics import FrameKinematics, Real, extended
 from .resistance import resisted
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
@@ -98,7 +98,7 @@ class DenseCompliance(Compliance):
 
     def __init__(
         self,
-        kinematics: Kinematics,
+        kinematics: FrameKinematics,
         springs: list[Springs],
         stiffness: list[Array],
         unknowns: Sequence[int],
@@ -190,7 +190,7 @@ class SparseCompliance(Factored, Compliance):
         The motion that the scaled matrix resists least (n,), of length one.
     """
 
-    def __init__(self, factor: Factor, coupled: int, rest: Equilibrium) -> None:
+    def __init__(self, factor: Factor, coupled: int, rest: EquilibriumResidual) -> None:
         super().__init__(factor)
         self.greatest = float(coupled)
         size = len(self.root)
@@ -208,7 +208,7 @@ class SparseCompliance(Factored, Compliance):
         least = min(1.0 / growth, self._resistance(rest)) if size else 1.0
         self.least = np.asarray(least / _SAFETY if least > _FOUND * self.fuzz else 0.0)
 
-    def _resistance(self, rest: Equilibrium) -> float:
+    def _resistance(self, rest: EquilibriumResidual) -> float:
         """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
         motion = extended(self.root * self.softest)
         return float(np.max(resisted(rest, rest.unknowns, motion) @ motion))
@@ -225,7 +225,7 @@ class SparseCompliance(Factored, Compliance):
 
 
 def by_unknowns(
-    kinematics: Kinematics,
+    kinematics: FrameKinematics,
     springs: list[Springs],
     stiffness: list[Array],
     unknowns: Sequence[int],
@@ -242,7 +242,7 @@ def by_unknowns(
 
 
 def _rows(
-    kinematics: Kinematics, springs: list[Springs], unknowns: Sequence[int], kind: type[np.floating[Any]]
+    kinematics: FrameKinematics, springs: list[Springs], unknowns: Sequence[int], kind: type[np.floating[Any]]
 ) -> tuple[Real, Real]:
     """Deformations of members and openings of links by each unknown, (n, ..., springs), and sizes of their parts."""
     size = len(unknowns)

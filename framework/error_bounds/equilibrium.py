@@ -15,11 +15,11 @@ import numpy as np
 from ..batch import Array, aligned
 from ..batched.plan import Plan
 from ..structure.parts import Extended
-from .applied import Loads
+from .applied import AppliedLoads
 from .deformations import Springs, springs
 from .force_sizes import reduced_sizes
 from .hanging import MEMBER, hanging
-from .kinematics import Change, Kinematics, Link, Real, extended
+from .kinematics import Change, FrameKinematics, KinematicEdge, Real, extended
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 # Roundings of extended precision in a deformation or a force, for the size of what it is made of.
@@ -50,16 +50,16 @@ class Statics:
     def __init__(self, plan: Plan, *, hung: bool = False) -> None:
         self.plan = plan
         members, links = hanging(plan, springs(plan)) if hung else (springs(plan), [])
-        self.kinematics = Kinematics.of(plan, links)
+        self.kinematics = FrameKinematics.of(plan, links)
         self.springs = members
-        self.loads = Loads.of(plan, self.springs)
+        self.loads = AppliedLoads.of(plan, self.springs)
         ndim = len(plan.frame.shape)
         links = self.kinematics.links
         self.stiffness = [_six(link.edge.stiffness, ndim) for link in links]
         self.imposed = [_imposed(plan, link) for link in links]
 
 
-class Equilibrium:
+class EquilibriumResidual:
     """The residual of a solution, for a part of the batch.
 
     Parameters
@@ -117,11 +117,11 @@ class Equilibrium:
         )
         self.residual = kinematics.generalised(self.loads.forces - inner, [-pull for pull in self.pulls])
 
-    def corrected(self, compliance: Solver) -> Equilibrium:
+    def corrected(self, compliance: Solver) -> EquilibriumResidual:
         """The solution after one step of iterative refinement."""
         step = compliance.solve(self.balance.astype(compliance.root.dtype))
         better = self.values + np.where(np.isfinite(step), step, 0.0)
-        return Equilibrium(self.statics, self.change, self.unknowns, better, self.ndim)
+        return EquilibriumResidual(self.statics, self.change, self.unknowns, better, self.ndim)
 
     @cached_property
     def balance(self) -> Real:
@@ -139,7 +139,7 @@ class Equilibrium:
         return out
 
     @cached_property
-    def double(self) -> Kinematics:
+    def double(self) -> FrameKinematics:
         """The kinematics in double precision."""
         return self.kinematics.mapped(_rounded)
 
@@ -217,7 +217,7 @@ def _six(stiffness: tuple[object, ...], ndim: int) -> Array:
     return np.stack([np.broadcast_to(value, shape) for value in values], axis=-1)
 
 
-def _imposed(plan: Plan, link: Link) -> Real | None:
+def _imposed(plan: Plan, link: KinematicEdge) -> Real | None:
     """Displacement imposed on an edge, (..., 6) with all batch axes, None where there is none."""
     if not any(link.edge.offset):
         return None

@@ -12,10 +12,12 @@ import numpy as np
 
 from ..batch import merged, turned
 from ..structure.edge import ABOUT, ALONG, GROUND
-from .kinematics import Kinematics, Link, Real, sheared, sizes_of
+from .kinematics import FrameKinematics, KinematicEdge, Real, sheared, sizes_of
 
 
-def reduced_sizes(kinematics: Kinematics, unknowns: Sequence[int], forces: Real, pulls: Sequence[Real | None]) -> Real:
+def reduced_sizes(
+    kinematics: FrameKinematics, unknowns: Sequence[int], forces: Real, pulls: Sequence[Real | None]
+) -> Real:
     """Sum of the sizes of what the forces on the free coordinates are made of, (..., n).
 
     Parameters
@@ -41,7 +43,7 @@ def reduced_sizes(kinematics: Kinematics, unknowns: Sequence[int], forces: Real,
     return taken
 
 
-def _closing(kinematics: Kinematics, flat: Real) -> list[Real | None]:
+def _closing(kinematics: FrameKinematics, flat: Real) -> list[Real | None]:
     """By link: what the forces on dependent coordinates come to in the components that determine these, (..., 6)."""
     out: list[Real | None] = [None] * len(kinematics.links)
     for key, (_, by) in kinematics.dependents.items():
@@ -52,7 +54,7 @@ def _closing(kinematics: Kinematics, flat: Real) -> list[Real | None]:
     return out
 
 
-def _on_coordinates(kinematics: Kinematics, forces: Real, pulls: Sequence[Real | None]) -> Real:
+def _on_coordinates(kinematics: FrameKinematics, forces: Real, pulls: Sequence[Real | None]) -> Real:
     """The same on all coordinates, (..., nodes, 6)."""
     shapes = [pull.shape[:-1] for pull in pulls if pull is not None]
     shape = np.broadcast_shapes(forces.shape[:-2], kinematics.shape, *shapes)
@@ -78,7 +80,7 @@ def _on_coordinates(kinematics: Kinematics, forces: Real, pulls: Sequence[Real |
     return out
 
 
-def _of_held(link: Link, own: Real) -> Real:
+def _of_held(link: KinematicEdge, own: Real) -> Real:
     """What the force on held components comes to on the others, as the axes are orthonormal to rounding only."""
     if link.axes is None or not link.edge.ideal:
         return np.zeros(6)
@@ -86,15 +88,15 @@ def _of_held(link: Link, own: Real) -> Real:
     return _worked(link, _into(link, _out(link, _exerted(link, held))))
 
 
-def _out(link: Link, sizes: Real) -> Real:
+def _out(link: KinematicEdge, sizes: Real) -> Real:
     return sizes if link.axes is None else turned(sizes_of(link.axes), sizes)
 
 
-def _into(link: Link, sizes: Real) -> Real:
+def _into(link: KinematicEdge, sizes: Real) -> Real:
     return sizes if link.axes is None else turned(np.swapaxes(sizes_of(link.axes), -1, -2), sizes)
 
 
-def _worked(link: Link, sizes: Real) -> Real:
+def _worked(link: KinematicEdge, sizes: Real) -> Real:
     return sizes if link.lead is None else sheared(sizes, ABOUT, ALONG, sizes_of(link.lead))
 
 

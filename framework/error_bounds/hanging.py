@@ -9,12 +9,12 @@ import numpy as np
 from ..batched.plan import Plan
 from ..structure.edge import GROUND, Edge
 from .deformations import Springs
-from .kinematics import Link
+from .kinematics import KinematicEdge
 
 MEMBER = "member"
 
 
-def hanging(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[Link]]:
+def hanging(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[KinematicEdge]]:
     """Members, stiffest first, of which one end can hang on the other, and their links.
 
     An end can that hangs on nothing yet, and on which the other does not hang. Frames with moving bodies, and with
@@ -40,7 +40,7 @@ def hanging(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[Lin
                 parents[child] = parent
                 hung[number][at] = sign
                 reach = springs[number].level[..., at, 0, :] * springs[number].length[..., at, None]
-                links.append(Link(_edge(parent, child), parent, child, 1.0, None, sign * reach))
+                links.append(KinematicEdge(_edge(parent, child), parent, child, 1.0, None, sign * reach))
                 break
     return [replace(each, hung=own) for each, own in zip(springs, hung, strict=True)], links
 

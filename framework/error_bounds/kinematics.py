@@ -28,7 +28,7 @@ _CORRECTIONS = 3
 
 
 @dataclass(frozen=True)
-class Link:
+class KinematicEdge:
     """An edge between two nodes, GROUND for the ground.
 
     Attributes
@@ -103,7 +103,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class FrameKinematics:
     """The tree of a frame and the edges that close its loops, as numbers.
 
     Attributes
@@ -124,11 +124,11 @@ class Kinematics:
     count: int
     shape: tuple[int, ...]
     bodies: list[tuple[Index, Real]]
-    links: list[Link]
+    links: list[KinematicEdge]
     dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
 
     @classmethod
-    def of(cls, plan: Plan, hung: Sequence[Link] = ()) -> Kinematics:
+    def of(cls, plan: Plan, hung: Sequence[KinematicEdge] = ()) -> FrameKinematics:
         """Kinematics of a frame in extended precision.
 
         Parameters
@@ -159,7 +159,7 @@ class Kinematics:
         }
         return cls(len(topology.number), _shape(bodies, links), bodies, links, dependents)
 
-    def mapped(self, change: Change) -> Kinematics:
+    def mapped(self, change: Change) -> FrameKinematics:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
 
         def each(array: Real | None, trailing: int) -> Real | None:
@@ -174,7 +174,7 @@ class Kinematics:
             key: ({k: change(v, 0) for k, v in row.items()}, {k: change(v, 0) for k, v in by.items()})
             for key, (row, by) in self.dependents.items()
         }
-        return Kinematics(self.count, _shape(bodies, links), bodies, links, dependents)
+        return FrameKinematics(self.count, _shape(bodies, links), bodies, links, dependents)
 
     # -- coordinates ------------------------------------------------------------------------------------------------
 
@@ -228,7 +228,7 @@ class Kinematics:
         return taken
 
     @property
-    def _turned(self) -> list[tuple[int, Link]]:
+    def _turned(self) -> list[tuple[int, KinematicEdge]]:
         """Edges of the tree that hold something along axes of their own, with their numbers."""
         return [
             (k, link) for k, link in enumerate(self.links) if link.sign and link.axes is not None and link.edge.ideal
@@ -388,14 +388,14 @@ def extended(array: Any) -> Real:
     return np.asarray(array, dtype=Extended)
 
 
-def _link(plan: Plan, edge: Edge, sign: float) -> Link:
+def _link(plan: Plan, edge: Edge, sign: float) -> KinematicEdge:
     axes = None if edge.axes is None else extended(edge.axes)
     arm = None
     if edge.kind == "rigid":
         names = plan.topology.names
         arm = position(plan, names[edge.second]) - position(plan, names[edge.first])
     lead = None if is_zero(edge.pitch) or edge.name is None else _lead(plan, edge.name)
-    return Link(edge, edge.first, edge.second, sign, axes, arm, lead)
+    return KinematicEdge(edge, edge.first, edge.second, sign, axes, arm, lead)
 
 
 def _lead(plan: Plan, joint: str) -> Real:
@@ -404,13 +404,13 @@ def _lead(plan: Plan, joint: str) -> Real:
     return aligned(extended(plan.frame.joints[joint].element.pitch) / turn, len(plan.frame.shape))
 
 
-def _parents_first(links: list[Link]) -> list[Link]:
-    by_parent: dict[int, list[Link]] = {}
+def _parents_first(links: list[KinematicEdge]) -> list[KinematicEdge]:
+    by_parent: dict[int, list[KinematicEdge]] = {}
     for link in links:
         by_parent.setdefault(link.parent, []).append(link)
     children = {link.child for link in links}
     queue = [node for node in by_parent if node not in children]
-    out: list[Link] = []
+    out: list[KinematicEdge] = []
     for node in queue:
         out += by_parent.get(node, [])
         queue += [link.child for link in by_parent.get(node, [])]
@@ -427,7 +427,7 @@ def position(plan: Plan, name: str) -> Real:
     return aligned(place, len(plan.frame.shape), 1)
 
 
-def _shape(bodies: list[tuple[Index, Real]], links: list[Link]) -> tuple[int, ...]:
+def _shape(bodies: list[tuple[Index, Real]], links: list[KinematicEdge]) -> tuple[int, ...]:
     """Batch shape of a geometry."""
     shapes = [axes.shape[:-3] for _, axes in bodies]
     shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]

@@ -7,7 +7,7 @@ import numpy as np
 from .adjoint import unit_forces
 from .asked import asked
 from .bounds import BoundedResults
-from .equilibrium import Equilibrium
+from .equilibrium import EquilibriumResidual
 from .kinematics import extended
 
 
@@ -27,7 +27,7 @@ def worked_on(solution: BoundedResults, name: str, kind: str, index: int) -> lis
     found = np.zeros(len(unknowns), dtype=bool)
     none = extended(np.zeros((*(1,) * len(solution.shape), len(unknowns))))
     for cut in solution.bounds.cuts():
-        state = Equilibrium(solution.bounds.statics, cut, unknowns, none)
+        state = EquilibriumResidual(solution.bounds.statics, cut, unknowns, none)
         forces = unit_forces(state, asked(state, name, kind))[index]
         found |= (forces != 0.0).reshape(-1, len(unknowns)).any(axis=0)
     return [unknown for unknown, acting in zip(unknowns, found.tolist(), strict=True) if acting]

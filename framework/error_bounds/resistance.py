@@ -8,14 +8,14 @@ from typing import Protocol
 import numpy as np
 
 from .deformations import Springs
-from .kinematics import Kinematics, Real, extended
+from .kinematics import FrameKinematics, Real, extended
 
 
 class Stiff(Protocol):
     """Members and links of a frame as springs; `stiffness` is that of the links, (..., 6)."""
 
     @property
-    def kinematics(self) -> Kinematics: ...
+    def kinematics(self) -> FrameKinematics: ...
 
     @property
     def springs(self) -> list[Springs]: ...

@@ -19,7 +19,7 @@ from ..results.dense import Entries
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended, Row
 from .compliance import DenseCompliance, SparseCompliance
-from .equilibrium import Equilibrium, Statics
+from .equilibrium import EquilibriumResidual, Statics
 from .kinematics import Real, extended
 from .resistance import resisted
 
@@ -137,13 +137,13 @@ class ResolvedLarge:
         return out
 
 
-def rest(statics: Statics, unknowns: Sequence[int]) -> Equilibrium:
+def rest(statics: Statics, unknowns: Sequence[int]) -> EquilibriumResidual:
     """A frame without displacements of its unknowns, the whole batch."""
     none = extended(np.zeros((*statics.plan.frame.shape, len(unknowns))))
-    return Equilibrium(statics, lambda array, trailing: array, unknowns, none)
+    return EquilibriumResidual(statics, lambda array, trailing: array, unknowns, none)
 
 
-def _regular(state: Equilibrium, compliance: SparseCompliance) -> bool:
+def _regular(state: EquilibriumResidual, compliance: SparseCompliance) -> bool:
     """Whether refinement balances a load in the shape that the matrix resists least."""
     probe = compliance.softest / compliance.root
     found = extended(np.zeros(state.values.shape))
@@ -169,17 +169,19 @@ def combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[R
     return out
 
 
-def hard_state(statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]) -> Equilibrium:
+def hard_state(
+    statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
+) -> EquilibriumResidual:
     """Some entries (m,) of a batch as a state of their own, at rest."""
     shape = statics.plan.frame.shape
     count = () if index is None else (len(index[0]),)
     start = extended(np.zeros((*count, len(unknowns))))
-    return Equilibrium(statics, Entries(index).of, unknowns, start, len(shape) if index is None else 1)
+    return EquilibriumResidual(statics, Entries(index).of, unknowns, start, len(shape) if index is None else 1)
 
 
 def hard(
     statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
-) -> tuple[Equilibrium, DenseCompliance]:
+) -> tuple[EquilibriumResidual, DenseCompliance]:
     """Entries solved and inverted in extended precision."""
     state = hard_state(statics, index, unknowns)
     compliance = DenseCompliance(state.kinematics, state.springs, state.stiffness, unknowns, Extended)

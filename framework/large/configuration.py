@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..structure.edge import GROUND
 from . import corotation, rotation
-from .corotation import Motion, Pieces
-from .links import Link
+from .corotation import CorotatedPieces, Pieces
+from .links import EdgeGeometry
 from .loops import displacement
 from .model import Model
 from .numbers import Numbers, Where
 from .rotation import dot
-from .state import State
+from .state import DisplacedState
 
 
 class Configuration:
@@ -44,7 +44,7 @@ class Configuration:
         return [stack.at(self.where, self.factor) for stack in self.model.stacks]
 
     @cached_property
-    def links(self) -> list[Link]:
+    def links(self) -> list[EdgeGeometry]:
         """Links of the tree."""
         return [joint.at(self.where) for joint in self.model.joints]
 
@@ -63,14 +63,14 @@ class Configuration:
 
     # -- motion -----------------------------------------------------------------------------------------------------
 
-    def lag(self, state: State) -> Array:
+    def lag(self, state: DisplacedState) -> Array:
         """What the driven coordinates lack of their targets (driven, m)."""
         out = self.targets.copy()
         for row, (node, k) in enumerate(self.model.driven):
             out[row] -= state.moved[k, node] if self.model.plain[node] else state.own[k, self._link[node]]
         return out
 
-    def advanced(self, state: State, step: Array) -> State:
+    def advanced(self, state: DisplacedState, step: Array) -> DisplacedState:
         """The state after a step of the coordinates (size, m)."""
         model = self.model
         nodal = self.nodal(step)
@@ -84,18 +84,18 @@ class Configuration:
             own[:, number] += nodal[:, joint.child]
         if model.loops:
             own[:, len(model.joints) :] += np.concatenate([step, np.zeros((1, step.shape[-1]))])[model.multipliers]
-        new = State(moved, turned, own, state.grip)
+        new = DisplacedState(moved, turned, own, state.grip)
         self.follow(new)
         return new
 
-    def follow(self, state: State) -> None:
+    def follow(self, state: DisplacedState) -> None:
         """Place the nodes that hang on others."""
         for number, (joint, link) in enumerate(zip(self.model.joints, self.links, strict=True)):
             place, turn = self.at(state, joint.parent)
             own = state.own[:, number]
             state.moved[:, joint.child], state.turned[:, joint.child] = link.child(place, turn, own)
 
-    def at(self, state: State, node: int) -> tuple[Array, Array]:
+    def at(self, state: DisplacedState, node: int) -> tuple[Array, Array]:
         """Displacement and quaternion of a node, or of the ground."""
         if node != GROUND:
             return state.moved[:, node], state.turned[:, node]
@@ -114,12 +114,12 @@ class Configuration:
 
     # -- energy -----------------------------------------------------------------------------------------------------
 
-    def energy(self, state: State) -> Array:
+    def energy(self, state: DisplacedState) -> Array:
         """Strain energy less the work of forces (m,); moments apart, see `moment_work`."""
         motions = self.motions(state)
         return self.strain_energy(state, motions) - self.load_work(state, motions)
 
-    def strain_energy(self, state: State, motions: list[Motion] | None = None) -> Array:
+    def strain_energy(self, state: DisplacedState, motions: list[CorotatedPieces] | None = None) -> Array:
         """Energy in members and joints (m,)."""
         total = np.zeros(self.count)
         for pieces, motion in zip(self.pieces, motions or self.motions(state), strict=True):
@@ -128,22 +128,22 @@ class Configuration:
             total += self.resistance(state, number, self.own(state, number))[0]
         return total
 
-    def own(self, state: State, number: int) -> Array:
+    def own(self, state: DisplacedState, number: int) -> Array:
         """Displacement (6, m) in a link or, counted on, loop."""
         links = len(self.model.joints)
         return state.own[:, number] if number < links else self.loop_displacement(state, number - links)
 
-    def loop_displacement(self, state: State, number: int) -> Array:
+    def loop_displacement(self, state: DisplacedState, number: int) -> Array:
         """Displacement (6, m) in an edge that closes a loop."""
         return displacement(*self.loop(state, number))
 
-    def loop(self, state: State, number: int) -> tuple[Link, tuple[Array, Array], tuple[Array, Array]]:
+    def loop(self, state: DisplacedState, number: int) -> tuple[EdgeGeometry, tuple[Array, Array], tuple[Array, Array]]:
         """Geometry of an edge that closes a loop, displacements and quaternions of its nodes."""
         loop = self.model.loops[number]
         (first, turn), (second, other) = self.at(state, loop.parent), self.at(state, loop.child)
         return loop.at(self.where), (first, second), (turn, other)
 
-    def load_work(self, state: State, motions: list[Motion]) -> Array:
+    def load_work(self, state: DisplacedState, motions: list[CorotatedPieces]) -> Array:
         """Work of forces from rest on, if they had acted whole (m,)."""
         loads = np.broadcast_to(self.loads[:3], state.moved.shape)
         total: Array = np.einsum("ij...,ij...->...", loads, state.moved)
@@ -153,12 +153,12 @@ class Configuration:
             total = total + dot(push, rotation.rotated(state.turned[:, node], arm + np.zeros_like(state.moved[:, 0])))
         return total
 
-    def motions(self, state: State) -> list[Motion]:
+    def motions(self, state: DisplacedState) -> list[CorotatedPieces]:
         """Frames and deformations of all pieces."""
         pairs = zip(self.model.stacks, self.pieces, strict=True)
         return [motion_of(stack.ends, pieces, state) for stack, pieces in pairs]
 
-    def moment_work(self, old: State, new: State) -> Array:
+    def moment_work(self, old: DisplacedState, new: DisplacedState) -> Array:
         """Work of the moments on the way from one state to another (m,)."""
         total = np.zeros(self.count)
         for node in self._twisted:
@@ -178,14 +178,14 @@ class Configuration:
         arms = [Numbers.of(hung.arm, ndim, 1).at(self.where) for hung in given]
         return [(hung.node, force, arm) for hung, force, arm in zip(given, forces, arms, strict=True)]
 
-    def resistance(self, state: State, number: int, own: Array) -> tuple[Array, Array, Array]:
+    def resistance(self, state: DisplacedState, number: int, own: Array) -> tuple[Array, Array, Array]:
         """Energy (m,), force (6, m) and tangent (6, 6, m) of the springs of a link or, counted on, loop."""
         joint = self.model.edges[number]
         beyond = own - self.factor * joint.offset.at(self.where)
         return joint.resistance(self.where, beyond, state.grip, self.model.contacts.get(number))
 
 
-def motion_of(ends: NDArray[np.int64], pieces: Pieces, state: State) -> Motion:
+def motion_of(ends: NDArray[np.int64], pieces: Pieces, state: DisplacedState) -> CorotatedPieces:
     """Frames and deformations of the pieces of a stack between the nodes `ends` (n, 2)."""
     first, second = ends.T
     moved = state.moved[:, first], state.moved[:, second]

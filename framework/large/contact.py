@@ -9,11 +9,11 @@ from ..batch import Array, aligned, turned
 from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
 from ..clearances.resting import UNLOADED
 from . import rotation
-from .equations import Equations
+from .equations import EquilibriumEquations
 from .numbers import batch_first
 from .results import LargeResults
 from .start import TOUCHING
-from .state import State
+from .state import DisplacedState
 
 # Largest unbalanced force over the largest force of an equilibrium that is beyond doubt.
 _BALANCED = 1e-6
@@ -45,7 +45,7 @@ def contact(solution: LargeResults, name: str, number: int) -> Contact:
     )
 
 
-def touched(equations: Equations, state: State) -> State:
+def touched(equations: EquilibriumEquations, state: DisplacedState) -> DisplacedState:
     """The state, and journals whose springs give way to a small force by less than rounding on their circles."""
     model, forces = equations.model, None
     for number, joint in enumerate(model.joints):

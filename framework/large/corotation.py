@@ -59,7 +59,7 @@ class Pieces:
 
 
 @dataclass(frozen=True)
-class Motion:
+class CorotatedPieces:
     """Where pieces are: moving frame and deformation.
 
     Attributes
@@ -83,7 +83,7 @@ class Motion:
     deformation: Array
 
 
-def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> Motion:
+def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> CorotatedPieces:
     """Frame and deformation for the displacements (3, n, m) and quaternions (4, n, m) of the ends, global.
 
     Only differences from the start enter, so that small displacements keep their digits.
@@ -104,7 +104,7 @@ def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Arra
     elongation = (2.0 * pieces.length * along[0] + dot(along, along)) / (length + pieces.length)
     deformation = np.concatenate([elongation[None], *(rotation.logarithm(end) for end in ends)])
     turn = rotation.matrix(frame)
-    return Motion(turn, times(transposed(pieces.level), turn), length, ends, deformation)
+    return CorotatedPieces(turn, times(transposed(pieces.level), turn), length, ends, deformation)
 
 
 def stress(pieces: Pieces, deformation: Array) -> Array:
@@ -126,7 +126,7 @@ def stiffness(pieces: Pieces, deformation: Array, pull: Array) -> Array:
     return rows
 
 
-def strain_energy(pieces: Pieces, at: Motion) -> Array:
+def strain_energy(pieces: Pieces, at: CorotatedPieces) -> Array:
     """Strain energy (n, m)."""
     strain, _ = _strain(pieces, at.deformation)
     out: Array = 0.5 * dot(strain, times(pieces.stiffness, strain))
@@ -141,7 +141,7 @@ def _strain(pieces: Pieces, deformation: Array) -> tuple[Array, Array]:
     return np.concatenate([axis[None], turned]), bent
 
 
-def work(pieces: Pieces, at: Motion) -> Array:
+def work(pieces: Pieces, at: CorotatedPieces) -> Array:
     """Work of tensions, and of the loads between the ends beyond that of their shares at the ends (n, m)."""
     out: Array = np.zeros_like(at.chord)
     if pieces.work is not None:
@@ -164,7 +164,7 @@ class Response:
         Where it is.
     """
 
-    def __init__(self, pieces: Pieces, at: Motion) -> None:
+    def __init__(self, pieces: Pieces, at: CorotatedPieces) -> None:
         self.pieces, self.at = pieces, at
         first, second = (at.deformation[1:4], at.deformation[4:7])
         self.back = rotation.inverse_tangent(first), rotation.inverse_tangent(second)
@@ -270,7 +270,7 @@ def _in_axes(level: Array, q: Array) -> Array:
     return np.concatenate([q[:1], times(level, q[1:])])
 
 
-def _lever(at: Motion) -> Array:
+def _lever(at: CorotatedPieces) -> Array:
     """Spin of the frame by displacements and spins of the ends, all in the moving axes (3, 12, n, m)."""
     total = at.ends[0] + at.ends[1]
     out = np.zeros((3, 12, *at.chord.shape))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE
-from .found import Balance, Found, Linear, Mask, Place
+from .found import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .newton import CLOSE, NOTHING, Newton
 from .numbers import Where
 from .sides import amount
@@ -37,9 +37,9 @@ class Descent:
     def __init__(self, newton: Newton) -> None:
         self.newton, self.model = newton, newton.model
 
-    def run(self, where: Where, state: Place, factor: float, iterations: int) -> Found:
+    def run(self, where: Where, state: Place, factor: float, iterations: int) -> FoundEquilibria:
         """Some iterations from `state` on."""
-        found = Found.nothing(state)
+        found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.newton.equations(where, len(active), factor)
         state = self._driven(balance, state.taken(active))
@@ -110,7 +110,7 @@ class Descent:
         moved: Place = balance.advanced(state, step)
         return moved
 
-    def _step(self, at: Linear, balance: Balance, state: Place) -> tuple[Array, Mask, Mask]:
+    def _step(self, at: Linearisation, balance: Balance, state: Place) -> tuple[Array, Mask, Mask]:
         """A step down the energy, whether no direction goes down from there, and whether the step leaves a saddle."""
         if self.model.free > LARGE:
             return self._shifted(at)
@@ -134,7 +134,7 @@ class Descent:
         out[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
         return out
 
-    def _shifted(self, at: Linear) -> tuple[Array, Mask, Mask]:
+    def _shifted(self, at: Linearisation) -> tuple[Array, Mask, Mask]:
         """The same for a large frame: the diagonal raised until all pivots are positive."""
         elimination = self.newton.elimination
         shift = np.zeros(at.values.shape[-1])
@@ -147,7 +147,9 @@ class Descent:
             shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))
         return self.newton.step(at, np.zeros((0, len(shift))), factors.solve), stable, np.zeros_like(stable)
 
-    def _searched(self, where: Where, balance: Balance, state: Place, at: Linear, step: Array, factor: float) -> Array:
+    def _searched(
+        self, where: Where, balance: Balance, state: Place, at: Linearisation, step: Array, factor: float
+    ) -> Array:
         """Share of a step that lowers the energy enough (m,)."""
         share = self.newton.limited(step)
         start = balance.energy(state)

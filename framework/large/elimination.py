@@ -15,7 +15,7 @@ Index = NDArray[np.int64]
 LARGE = 240
 
 
-class Elimination:
+class SymbolicFactorisation:
     """Order and fill of a symmetric pattern, found once.
 
     Parameters
@@ -118,14 +118,14 @@ class Elimination:
         eigenvalues[lost] = np.nan
         return root, eigenvalues, vectors
 
-    def factor(self, values: Array, *, symmetric: bool = True) -> Factor:
+    def factor(self, values: Array, *, symmetric: bool = True) -> StackFactor:
         """Factorise; `values` on the pattern, (entries, m). Where `symmetric`, the two halves are averaged."""
         if not symmetric:
             return GeneralFactor(self.dense(values), self.factor(values).pivots)
         return SmallFactor(self, values) if self.size <= LARGE else LargeFactor(self, values)
 
 
-class Factor:
+class StackFactor:
     """A factorised stack.
 
     Attributes
@@ -141,10 +141,10 @@ class Factor:
         raise RuntimeError(f"{type(self).__name__} does not solve")
 
 
-class SmallFactor(Factor):
+class SmallFactor(StackFactor):
     """Elimination of the whole stack, step by step."""
 
-    def __init__(self, order: Elimination, values: Array) -> None:
+    def __init__(self, order: SymbolicFactorisation, values: Array) -> None:
         self.order = order
         inside = values[order.inside]
         work = np.zeros((order.entries, values.shape[-1]))
@@ -184,7 +184,7 @@ class SmallFactor(Factor):
         return out
 
 
-class GeneralFactor(Factor):
+class GeneralFactor(StackFactor):
     """Matrices (m, n, n) that are not symmetric, as under moments in space; pivots are those of symmetric parts."""
 
     def __init__(self, matrix: Array, pivots: Array) -> None:
@@ -201,7 +201,7 @@ class GeneralFactor(Factor):
             return np.stack(found, axis=-1).astype(np.float64)
 
 
-class ConstrainedFactor(Factor):
+class ConstrainedFactor(StackFactor):
     """Symmetric matrices (m, n, n) whose last rows are constraints, by eigenvalues; redundant constraints drop out.
 
     Its one pivot is positive where the matrix is positive definite on what the constraints leave free: it then has as
@@ -229,10 +229,10 @@ class ConstrainedFactor(Factor):
         return out
 
 
-class LargeFactor(Factor):
+class LargeFactor(StackFactor):
     """SuperLU in symmetric mode, matrix by matrix."""
 
-    def __init__(self, order: Elimination, values: Array) -> None:
+    def __init__(self, order: SymbolicFactorisation, values: Array) -> None:
         self.order = order
         self.factors = []
         self.pivots = np.empty((order.size, values.shape[-1]))

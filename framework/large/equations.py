@@ -12,13 +12,13 @@ from .corotation import Response
 from .links import LinkChange
 from .loops import LoopChange
 from .rotation import cross, dot, spin, times
-from .state import SpaceLinear, State
+from .state import DisplacedState, SpaceLinear
 
 
-class Equations(Configuration):
+class EquilibriumEquations(Configuration):
     """A model at some entries, with the derivatives of its energy."""
 
-    def work(self, old: State, new: State, share: float) -> Array:
+    def work(self, old: DisplacedState, new: DisplacedState, share: float) -> Array:
         """Work done on the frame between two equilibria (m,), by the trapezoidal rule.
 
         `share` is the factor of the old one over that of the new one.
@@ -27,7 +27,7 @@ class Equations(Configuration):
             self.load_work(new, self.motions(new)) - self.load_work(old, self.motions(old)) + self.moment_work(old, new)
         )
         total: Array = 0.5 * (1.0 + share) * moved
-        before = Equations(self.model, self.where, self.count, share * self.factor)
+        before = EquilibriumEquations(self.model, self.where, self.count, share * self.factor)
         forces = [part.linearised(state).forces for part, state in ((before, old), (self, new))]
         driven = slice(self.model.free, None)
         mean = 0.5 * (forces[0][driven] + forces[1][driven])
@@ -40,7 +40,7 @@ class Equations(Configuration):
 
     # -- derivatives ------------------------------------------------------------------------------------------------
 
-    def linearised(self, state: State, stresses: list[Array] | None = None) -> SpaceLinear:
+    def linearised(self, state: DisplacedState, stresses: list[Array] | None = None) -> SpaceLinear:
         """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones."""
         model = self.model
         nodal: Array = -merged(np.broadcast_to(self.loads, (6, model.count, self.count)), 0, 1)
@@ -94,14 +94,14 @@ class Equations(Configuration):
             out.append(at.stresses[k] + times(stiffness, change))
         return out
 
-    def _changes(self, state: State) -> list[LinkChange]:
+    def _changes(self, state: DisplacedState) -> list[LinkChange]:
         out = []
         for number, (joint, link) in enumerate(zip(self.model.joints, self.links, strict=True)):
             first = self.at(state, joint.parent)[1] if joint.forward else state.turned[:, joint.child]
             out.append(LinkChange(link, first, state.own[:, number]))
         return out
 
-    def _jacobians(self, state: State) -> dict[int, Array]:
+    def _jacobians(self, state: DisplacedState) -> dict[int, Array]:
         """For nodes that hang on others, displacement and spin by the coordinates of their chain (6, chain, m)."""
         out: dict[int, Array] = {}
         self._now = self._changes(state)
@@ -132,7 +132,9 @@ class Equations(Configuration):
             out.append(np.concatenate(up))
         return out
 
-    def _hung_tangent(self, state: State, nodal: Array, assumed: Array, jacobians: dict[int, Array]) -> list[Array]:
+    def _hung_tangent(
+        self, state: DisplacedState, nodal: Array, assumed: Array, jacobians: dict[int, Array]
+    ) -> list[Array]:
         """Moments of weights on arms, added to the nodal forces, and their tangents."""
         out = []
         for node, push, arm in self.hung:
@@ -144,7 +146,7 @@ class Equations(Configuration):
             out.append(times(rotation.transposed(turn), times(-times(spin(push), spin(lever)), turn)))
         return out
 
-    def _link_tangent(self, state: State, nodal: Array, jacobians: dict[int, Array]) -> list[Array]:
+    def _link_tangent(self, state: DisplacedState, nodal: Array, jacobians: dict[int, Array]) -> list[Array]:
         """Springs of the links, and what turning them does to the forces that they pass on; leaves first."""
         out: list[Array] = []
         joints = self.model.joints
@@ -165,7 +167,9 @@ class Equations(Configuration):
                 out.insert(0, times(rotation.transposed(wide), times(matrix, wide)))
         return out
 
-    def _closing(self, state: State, number: int, nodal: tuple[Array, Array]) -> tuple[Array, Array, Array, Array]:
+    def _closing(
+        self, state: DisplacedState, number: int, nodal: tuple[Array, Array]
+    ) -> tuple[Array, Array, Array, Array]:
         """Tangent (18, 18, m) of a loop's edge by both nodes and its multipliers, its force, gap and energy."""
         loop = self.model.loops[number]
         change = LoopChange(*self.loop(state, number))
@@ -195,7 +199,7 @@ class Equations(Configuration):
             matrix = rotation.transposed(np.concatenate([*up, matrix[12:]]))
         return matrix
 
-    def _reduced(self, state: State, nodal: Array) -> tuple[Array, Array]:
+    def _reduced(self, state: DisplacedState, nodal: Array) -> tuple[Array, Array]:
         """Forces on the coordinates from forces on the nodes, leaves first; and those of members and loads alone."""
         model = self.model
         out = np.zeros((model.size + 1, self.count))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..batch import Array
 from .flat_pieces import AXES
-from .joints import Joint
+from .joints import TreeJoint
 from .law import Grip
 from .model import Model
 from .numbers import Numbers, Where
@@ -30,7 +30,7 @@ class FlatJoint:
         Of the three coordinates (3, ...).
     """
 
-    joint: Joint
+    joint: TreeJoint
     places: list[int]
     axes: Numbers
     sense: Numbers
@@ -39,7 +39,7 @@ class FlatJoint:
     stiffness: Numbers
 
     @classmethod
-    def of(cls, joint: Joint, model: Model, normal: int) -> FlatJoint:
+    def of(cls, joint: TreeJoint, model: Model, normal: int) -> FlatJoint:
         """What of a joint in space lies in the plane."""
         places = joint.within(model.components)
         a, b = AXES[normal]

@@ -15,7 +15,7 @@ from .flat_pieces import AXES, ENDS, TERMS, FlatStack
 from .flat_state import FlatState
 from .model import HELD, Model
 from .numbers import Numbers
-from .state import State
+from .state import DisplacedState
 
 
 class FlatModel:
@@ -40,9 +40,9 @@ class FlatModel:
         for joint in self.joints:
             self.columns[:, joint.joint.child] = model.columns[joint.places, joint.joint.child]
 
-    def space(self, state: FlatState) -> State:
+    def space(self, state: FlatState) -> DisplacedState:
         """A state as one in space."""
-        out = State.start(self.model, state.turned.shape[-1])
+        out = DisplacedState.start(self.model, state.turned.shape[-1])
         out.moved[self.components[:2]] = state.moved
         half = 0.5 * state.turned
         out.turned[0], out.turned[1 + self.normal] = np.cos(half), np.sin(half)
@@ -51,7 +51,7 @@ class FlatModel:
         out.grip = state.grip
         return out
 
-    def flat(self, state: State, near: FlatState | None) -> FlatState:
+    def flat(self, state: DisplacedState, near: FlatState | None) -> FlatState:
         """A state in space as one in the plane, its angles `near` those of another, as a quaternion tells no turns."""
         turned = 2.0 * np.arctan2(state.turned[1 + self.normal], state.turned[0])
         if near is not None:

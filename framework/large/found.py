@@ -32,7 +32,7 @@ class Place(Protocol):
         ...
 
 
-class Linear(Protocol):
+class Linearisation(Protocol):
     """What one iteration knows, see `state.SpaceLinear`."""
 
     @property
@@ -52,7 +52,7 @@ class Linear(Protocol):
 
 
 class Balance(Protocol):
-    """Equations of some entries, see `equations.Equations`; its states and `Linear` are of one kind."""
+    """Equations of some entries, see `equations.Equations`; its states and `Linearisation` are of one kind."""
 
     @property
     def targets(self) -> Array:
@@ -85,7 +85,7 @@ class Balance(Protocol):
 
 
 @dataclass
-class Found:
+class FoundEquilibria:
     """Results for m entries.
 
     Attributes
@@ -107,7 +107,7 @@ class Found:
     iterations: Index
 
     @classmethod
-    def nothing(cls, state: Place, *, copied: bool = True) -> Found:
+    def nothing(cls, state: Place, *, copied: bool = True) -> FoundEquilibria:
         """Before the first iteration; what is found is put into the state, or a copy of it."""
         count = state.moved.shape[-1]
         no = np.zeros(count, dtype=bool)
@@ -119,13 +119,13 @@ class Found:
         """Entries that need no more."""
         return self.converged & self.stable
 
-    def take(self, where: Index, other: Found, which: Mask | None = None) -> None:
+    def take(self, where: Index, other: FoundEquilibria, which: Mask | None = None) -> None:
         """Replace some of the entries by what was found later, those of it that `which` tells; iterations add up."""
         self.iterations[where] += other.iterations
         if which is not None:
             kept = np.flatnonzero(which)
             where = where[kept]
-            other = Found(
+            other = FoundEquilibria(
                 other.state.taken(kept),
                 other.converged[kept],
                 other.stable[kept],

@@ -14,15 +14,15 @@ from ..description import Description
 from ..protocol import JointElement
 from ..structure.edge import GROUND, Edge
 from ..structure.topology import Topology
-from ..structure.tree import Branch, spanning
+from ..structure.tree import TreeEdge, spanning
 from .law import Grip, law_of, press
-from .links import Link
+from .links import EdgeGeometry
 from .numbers import Numbers, Where
 from .rotation import dot
 
 
 @dataclass(frozen=True)
-class Joint:
+class TreeJoint:
     """An edge of the tree between a child and its parent, its own six coordinates in part unknown.
 
     Attributes
@@ -53,7 +53,7 @@ class Joint:
     lead: Numbers | None
 
     @classmethod
-    def of(cls, topology: Topology, branch: Branch, clearance: bool) -> Joint:
+    def of(cls, topology: Topology, branch: TreeEdge, clearance: bool) -> TreeJoint:
         """The numbers of a branch of the tree."""
         frame, edge = topology.frame, branch.edge
         ndim = len(frame.shape)
@@ -85,12 +85,12 @@ class Joint:
             Numbers.of(element.pitch / (2.0 * np.pi), ndim, 0) if element is not None and element.pitch.any() else None,
         )
 
-    def at(self, where: Where) -> Link:
+    def at(self, where: Where) -> EdgeGeometry:
         """Geometry at some entries."""
         axes = None if self.axes is None else self.axes.at(where)
         arm = None if self.arm is None else self.arm.at(where)
         lead = None if self.lead is None else self.lead.at(where)
-        return Link(axes, arm, self.loose, self.forward, self.edge.kind != "tie", lead)
+        return EdgeGeometry(axes, arm, self.loose, self.forward, self.edge.kind != "tie", lead)
 
     def resistance(self, where: Where, beyond: Array, grip: Grip, contact: int | None) -> tuple[Array, Array, Array]:
         """Energy (m,), force (6, m) and tangent (6, 6, m) of its springs, or of its own law, at a displacement (6, m).
@@ -141,14 +141,14 @@ def offsets(frame: Description, edge: Edge) -> dict[int, Array]:
     return {k: value for k, value in given.items() if np.any(value)}
 
 
-def forest(edges: list[Edge]) -> tuple[list[Branch], list[Edge]]:
+def forest(edges: list[Edge]) -> tuple[list[TreeEdge], list[Edge]]:
     """Branches of a spanning forest from the ground and other roots on, parents first; and edges that close loops."""
     chosen, closing = spanning(edges)
     at: dict[int, list[Edge]] = {GROUND: []}
     for edge in chosen:
         at.setdefault(edge.first, []).append(edge)
         at.setdefault(edge.second, []).append(edge)
-    branches: list[Branch] = []
+    branches: list[TreeEdge] = []
     seen: set[int] = set()
     for root in at:
         queue = deque([root] if root not in seen else [])
@@ -159,6 +159,6 @@ def forest(edges: list[Edge]) -> tuple[list[Branch], list[Edge]]:
                 child = edge.second if edge.first == parent else edge.first
                 if child not in seen:
                     seen.add(child)
-                    branches.append(Branch(edge, parent, child, 1.0 if child == edge.second else -1.0))
+                    branches.append(TreeEdge(edge, parent, child, 1.0 if child == edge.second else -1.0))
                     queue.append(child)
     return branches, closing

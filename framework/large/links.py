@@ -25,7 +25,7 @@ from .rotation import cross, spin, times, transposed
 
 
 @dataclass(frozen=True)
-class Link:
+class EdgeGeometry:
     """Geometry of an edge of the tree, seen from parent to child.
 
     Attributes
@@ -108,7 +108,7 @@ class LinkChange:
         Its coordinates (6, m).
     """
 
-    def __init__(self, link: Link, first: Array, own: Array) -> None:
+    def __init__(self, link: EdgeGeometry, first: Array, own: Array) -> None:
         self.link = link
         own = link.whole(own)
         turn = rotation.matrix(first)

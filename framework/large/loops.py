@@ -10,11 +10,11 @@ import numpy as np
 
 from ..batch import Array
 from . import rotation
-from .links import Link, LinkChange
+from .links import EdgeGeometry, LinkChange
 from .rotation import inverse, spin, times, transposed
 
 
-def displacement(link: Link, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> Array:
+def displacement(link: EdgeGeometry, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> Array:
     """Displacement (6, m) of the second node relative to the first, in the edge's axes; less a screw's advance."""
     back = rotation.conjugate(turned[0])
     shift = moved[1] - moved[0]
@@ -30,7 +30,7 @@ def displacement(link: Link, moved: tuple[Array, Array], turned: tuple[Array, Ar
 
 
 def _angles(q: Array, loose: np.ndarray) -> Array:
-    """Coordinates of a rotation: the inverse of `Link.relative` in the edge's axes."""
+    """Coordinates of a rotation: the inverse of `EdgeGeometry.relative` in the edge's axes."""
     q = np.where(q[0] < 0.0, -q, q)
     if loose.all() or not loose.any():
         return rotation.logarithm(q)
@@ -55,7 +55,7 @@ class LoopChange:
         Displacements (3, m) and quaternions (4, m) of both nodes.
     """
 
-    def __init__(self, link: Link, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> None:
+    def __init__(self, link: EdgeGeometry, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> None:
         self.link = link
         self.own = displacement(link, moved, turned)
         self.change = LinkChange(link, turned[0], self.own)

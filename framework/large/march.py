@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from .equations import Equations
-from .found import Found
+from .equations import EquilibriumEquations
+from .found import FoundEquilibria
 from .model import Model
 from .newton import Newton
 from .numbers import Where
 from .pressing import Pressing
 from .search import Search
 from .start import start
-from .state import State
+from .state import DisplacedState
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
 _CACHE = 800_000
@@ -32,7 +32,7 @@ class History:
     work: Array
 
 
-class March:
+class LoadStepping:
     """All entries of a batch from rest to their whole load.
 
     Parameters
@@ -52,14 +52,14 @@ class March:
         pieces = sum(len(stack.ends) for stack in model.stacks)
         self.chunk = max(1, _CACHE // max(1, 144 * pieces))
 
-    def run(self) -> tuple[Found, History]:
+    def run(self) -> tuple[FoundEquilibria, History]:
         """Final equilibria and what happened on the way."""
         factors = np.arange(1, self.steps + 1) / self.steps
-        whole = Found.nothing(State.start(self.model, self.count), copied=False)
+        whole = FoundEquilibria.nothing(DisplacedState.start(self.model, self.count), copied=False)
         history = self._history()
         for index in self._pieces():
             self.search.before = int(index[0])
-            found = Found.nothing(start(self.newton, self.where(index), len(index), factors[0]), copied=False)
+            found = FoundEquilibria.nothing(start(self.newton, self.where(index), len(index), factors[0]), copied=False)
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
                 old = found.state
@@ -72,7 +72,7 @@ class March:
             whole.take(index, found)
         return whole, history
 
-    def single(self, state: State) -> History:
+    def single(self, state: DisplacedState) -> History:
         """What happened on the way in one load step that has ended at `state`."""
         history = self._history()
         for index in self._pieces():
@@ -97,7 +97,7 @@ class March:
         """Indices of entries along each batch axis."""
         return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
 
-    def _step(self, where: Where, begin: Found, low: float, high: float) -> Found:
+    def _step(self, where: Where, begin: FoundEquilibria, low: float, high: float) -> FoundEquilibria:
         search = self.pressing if self.model.contacts else self.search
         found = search.solve(where, begin.state, low, high)
         found.iterations += begin.iterations
@@ -109,10 +109,10 @@ class March:
         history: History,
         index: NDArray[np.int64],
         step: int,
-        states: tuple[State, State],
+        states: tuple[DisplacedState, DisplacedState],
         factors: tuple[float, float],
     ) -> None:
-        equations = Equations(self.model, self.where(index), len(index), factors[1])
+        equations = EquilibriumEquations(self.model, self.where(index), len(index), factors[1])
         history.energy[step, index] = equations.strain_energy(states[1])
         before = history.work[step - 1, index] if step else 0.0
         history.work[step, index] = before + equations.work(states[0], states[1], factors[0] / factors[1])

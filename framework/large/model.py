@@ -15,8 +15,8 @@ from ..structure.assembly import component_loads
 from ..structure.edge import GROUND, Edge
 from ..structure.parts import is_zero
 from ..structure.topology import Index
-from ..structure.tree import Branch
-from .joints import Joint, forest, offsets
+from ..structure.tree import TreeEdge
+from .joints import TreeJoint, forest, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers
 from .plane import WHOLE, plane
@@ -70,14 +70,14 @@ class Model:
         edges = [edge for edge in plan.tree.edges if self._matters(edge)]
         # of equals the first is in the tree, where a turn has no end
         branches, closing = forest(sorted(edges, key=lambda edge: is_zero(edge.pitch)))
-        self.loops = [Joint.of(plan.topology, Branch(e, e.first, e.second, 1.0), clearance) for e in closing]
+        self.loops = [TreeJoint.of(plan.topology, TreeEdge(e, e.first, e.second, 1.0), clearance) for e in closing]
         self.plain = np.ones(self.count, dtype=bool)
-        self.joints: list[Joint] = []
+        self.joints: list[TreeJoint] = []
         self.targets: dict[tuple[int, int], Numbers] = {}
         columns = np.full((6, self.count), HELD)
         columns[list(self.components)] = 0
         for branch in branches:
-            self._hang(Joint.of(plan.topology, branch, clearance), columns)
+            self._hang(TreeJoint.of(plan.topology, branch, clearance), columns)
         self._number(columns)
         rigid = [number for number, joint in enumerate(self.edges) if joint.rigid]
         self.contacts = {number: place for place, number in enumerate(rigid)}
@@ -86,7 +86,7 @@ class Model:
         """Whether an edge holds anything but motion out of the plane."""
         return edge.kind != "support" or any(k in self.components for k in edge.ideal)
 
-    def _hang(self, joint: Joint, columns: Index) -> None:
+    def _hang(self, joint: TreeJoint, columns: Index) -> None:
         edge, child = joint.edge, joint.child
         given = offsets(self.frame, edge)
         kept = joint.within(self.components)
@@ -141,7 +141,7 @@ class Model:
         return reach if 0.0 < reach < np.inf else 1.0
 
     @cached_property
-    def edges(self) -> list[Joint]:
+    def edges(self) -> list[TreeJoint]:
         """Joints, then loops."""
         return self.joints + self.loops
 

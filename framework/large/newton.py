@@ -12,15 +12,15 @@ from collections.abc import Callable
 import numpy as np
 
 from ..batch import Array
-from .elimination import ConstrainedFactor, Elimination, Factor
-from .equations import Equations
+from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
+from .equations import EquilibriumEquations
 from .flat_model import FlatModel
 from .flat_state import FlatState
-from .found import Balance, Found, Linear, Mask, Place
+from .found import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .model import Model
 from .numbers import Where
 from .planar import FlatEquations
-from .state import State
+from .state import DisplacedState
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
 CLOSE = 1e-16
@@ -55,7 +55,7 @@ class Newton:
         self.model = model
         self.flat = FlatModel(model) if FlatModel.suits(model) else None
         _, rows, columns = model.pattern if self.flat is None else self.flat.pattern
-        self.elimination = Elimination(rows, columns, model.free, half=self.flat is not None)
+        self.elimination = SymbolicFactorisation(rows, columns, model.free, half=self.flat is not None)
         self.size = model.length
         scale = np.zeros(model.size + 1)
         scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
@@ -67,30 +67,30 @@ class Newton:
         """The equations of some entries, of the plane where the model is in one."""
         if self.flat is not None:
             return FlatEquations(self.flat, where, count, factor)
-        return Equations(self.model, where, count, factor)
+        return EquilibriumEquations(self.model, where, count, factor)
 
     def start(self, count: int) -> Place:
         """The state at rest."""
-        return State.start(self.model, count) if self.flat is None else FlatEquations.start(self.model, count)
+        return DisplacedState.start(self.model, count) if self.flat is None else FlatEquations.start(self.model, count)
 
-    def space(self, state: Place) -> State:
+    def space(self, state: Place) -> DisplacedState:
         """The state as one in space."""
-        if isinstance(state, State):
+        if isinstance(state, DisplacedState):
             return state
         assert self.flat is not None
         assert isinstance(state, FlatState)
         return self.flat.space(state)
 
-    def place(self, state: State, near: Place) -> Place:
+    def place(self, state: DisplacedState, near: Place) -> Place:
         """A state in space as the equations have it, of which angles are near those of another."""
         return state if self.flat is None else self.flat.flat(state, near if isinstance(near, FlatState) else None)
 
-    def solve(self, where: Where, state: Place, factor: float) -> Found:
+    def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
         """
-        found = Found.nothing(state)
+        found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
         stresses: list[Array] | None = None
@@ -120,7 +120,7 @@ class Newton:
                 balance = self.equations(tuple(k[active] for k in where), len(active), factor)
         return found
 
-    def factor(self, at: Linear) -> Factor:
+    def factor(self, at: Linearisation) -> StackFactor:
         """The tangent factorised."""
         if self.held:
             return ConstrainedFactor(self.elimination.dense(at.values), self.held)
@@ -137,14 +137,14 @@ class Newton:
         if len(asked):
             some = values[:, asked]
             if self.held:
-                factors: Factor = ConstrainedFactor(self.elimination.dense(some), self.held)
+                factors: StackFactor = ConstrainedFactor(self.elimination.dense(some), self.held)
             else:
                 shift = np.full(len(asked), self.zero)
                 factors = self.elimination.factor(self.elimination.raised(some, shift))
             out[asked] = (factors.pivots > 0.0).all(axis=0)
         return out
 
-    def step(self, at: Linear, lag: Array, solve: Callable[[Array], Array]) -> Array:
+    def step(self, at: Linearisation, lag: Array, solve: Callable[[Array], Array]) -> Array:
         """Newton's step of all coordinates, the driven ones by what they lag behind (size, m)."""
         load = -at.forces[: self.model.free]
         if len(lag):
@@ -160,7 +160,7 @@ class Newton:
         out: Array = (np.abs(step) * self.scale[:, None]).max(axis=0, initial=0.0)
         return out
 
-    def is_close(self, at: Linear, step: Array, *, first: bool = False) -> Mask:
+    def is_close(self, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.
 
         Both are so small that what the step leaves open, of second order, lies below rounding. A `first` step, however

@@ -22,14 +22,14 @@ from ..dofs import component
 from ..errors import FrameError, PathWarning
 from ..names import found, plain
 from . import rotation
-from .found import Linear, Mask, Place
-from .march import March
+from .found import Linearisation, Mask, Place
+from .march import LoadStepping
 from .model import Model
 from .newton import Newton
 from .numbers import Where
 from .search import Search
 from .start import start
-from .state import State
+from .state import DisplacedState
 
 # Iterations that a step is to take, at most takes, and how much its length may grow.
 _AIM, _MOST, _GROWTH = 5, 12, 1.5
@@ -61,7 +61,7 @@ class EquilibriumPath:
     stable: NDArray[np.bool_]
     reached: NDArray[np.bool_]
     _model: Model = field(repr=False)
-    _states: list[State] = field(repr=False)
+    _states: list[DisplacedState] = field(repr=False)
 
     def __repr__(self) -> str:
         return f"<EquilibriumPath of {len(self.factor)} points of {self.frame!r}>"
@@ -142,7 +142,7 @@ class _Tracer:
         node, self.component, self.to = goal
         self.node = model.topology.number[node]
         count = int(np.prod(model.frame.shape, dtype=np.int64))
-        where = March(model, 1).where(np.arange(count))
+        where = LoadStepping(model, 1).where(np.arange(count))
         self.whole, self.none = (self.newton.equations(where, count, factor) for factor in (1.0, 0.0))
         self.state = self.newton.start(count)
         self.weight = self.newton.scale[:, None] ** 2
@@ -207,10 +207,10 @@ class _Tracer:
         self.reached |= (self.going & beyond).reshape(self.reached.shape)
         self.going &= ~beyond
 
-    def _space(self) -> State:
+    def _space(self) -> DisplacedState:
         return self.newton.space(self.state.taken(np.arange(len(self.factor))))
 
-    def _value(self, state: State) -> Array:
+    def _value(self, state: DisplacedState) -> Array:
         both = np.concatenate([state.moved[:, self.node], rotation.logarithm(state.turned[:, self.node])])
         return np.asarray(both[self.component])
 
@@ -233,7 +233,7 @@ class _Tracer:
     def _driven(self) -> Array:
         return self.whole.targets
 
-    def _linear(self, state: Place, stresses: list[Array] | None, factor: Array) -> tuple[Linear, Array]:
+    def _linear(self, state: Place, stresses: list[Array] | None, factor: Array) -> tuple[Linearisation, Array]:
         """Forces and tangent at a load factor (m,), and the loads (size, m)."""
         whole, none = (part.linearised(state, stresses) for part in (self.whole, self.none))
         mixed = replace(
@@ -243,7 +243,7 @@ class _Tracer:
         )
         return mixed, none.forces - whole.forces
 
-    def _solved(self, at: Linear, load: Array, lag: Array) -> Array:
+    def _solved(self, at: Linearisation, load: Array, lag: Array) -> Array:
         free = self.model.free
         factors = self.newton.factor(at)
         self.stable = (factors.pivots > 0.0).all(axis=0)

@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from .equations import Equations
-from .found import Found, Index, Mask, Place
+from .equations import EquilibriumEquations
+from .found import FoundEquilibria, Index, Mask, Place
 from .law import Grip
 from .numbers import Where
 from .search import Search
-from .state import State
+from .state import DisplacedState
 
 # By how much the stiffness of a contact is raised where a guess leaves more than this share of the last one's error.
 _RAISED, _FALL = 30.0, 0.2
@@ -36,7 +36,7 @@ class Pressing:
         self.search, self.newton = search, search.newton
         self.model = search.newton.model
 
-    def solve(self, where: Where, begin: Place, low: float, high: float) -> Found:
+    def solve(self, where: Where, begin: Place, low: float, high: float) -> FoundEquilibria:
         """Equilibria at a share `high` of the loads, from the equilibria `begin` at `low`."""
         found = self.search.solve(where, begin, low, high)
         waiting = np.flatnonzero(found.converged)
@@ -57,7 +57,7 @@ class Pressing:
         found.converged &= ~(before > _FAR).any(axis=0)
         return found
 
-    def _again(self, where: Where, state: Place, factor: float, found: Found, index: Index) -> None:
+    def _again(self, where: Where, state: Place, factor: float, found: FoundEquilibria, index: Index) -> None:
         """Equilibria with new guesses, from those found with the old ones."""
         again = self.newton.solve(where, state, factor)
         bad = np.flatnonzero(~again.good)
@@ -65,9 +65,9 @@ class Pressing:
             again.take(bad, self.search.solve(tuple(k[bad] for k in where), state.taken(bad), factor, factor))
         found.take(index, again)
 
-    def _better(self, where: Where, state: State, factor: float) -> tuple[Grip, Array]:
+    def _better(self, where: Where, state: DisplacedState, factor: float) -> tuple[Grip, Array]:
         """The forces at a state as guesses, and how far journals are off where these put them, in roundings."""
-        equations = Equations(self.model, where, state.moved.shape[-1], factor)
+        equations = EquilibriumEquations(self.model, where, state.moved.shape[-1], factor)
         force, off = np.zeros_like(state.grip.force), np.zeros_like(state.grip.stiffness)
         for number, place in self.model.contacts.items():
             joint = self.model.edges[number]

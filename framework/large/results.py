@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ..batch import Array, Shape
 from ..description import Description
-from .equations import Equations
+from .equations import EquilibriumEquations
 from .model import Model
-from .state import SpaceLinear, State
+from .state import DisplacedState, SpaceLinear
 from .trust import Trust
 
 
@@ -41,12 +41,12 @@ class LargeResults(Protocol):
         ...
 
     @property
-    def displaced(self) -> State:
+    def displaced(self) -> DisplacedState:
         """Where everything is."""
         ...
 
     @property
-    def equations(self) -> Equations:
+    def equations(self) -> EquilibriumEquations:
         """Equilibrium of all entries under the whole load."""
         ...
 

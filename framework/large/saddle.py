@@ -10,7 +10,7 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE
-from .found import Balance, Found, Linear, Mask, Place
+from .found import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .newton import CLOSE, Newton
 from .numbers import Where
 from .sides import amount
@@ -35,13 +35,13 @@ class Saddle:
     def __init__(self, newton: Newton) -> None:
         self.newton, self.model = newton, newton.model
 
-    def leave(self, where: Where, state: Place, factor: float) -> Found:
+    def leave(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Stable equilibria near the unstable ones `state`; not converged where none was found."""
         count = state.moved.shape[-1]
         balance = self.newton.equations(where, count, factor)
         at = balance.linearised(state)
         mode = self._mode(balance, state, at)
-        found = Found.nothing(state)
+        found = FoundEquilibria.nothing(state)
         found.left[:] = True
         waiting: Mask = np.asarray(np.isfinite(mode).all(axis=0))
         state, done, pull = state.taken(np.arange(count)), np.zeros(count), np.zeros(count)
@@ -82,13 +82,13 @@ class Saddle:
         for _ in range(_SECANTS):
             change = now - before
             step = np.where(change != 0.0, -step * now / np.where(change != 0.0, change, 1.0), 0.0)
-            ahead, force, held = self._held(balance, state, mode, step, now, Found.nothing(state))
+            ahead, force, held = self._held(balance, state, mode, step, now, FoundEquilibria.nothing(state))
             state.put(np.flatnonzero(held), ahead.taken(held))
             before, now = np.where(held, now, before), np.where(held, force, now)
             step = np.where(held, step, 0.0)
         return state
 
-    def _mode(self, balance: Balance, state: Place, at: Linear) -> Array:
+    def _mode(self, balance: Balance, state: Place, at: Linearisation) -> Array:
         """The softest mode (free, m), its largest component one, to the side to which the saddle is left.
 
         NaN where the tangent has none.
@@ -106,7 +106,7 @@ class Saddle:
         return np.asarray(mode / amount(self.newton, balance, state, mode))
 
     def _held(
-        self, balance: Balance, state: Place, mode: Array, more: Array, pull: Array, found: Found
+        self, balance: Balance, state: Place, mode: Array, more: Array, pull: Array, found: FoundEquilibria
     ) -> tuple[Place, Array, Mask]:
         """Equilibria with `more` of the mode, the force `pull` along it, and whether they were found."""
         weight = self.newton.elimination.diagonal(self._start(balance, state)) * mode
@@ -137,5 +137,5 @@ class Saddle:
 
     @staticmethod
     def _start(balance: Balance, state: Place) -> Array:
-        at: Linear = balance.linearised(state)
+        at: Linearisation = balance.linearised(state)
         return at.values

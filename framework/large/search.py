@@ -6,7 +6,7 @@ import numpy as np
 
 from ..clock import tell
 from .descent import Descent
-from .found import Found, Index, Mask, Place
+from .found import FoundEquilibria, Index, Mask, Place
 from .newton import Newton
 from .numbers import Where
 from .saddle import Saddle
@@ -35,7 +35,7 @@ class Search:
         self.newton, self.descent, self.saddle = newton, Descent(newton), Saddle(newton)
         self.before = 0
 
-    def solve(self, where: Where, begin: Place, low: float, high: float) -> Found:
+    def solve(self, where: Where, begin: Place, low: float, high: float) -> FoundEquilibria:
         """Equilibria at a share `high` of the loads, from the equilibria `begin` at `low`.
 
         Newton's method at once; where that fails but the tangent was regular, in smaller steps; out of an unstable
@@ -58,8 +58,8 @@ class Search:
             self._descend(where, begin, high, found)
         return found
 
-    def _stepped(self, where: Where, begin: Place, low: float, high: float, cuts: int) -> Found:
-        found = Found.nothing(begin)
+    def _stepped(self, where: Where, begin: Place, low: float, high: float, cuts: int) -> FoundEquilibria:
+        found = FoundEquilibria.nothing(begin)
         found.converged[:] = found.stable[:] = True
         for factor in np.linspace(low, high, cuts + 1)[1:].tolist():
             going = np.flatnonzero(found.converged)
@@ -67,18 +67,18 @@ class Search:
                 found.take(going, self.newton.solve(_part(where, going), found.state.taken(going), factor))
         return found
 
-    def _leave(self, where: Where, found: Found, factor: float) -> None:
+    def _leave(self, where: Where, found: FoundEquilibria, factor: float) -> None:
         """Leave unstable equilibria."""
         bad = np.flatnonzero(found.converged & ~found.stable)
         if len(bad) and not self.newton.held:
             again = self.saddle.leave(_part(where, bad), found.state.taken(bad), factor)
             found.take(bad, again, again.good)
 
-    def _worth(self, found: Found) -> Mask:
+    def _worth(self, found: FoundEquilibria) -> Mask:
         """Entries worth more search: only where loads have an energy is there always a stable equilibrium to find."""
         return ~found.good if self.newton.model.symmetric else ~found.converged
 
-    def _halved(self, where: Where, begin: Place, low: float, high: float, depth: int) -> Found:
+    def _halved(self, where: Where, begin: Place, low: float, high: float, depth: int) -> FoundEquilibria:
         """Equilibria by way of half the load, and of half of that where it must be."""
         half = 0.5 * (low + high)
         found = self._through(where, begin, low, half, depth)
@@ -88,7 +88,7 @@ class Search:
             found.take(going, self._through(_part(where, going), found.state.taken(going), half, high, depth))
         return found
 
-    def _through(self, where: Where, begin: Place, low: float, high: float, depth: int) -> Found:
+    def _through(self, where: Where, begin: Place, low: float, high: float, depth: int) -> FoundEquilibria:
         found = self.newton.solve(where, begin, high)
         regular = found.iterations > 1
         self._leave(where, found, high)
@@ -98,7 +98,7 @@ class Search:
             found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
         return found
 
-    def _descend(self, where: Where, begin: Place, factor: float, found: Found) -> None:
+    def _descend(self, where: Where, begin: Place, factor: float, found: FoundEquilibria) -> None:
         """Down the energy, from the beginning; an equilibrium that is unstable stays where no other is found."""
         index = np.flatnonzero(self._worth(found))
         known, had = found.state.taken(index), found.converged[index]
@@ -107,7 +107,7 @@ class Search:
         found.state.put(index[lost], known.taken(lost))
         found.converged[index[lost]] = True
 
-    def _fall(self, where: Where, begin: Place, factor: float, found: Found) -> None:
+    def _fall(self, where: Where, begin: Place, factor: float, found: FoundEquilibria) -> None:
         iterations = _FIRST
         while iterations <= _LAST:
             bad = np.flatnonzero(self._worth(found))
@@ -120,10 +120,10 @@ class Search:
             self._tell(found)
             iterations *= 2
 
-    def _tell(self, found: Found) -> None:
+    def _tell(self, found: FoundEquilibria) -> None:
         tell(self.before + int(found.converged.sum()))
 
-    def _finish(self, where: Where, found: Found, factor: float) -> None:
+    def _finish(self, where: Where, found: FoundEquilibria, factor: float) -> None:
         """Try Newton's method from where the descent has come to; its end must be stable, and lower."""
         left = np.flatnonzero(~found.converged)
         if not len(left):

@@ -18,15 +18,15 @@ from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
 from . import rotation
 from .contact import contact, touched, unbalanced
-from .equations import Equations
+from .equations import EquilibriumEquations
 from .explain import explain
-from .found import Found
-from .links import Link
-from .march import History, March
+from .found import FoundEquilibria
+from .links import EdgeGeometry
+from .march import History, LoadStepping
 from .model import Model
 from .numbers import batch_first
 from .stability import definite_in_space
-from .state import SpaceLinear, State
+from .state import DisplacedState, SpaceLinear
 from .stations import Stations
 from .trust import Trust
 
@@ -312,15 +312,15 @@ class LargeSolution(SavedResults):
     # -- inside -----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _march(self) -> March:
-        return March(self.model, self._steps)
+    def _march(self) -> LoadStepping:
+        return LoadStepping(self.model, self._steps)
 
     @cached_property
-    def _result(self) -> tuple[Found, History]:
+    def _result(self) -> tuple[FoundEquilibria, History]:
         return self._march.run()
 
     @property
-    def _found(self) -> Found:
+    def _found(self) -> FoundEquilibria:
         return self._result[0]
 
     @cached_property
@@ -328,15 +328,15 @@ class LargeSolution(SavedResults):
         return self._result[1] if self._steps > 1 else self._march.single(self.displaced)
 
     @cached_property
-    def displaced(self) -> State:
+    def displaced(self) -> DisplacedState:
         """Displacements and quaternions of all nodes, and of joints, batch flattened and behind."""
         return touched(self.equations, self._march.newton.space(self._found.state))
 
     @cached_property
-    def equations(self) -> Equations:
+    def equations(self) -> EquilibriumEquations:
         """Equations of the whole batch at the whole load."""
         index = np.arange(self._march.count)
-        return Equations(self.model, self._march.where(index), len(index))
+        return EquilibriumEquations(self.model, self._march.where(index), len(index))
 
     @cached_property
     def linear(self) -> SpaceLinear:
@@ -365,7 +365,7 @@ class LargeSolution(SavedResults):
         absent = np.broadcast_to(self.frame.absent, self.shape)
         return np.where(absent.reshape(*self.shape, *(1,) * (array.ndim - absent.ndim)), np.nan, array)
 
-    def _edge(self, number: int) -> Link:
+    def _edge(self, number: int) -> EdgeGeometry:
         return self.model.edges[number].at(self.equations.where)
 
     def _link(self, joint: str) -> int:

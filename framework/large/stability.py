@@ -5,28 +5,28 @@ from __future__ import annotations
 import numpy as np
 
 from . import rotation
-from .equations import Equations
+from .equations import EquilibriumEquations
 from .found import Mask
-from .march import March
+from .march import LoadStepping
 from .model import Model
 from .newton import Newton
-from .state import State
+from .state import DisplacedState
 
 
-def definite_in_space(march: March, state: State, flat: Model) -> Mask:
+def definite_in_space(march: LoadStepping, state: DisplacedState, flat: Model) -> Mask:
     """Whether the tangent in space has no negative eigenvalue beyond rounding, (entries,)."""
     newton = Newton(Model(flat.plan, flat=False, clearance=flat.clearance))
     out = np.empty(march.count, dtype=bool)
     for begin in range(0, march.count, march.chunk):
         index = np.arange(begin, min(begin + march.chunk, march.count))
         where = march.where(index)
-        inside = Equations(flat, where, len(index))
+        inside = EquilibriumEquations(flat, where, len(index))
         there = _state(newton.model, inside, state.taken(index))
-        out[index] = newton.definite(Equations(newton.model, where, len(index)).linearised(there).values)
+        out[index] = newton.definite(EquilibriumEquations(newton.model, where, len(index)).linearised(there).values)
     return out
 
 
-def _state(model: Model, inside: Equations, state: State) -> State:
+def _state(model: Model, inside: EquilibriumEquations, state: DisplacedState) -> DisplacedState:
     """The state with the links and loops of `model`, which has some supports more that hold motion out of the plane."""
     flat = inside.model
     place = {id(joint.edge): number for number, joint in enumerate(flat.edges)}
@@ -43,4 +43,4 @@ def _state(model: Model, inside: Equations, state: State) -> State:
             own[:3, number] = state.moved[:, joint.child]
             own[3:, number] = rotation.logarithm(state.turned[:, joint.child])
     grip = state.grip.those([flat.contacts[place[id(model.edges[number].edge)]] for number in model.contacts])
-    return State(state.moved, state.turned, own, grip)
+    return DisplacedState(state.moved, state.turned, own, grip)

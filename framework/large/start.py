@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from .equations import Equations
+from .equations import EquilibriumEquations
 from .found import Place
-from .joints import Joint
+from .joints import TreeJoint
 from .law import Grip
 from .model import Model
 from .newton import Newton
 from .numbers import Where
 from .search import Search
-from .state import State
+from .state import DisplacedState
 
 # Share of a clearance within which a journal counts as touching its circle: a few roundings.
 TOUCHING = 4.0 * float(np.finfo(np.float64).eps)
@@ -32,23 +32,23 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     tight = Newton(Model(model.plan, clearance=False))
     found = Search(tight).solve(where, tight.start(count), 0.0, factor)
     state = tight.space(found.state)
-    own = Equations(tight.model, where, count, factor).linearised(state).own
+    own = EquilibriumEquations(tight.model, where, count, factor).linearised(state).own
     known = found.converged & np.isfinite(own).all(axis=(0, 1))
     forces = np.where(known, -own, 0.0)
     # what held these loops in the components that now have clearance
     state.own[:, len(model.joints) :] *= (model.multipliers >= 0)[..., None]
-    state.grip = State.start(model, count).grip
+    state.grip = DisplacedState.start(model, count).grip
     for number in loose:
         if number < len(model.joints):
             _place(state, number, model.joints[number], forces, model.joints[number].clearance.at(where))
-    equations = Equations(model, where, count, factor)
+    equations = EquilibriumEquations(model, where, count, factor)
     equations.follow(state)
     if model.contacts:
         state.grip = _guess(newton, equations, state, forces)
     return newton.place(state, found.state)
 
 
-def _place(state: State, number: int, joint: Joint, forces: Array, radius: Array) -> None:
+def _place(state: DisplacedState, number: int, joint: TreeJoint, forces: Array, radius: Array) -> None:
     directions = list(joint.clearance_directions)
     push = forces[directions, number]
     size = np.hypot.reduce(push, axis=0)
@@ -58,7 +58,7 @@ def _place(state: State, number: int, joint: Joint, forces: Array, radius: Array
     state.own[directions, number] += radius * (push / np.where(size > 0.0, size, 1.0))
 
 
-def _guess(newton: Newton, equations: Equations, state: State, forces: Array) -> Grip:
+def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedState, forces: Array) -> Grip:
     """Guesses of the forces in rigid contacts, and the stiffnesses by which they are corrected."""
     model = newton.model
     force, stiffness = np.zeros_like(state.grip.force), np.empty_like(state.grip.stiffness)

@@ -13,7 +13,7 @@ from .model import Model
 
 
 @dataclass
-class State:
+class DisplacedState:
     """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
     tree's links and then forces in the ideal components of loops (6, links + loops, m), rigid contacts."""
 
@@ -23,18 +23,18 @@ class State:
     grip: Grip
 
     @classmethod
-    def start(cls, model: Model, count: int) -> State:
+    def start(cls, model: Model, count: int) -> DisplacedState:
         """At rest."""
         turned = np.zeros((4, model.count, count))
         turned[0] = 1.0
         own = np.zeros((6, len(model.joints) + len(model.loops), count))
         return cls(np.zeros((3, model.count, count)), turned, own, Grip.none(len(model.contacts), count))
 
-    def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> State:
+    def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> DisplacedState:
         """Some of the entries."""
-        return State(self.moved[..., kept], self.turned[..., kept], self.own[..., kept], self.grip.taken(kept))
+        return DisplacedState(self.moved[..., kept], self.turned[..., kept], self.own[..., kept], self.grip.taken(kept))
 
-    def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: State) -> None:
+    def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: DisplacedState) -> None:
         """Replace some of the entries."""
         self.moved[..., where], self.turned[..., where], self.own[..., where] = other.moved, other.turned, other.own
         self.grip.put(where, other.grip)

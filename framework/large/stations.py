@@ -11,11 +11,11 @@ from ..results.recovery import check_stations
 from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group
 from . import corotation, rotation
-from .corotation import DEFORMATIONS, Motion, Response
-from .equations import Equations
+from .corotation import DEFORMATIONS, CorotatedPieces, Response
+from .equations import EquilibriumEquations
 from .model import Model
 from .numbers import Numbers, batch_first
-from .state import State
+from .state import DisplacedState
 
 Field = Callable[[int, Array], Array]
 
@@ -29,7 +29,7 @@ class Stations:
         The frame, its whole batch, and where it is.
     """
 
-    def __init__(self, model: Model, equations: Equations, state: State) -> None:
+    def __init__(self, model: Model, equations: EquilibriumEquations, state: DisplacedState) -> None:
         self.model, self.equations, self.state = model, equations, state
         self.topology = model.topology
         self.where = {
@@ -37,7 +37,7 @@ class Stations:
             for k, group in enumerate(model.topology.groups)
             for position, piece in enumerate(group.pieces)
         }
-        self.motions: list[Motion] = equations.motions(state)
+        self.motions: list[CorotatedPieces] = equations.motions(state)
 
     def end_forces(self, member: str) -> Array:
         """Forces on both ends of a member (..., 12)."""

@@ -8,12 +8,12 @@ from ..batch import Array, merged
 from ..structure.edge import GROUND
 from . import corotation, rotation
 from .corotation import Response
-from .elimination import ConstrainedFactor, Elimination, Factor
-from .equations import Equations
+from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
+from .equations import EquilibriumEquations
 from .loops import LoopChange
 from .model import Model
 from .newton import Newton
-from .state import State
+from .state import DisplacedState
 
 # Roundings in a deformation, in units of the displacements and rotations that it is the difference of.
 _ROUNDINGS = 16.0
@@ -31,14 +31,14 @@ class Trust:
         The whole batch and where it is, in space.
     """
 
-    def __init__(self, newton: Newton, equations: Equations, state: State) -> None:
+    def __init__(self, newton: Newton, equations: EquilibriumEquations, state: DisplacedState) -> None:
         self.model: Model = equations.model
         self.equations, self.state = equations, state
         self.at = equations.linearised(state)
         _, rows, columns = self.model.pattern
-        elimination = Elimination(rows, columns, self.model.free)
+        elimination = SymbolicFactorisation(rows, columns, self.model.free)
         if newton.held:
-            self.factor: Factor = ConstrainedFactor(elimination.dense(self.at.values), newton.held)
+            self.factor: StackFactor = ConstrainedFactor(elimination.dense(self.at.values), newton.held)
         else:
             self.factor = elimination.factor(self.at.values, symmetric=self.model.symmetric)
         self.wrong = np.abs(self.at.forces) + self._rounding()

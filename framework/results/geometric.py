@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from ..error_bounds.kinematics import Link
+from ..error_bounds.kinematics import KinematicEdge
 from ..structure.edge import Edge
 
 _X = np.array([1.0, 0.0, 0.0])
@@ -99,7 +99,7 @@ def of_load_between(length: Array, shapes: Array, x: Array, force: Array) -> Arr
     return out
 
 
-def of_link(link: Link, force: Array) -> Array:
+def of_link(link: KinematicEdge, force: Array) -> Array:
     """Geometric stiffness of a link by the displacements of both nodes, global, (..., 12, 12).
 
     Parameters

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
-from ..error_bounds.equilibrium import Equilibrium, Solver, Statics
+from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resistance import displaced, resisted
@@ -43,7 +43,7 @@ _BALANCED = 1e-12
 
 
 @dataclass(frozen=True)
-class Held:
+class ConstrainedSolution:
     """The solution of a part of the batch.
 
     Attributes
@@ -68,7 +68,7 @@ class Held:
     idle: NDArray[np.bool_]
 
 
-def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[Held]:
+def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[ConstrainedSolution]:
     """Entries of a batch; those of which rounding hides whether they can move are left out.
 
     Parameters
@@ -98,7 +98,7 @@ def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[Held]:
             yield _held(() if part is None else part, state, unknowns, kept, solver, shapes, solver.least > 0.0)
 
 
-def large(statics: Statics, solver: SparseSolver) -> Iterator[Held]:
+def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolution]:
     """The load cases of one large frame; nothing where its free motions are not found.
 
     Parameters
@@ -133,7 +133,7 @@ def _pushed(motions: Array, load: Array) -> bool:
     return bool(driven.any(axis=0).all())
 
 
-def _scaled(state: Equilibrium) -> tuple[Array, Array]:
+def _scaled(state: EquilibriumResidual) -> tuple[Array, Array]:
     """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one (..., e, n), or zero
     where they are rounding; and what takes them to that length (..., n)."""
     columns, sizes, k = by_unknowns(state.double, state.double_springs, state.stiffness, state.unknowns, np.float64)
@@ -174,17 +174,17 @@ def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
 
 def _held(
     where: Any,
-    state: Equilibrium,
+    state: EquilibriumResidual,
     unknowns: Sequence[int],
     kept: Index,
     solver: Solver,
     shapes: Array,
     sure: NDArray[np.bool_],
-) -> Held:
+) -> ConstrainedSolution:
     """The solution and the motions of all unknowns, from those `kept` and rough motions (motions, ..., n)."""
     values = extended(np.zeros((*state.values.shape[:-1], len(unknowns))))
     values[..., kept] = state.values
-    whole = Equilibrium(state.statics, state.change, unknowns, values, state.ndim)
+    whole = EquilibriumResidual(state.statics, state.change, unknowns, values, state.ndim)
     motions = extended(shapes).copy()
     for _ in range(_STEPS):
         left = -resisted(whole, unknowns, motions)[..., kept]
@@ -196,10 +196,10 @@ def _held(
     weights = np.concatenate([np.ones((*reach.shape, 3)), np.repeat(reach[..., None], 3, axis=-1)], axis=-1)
     motions = motions / np.max(np.abs(moved) * weights[..., None, :], axis=(-1, -2))[..., None]
     idle = ~_driven(whole, motions) & sure
-    return Held(where, whole.absolute(), _absolute(whole, motions), reach, idle)
+    return ConstrainedSolution(where, whole.absolute(), _absolute(whole, motions), reach, idle)
 
 
-def _driven(state: Equilibrium, motions: Real) -> NDArray[np.bool_]:
+def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
     """Whether the load does more work than rounding on any of the motions (motions, ..., n), (...)."""
     coordinates, moved = displaced(state, state.unknowns, motions)
     work = np.abs(np.sum(motions * state.balance, axis=-1))
@@ -225,7 +225,7 @@ def _extent(statics: Statics) -> Real:
     return aligned(reduce(np.maximum, each, np.zeros(())), ndim)
 
 
-def _absolute(state: Equilibrium, motions: Real) -> Real:
+def _absolute(state: EquilibriumResidual, motions: Real) -> Real:
     """The unknowns in motions as the frame's own coordinates have them."""
     out, moved = motions.copy(), displaced(state, state.unknowns, motions)[1]
     hung = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}

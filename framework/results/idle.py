@@ -18,13 +18,15 @@ from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resolved import MOST, combined, excited
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Row
-from .held import Held, large, small
+from .held import ConstrainedSolution, large, small
 
 # Share of the largest displacement in a free motion that is none.
 _STILL = 1e-10
 
 
-def idle(plan: Plan, solver: BroadcastSolver | SparseSolver, suspects: NDArray[np.bool_]) -> Idle | None:
+def idle(
+    plan: Plan, solver: BroadcastSolver | SparseSolver, suspects: NDArray[np.bool_]
+) -> ConsistentMechanisms | None:
     """The idle ones among entries that can move, None for none.
 
     Parameters
@@ -37,15 +39,15 @@ def idle(plan: Plan, solver: BroadcastSolver | SparseSolver, suspects: NDArray[n
         Entries that can move, (...) of the batch shape.
     """
     if isinstance(solver, SparseSolver):
-        found = Idle(plan, solver.unknown[solver.excited].tolist(), large(Statics(plan), solver))
+        found = ConsistentMechanisms(plan, solver.unknown[solver.excited].tolist(), large(Statics(plan), solver))
     elif len(plan.unknowns) > MOST:
         return None
     else:
-        found = Idle(plan, excited(plan), small(Statics(plan, hung=True), suspects))
+        found = ConsistentMechanisms(plan, excited(plan), small(Statics(plan, hung=True), suspects))
     return found if found.mask.any() else None
 
 
-class Idle:
+class ConsistentMechanisms:
     """Entries of a batch that can move, though no load makes them.
 
     Parameters
@@ -63,7 +65,7 @@ class Idle:
         Those entries, (...).
     """
 
-    def __init__(self, plan: Plan, unknowns: Sequence[int], parts: Iterable[Held]) -> None:
+    def __init__(self, plan: Plan, unknowns: Sequence[int], parts: Iterable[ConstrainedSolution]) -> None:
         found, shape = list(parts), plan.frame.shape
         self.plan, self.unknowns = plan, list(unknowns)
         self.mask = np.zeros(shape, dtype=bool)

@@ -16,7 +16,7 @@ from ..error_bounds.resolved import Solved
 from ..solvers.sparse import SparseSolver
 from ..states import States
 from ..structure.parts import Row
-from .idle import Idle
+from .idle import ConsistentMechanisms
 
 
 class LinearResults(Protocol):
@@ -48,7 +48,7 @@ class LinearResults(Protocol):
         ...
 
     @property
-    def idle(self) -> Idle | None:
+    def idle(self) -> ConsistentMechanisms | None:
         """Entries that can move, on whose free motions the loads do no work."""
         ...
 

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..batch import Array
 from ..error_bounds.deformations import Springs
-from ..error_bounds.equilibrium import Equilibrium
-from ..error_bounds.kinematics import Kinematics, Real
+from ..error_bounds.equilibrium import EquilibriumResidual
+from ..error_bounds.kinematics import FrameKinematics, Real
 from ..structure.edge import GROUND
 
 
-def link_forces(state: Equilibrium) -> list[Array]:
+def link_forces(state: EquilibriumResidual) -> list[Array]:
     """Force and moment of each link on its first node, in its axes, (..., 6): they work on its opening.
 
     Of springs by their displacement, of what is held by equilibrium; in the order of ``state.kinematics.links``.
@@ -40,7 +40,7 @@ def link_forces(state: Equilibrium) -> list[Array]:
     return out
 
 
-def _multipliers(kinematics: Kinematics, residual: Array) -> dict[int, Array]:
+def _multipliers(kinematics: FrameKinematics, residual: Array) -> dict[int, Array]:
     """By number of a link that closes a loop, the forces (..., 6) of what it holds on its opening."""
     flat = residual.reshape(*residual.shape[:-2], -1)
     out: dict[int, Array] = {}
@@ -56,7 +56,7 @@ def _multipliers(kinematics: Kinematics, residual: Array) -> dict[int, Array]:
     return out
 
 
-def link_roundings(state: Equilibrium, ends: list[Array]) -> list[Array]:
+def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]:
     """What rounding may make of the forces in links where there are none, (..., 2): force, and moment.
 
     Parameters
@@ -94,7 +94,7 @@ def _gathered(springs: Springs, ends: Array, count: int) -> Array:
     return springs.gathered(flat.reshape(*shape, len(springs.nodes), 12), count)[..., :2]
 
 
-def _passed_on(kinematics: Kinematics, nodal: Array) -> Array:
+def _passed_on(kinematics: FrameKinematics, nodal: Array) -> Array:
     """Sizes (..., nodes, 2) with those of all that hangs on a node."""
     links = [link for link in kinematics.links if link.sign]
     arms = [link.arm.shape[:-1] for link in links if link.arm is not None]

@@ -15,7 +15,7 @@ from ..structure.assembly import nodal_loads
 from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, combine
 from ..structure.topology import Group
-from ..structure.tree import Branch
+from ..structure.tree import TreeEdge
 from .linear import LinearResults
 from .member_field import deflection, end_loads, internal_forces
 
@@ -172,7 +172,7 @@ class Recovery:
                 out[..., ABOUT] -= edge.pitch * out[..., ALONG]
         return out
 
-    def _tree_springs(self, branch: Branch) -> Array:
+    def _tree_springs(self, branch: TreeEdge) -> Array:
         moved = [self.tree.joint_row(branch, k) for k in range(6)]
         return self._springs(branch.edge, moved)
 
@@ -185,12 +185,12 @@ class Recovery:
         return self.solution.stacked(force)
 
     @cached_property
-    def _branches(self) -> dict[str, Branch]:
+    def _branches(self) -> dict[str, TreeEdge]:
         return {b.edge.name: b for b in self.tree.branches if b.edge.kind == "joint" and b.edge.name is not None}
 
     @cached_property
-    def _children(self) -> dict[int, list[Branch]]:
-        children: dict[int, list[Branch]] = {}
+    def _children(self) -> dict[int, list[TreeEdge]]:
+        children: dict[int, list[TreeEdge]] = {}
         for branch in self.tree.branches:
             children.setdefault(branch.parent, []).append(branch)
         return children

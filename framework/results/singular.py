@@ -9,7 +9,7 @@ import numpy as np
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.compliance import DenseCompliance
-from ..error_bounds.equilibrium import Equilibrium, Statics
+from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resolved import MOST, hard_state
 from ..errors import FrameError
@@ -101,7 +101,7 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
     )
 
 
-def _state(plan: Plan, entry: tuple[int, ...]) -> Equilibrium:
+def _state(plan: Plan, entry: tuple[int, ...]) -> EquilibriumResidual:
     """The entry at rest under its loads."""
     index = tuple(np.array([k]) for k in entry) or None
     state = hard_state(Statics(plan), index, plan.unknowns)
@@ -109,10 +109,10 @@ def _state(plan: Plan, entry: tuple[int, ...]) -> Equilibrium:
     def only(array: Real, trailing: int) -> Real:
         return state.change(array, trailing).reshape(array.shape[array.ndim - trailing :])
 
-    return Equilibrium(state.statics, only, plan.unknowns, extended(np.zeros(len(plan.unknowns))), 0)
+    return EquilibriumResidual(state.statics, only, plan.unknowns, extended(np.zeros(len(plan.unknowns))), 0)
 
 
-def _shapes(plan: Plan, state: Equilibrium) -> Array:
+def _shapes(plan: Plan, state: EquilibriumResidual) -> Array:
     """Values of the unknowns in each motion, (count, n), by the singular values of the deformations."""
     if plan.large and len(plan.unknowns) > MOST:
         return SparseSolver(plan).motions().T

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..error_bounds.bounds import BoundedResults, Cut, Part
-from ..error_bounds.equilibrium import Equilibrium
+from ..error_bounds.bounds import BatchPart, BoundedResults, Cut
+from ..error_bounds.equilibrium import EquilibriumResidual
 from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from ..states import SolutionState
@@ -44,7 +44,7 @@ class Stability:
         self._sparse = plan.large and len(plan.unknowns) > DENSE
         self._shared, self._done = self._solution is solution and not self._sparse, not plan.unknowns
 
-    def see(self, part: Part) -> None:
+    def see(self, part: BatchPart) -> None:
         """Judge a part of the batch, with what is known of it, where the solution is cut into segments as it is."""
         if self._shared and isinstance(part.state.change, Cut):
             self._judge(part.where, part.state)
@@ -61,12 +61,12 @@ class Stability:
                         self._judge(where, state)
         return self._found
 
-    def _judge(self, where: tuple[slice, ...], state: Equilibrium) -> None:
+    def _judge(self, where: tuple[slice, ...], state: EquilibriumResidual) -> None:
         if self._asked[where].any():
             self._found[where] = _dense(self._solution.plan, where, state, self._asked[where])
 
 
-def _dense(plan: Plan, where: tuple[slice, ...], state: Equilibrium, asked: Mask) -> Mask:
+def _dense(plan: Plan, where: tuple[slice, ...], state: EquilibriumResidual, asked: Mask) -> Mask:
     """Those of the `asked` entries of a part of the batch."""
     stacks = [(nodes, matrices) for nodes, matrices in geometric_stacks(state) if matrices.any()]
     found = [(nodes, _whole(matrices, asked.ndim)) for nodes, matrices in stacks]

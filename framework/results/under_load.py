@@ -11,7 +11,7 @@ from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
 from ..error_bounds.bounds import Cut
 from ..error_bounds.deformations import Springs
-from ..error_bounds.equilibrium import Equilibrium
+from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.hanging import MEMBER
 from ..structure.assembly import hung_weights
 from ..structure.edge import GROUND
@@ -27,7 +27,7 @@ _EPS = float(np.finfo(float).eps)
 Stack = tuple[Index, Array]
 
 
-def geometric_stacks(state: Equilibrium) -> list[Stack]:
+def geometric_stacks(state: EquilibriumResidual) -> list[Stack]:
     """Node numbers (n, k) and geometric stiffness (n, ..., 6 k, 6 k) in the nodes' axes.
 
     Forces that are zero but for rounding count as zero.
@@ -63,13 +63,13 @@ def at_entry(entry: tuple[int, ...], matrices: Array) -> Array:
     return out
 
 
-def _part(state: Equilibrium) -> Topology:
+def _part(state: EquilibriumResidual) -> Topology:
     """Members and what acts on them in the part of the batch that the state is of."""
     cut, topology = state.change, state.plan.topology
     return topology.cut(cut.axis, cut.where[cut.axis]) if isinstance(cut, Cut) and cut.where else topology
 
 
-def geometric_stiffness(plan: Plan, state: Equilibrium) -> Array:
+def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
     """Geometric stiffness over the unknowns, (..., n, n), in the order of ``plan.unknowns``.
 
     Parameters
@@ -98,7 +98,7 @@ def summed_stacks(plan: Plan, stacks: list[Stack], entries: dense.Entries = dens
     return dense.reduced(plan, dense.summed(by_dof, 6 * len(plan.topology.number)), entries)
 
 
-def _ends(state: Equilibrium, springs: Springs, number: int) -> tuple[Array, Array]:
+def _ends(state: EquilibriumResidual, springs: Springs, number: int) -> tuple[Array, Array]:
     """Forces on both ends of members in local axes, and what rounding may make of them, (..., n, 12)."""
     rows = np.asarray(springs.local_rows, dtype=np.float64)
     pulls = np.asarray(state.member_pulls[number], dtype=np.float64)
@@ -155,7 +155,7 @@ def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, A
                     yield np.array([position]), x, force
 
 
-def _links(state: Equilibrium, roundings: list[Array]) -> list[Stack]:
+def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:
     """Joints, rigid links and ties that pass on forces."""
     nodes, matrices = [], []
     forces, doubts = link_forces(state), link_roundings(state, roundings)
@@ -173,7 +173,7 @@ def _links(state: Equilibrium, roundings: list[Array]) -> list[Stack]:
     return [(np.array(nodes), np.stack([np.broadcast_to(matrix, shape) for matrix in matrices]))]
 
 
-def _weights(state: Equilibrium) -> Iterator[Stack]:
+def _weights(state: EquilibriumResidual) -> Iterator[Stack]:
     """Weights at the end of arms that turn with a node."""
     topology = state.plan.topology
     ndim = len(topology.frame.shape)
@@ -185,7 +185,7 @@ def _weights(state: Equilibrium) -> Iterator[Stack]:
             yield np.array([[node]]), _in_axes(state, (node,), matrix)[None]
 
 
-def _in_axes(state: Equilibrium, nodes: tuple[int, ...], matrix: Array) -> Array:
+def _in_axes(state: EquilibriumResidual, nodes: tuple[int, ...], matrix: Array) -> Array:
     """A matrix (..., 6 k, 6 k) in global axes as one in those of its nodes."""
     each = (state.plan.topology.axes(node) for node in nodes)
     axes = [None if own is None else state.change(own, 2) for own in each]

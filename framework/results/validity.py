@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from ..batch import Array, aligned
-from ..error_bounds.bounds import BoundedResults, Part
+from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
-from ..error_bounds.equilibrium import Equilibrium
+from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
 from ..states import SolutionState
@@ -53,7 +53,7 @@ def nonlinearity(solution: BoundedResults) -> Array:
     return out
 
 
-def _of(part: Part) -> Real:
+def _of(part: BatchPart) -> Real:
     state, compliance = part.state, part.compliance
     count = state.kinematics.count
     unbalanced: Any = np.zeros((count, 6))
@@ -87,7 +87,7 @@ def _of(part: Part) -> Real:
     return out
 
 
-def _beyond_springs(state: Equilibrium, number: int) -> Real | None:
+def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
     """What a joint's own law leaves unbalanced of the force of its springs, (..., 6); None where it has none."""
     edge = state.kinematics.links[number].edge
     if edge.kind != "joint" or edge.name is None:
@@ -111,7 +111,7 @@ def _beyond_springs(state: Equilibrium, number: int) -> Real | None:
     return out
 
 
-def _links(state: Equilibrium) -> tuple[Array, Array]:
+def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
     """What turning links leave unbalanced at the nodes, (..., nodes, 6), and the largest square of an arm's turn."""
     moved = np.asarray(state.displacements, dtype=np.float64)
     out, largest = np.zeros(moved.shape), np.zeros(moved.shape[:-2])

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from ..batch import Array
 from ..structure.parts import Row, unknowns
 from ..structure.topology import Index, Topology
-from ..structure.tree import Tree
+from ..structure.tree import JointTree
 from .dissection import Dissection, dissect
 
 
@@ -30,7 +30,7 @@ class Graph:
         Numbers of the unknowns.
     """
 
-    def __init__(self, topology: Topology, tree: Tree, unknowns: Sequence[int]) -> None:
+    def __init__(self, topology: Topology, tree: JointTree, unknowns: Sequence[int]) -> None:
         self.topology, self.tree = topology, tree
         self.unknown: Index = np.array(unknowns, dtype=np.int64)
         self.node = self.unknown // 6

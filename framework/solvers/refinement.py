@@ -14,7 +14,7 @@ import numpy as np
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..error_bounds.equilibrium import Equilibrium, Statics
+from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..structure.topology import Index
 
 # Unknowns up to which a solution is refined: it adds some tenths of a second then, and the ill-conditioned are there,
@@ -55,7 +55,7 @@ def refined(plan: Plan, unknowns: Index, values: Array, solve: Callable[[Array],
             varies = where and array.ndim - trailing == len(shape) and array.shape[axis] > 1
             return array[where] if varies else array
 
-        balance = Equilibrium(statics, cut, keys, whole[where]).balance.astype(np.float64)
+        balance = EquilibriumResidual(statics, cut, keys, whole[where]).balance.astype(np.float64)
         change = solve(balance.reshape(-1, len(keys)).T).T.reshape(balance.shape)
         better[where] = whole[where] + np.where(np.isfinite(change), change, 0.0)
     return better.reshape(-1, len(keys)).T

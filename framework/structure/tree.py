@@ -28,7 +28,7 @@ _NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
 
 
 @dataclass(frozen=True)
-class Branch:
+class TreeEdge:
     """An edge of the tree, seen from `child` to `parent`; `sign` is 1 where the child is the edge's second node."""
 
     edge: Edge
@@ -38,7 +38,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Spring:
+class TreeSpring:
     """A spring on the displacement `row`."""
 
     row: Row
@@ -46,7 +46,7 @@ class Spring:
 
 
 @dataclass
-class Tree:
+class JointTree:
     """What each node's displacement is made of.
 
     Attributes
@@ -70,13 +70,13 @@ class Tree:
     knowns: Knowns
     edges: list[Edge]
     rows: dict[int, list[Row]] = field(default_factory=dict)
-    branches: list[Branch] = field(default_factory=list)
+    branches: list[TreeEdge] = field(default_factory=list)
     closing: list[tuple[Edge, list[Row]]] = field(default_factory=list)
-    springs: list[Spring] = field(default_factory=list)
+    springs: list[TreeSpring] = field(default_factory=list)
     elimination: Elimination = field(default_factory=Elimination)
 
     @classmethod
-    def of(cls, topology: Topology, knowns: Knowns) -> Tree:
+    def of(cls, topology: Topology, knowns: Knowns) -> JointTree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
         chosen, closing = spanning(tree.edges)
@@ -90,7 +90,7 @@ class Tree:
         """A displacement component of a node, in its own axes."""
         return self.rows[node][component] if node in self.rows else {6 * node + component: 1.0}
 
-    def joint_row(self, branch: Branch, component: int) -> Row:
+    def joint_row(self, branch: TreeEdge, component: int) -> Row:
         """Relative displacement of a tree edge in its own axes: elastic or free, and imposed."""
         row = dict(branch.edge.offset[component])
         if component not in branch.edge.ideal:
@@ -134,10 +134,10 @@ class Tree:
                     child = edge.second if edge.first == parent else edge.first
                     if child not in seen:
                         seen.add(child)
-                        self._derive(Branch(edge, parent, child, 1.0 if child == edge.second else -1.0))
+                        self._derive(TreeEdge(edge, parent, child, 1.0 if child == edge.second else -1.0))
                         queue.append(child)
 
-    def _derive(self, branch: Branch) -> None:
+    def _derive(self, branch: TreeEdge) -> None:
         edge, child, sign = branch.edge, branch.child, branch.sign
         self.branches.append(branch)
         self._stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
@@ -178,7 +178,7 @@ class Tree:
 
     def _stiffen(self, edge: Edge, elastic: list[Row]) -> None:
         self.springs += [
-            Spring(elastic[k], edge.stiffness[k])
+            TreeSpring(elastic[k], edge.stiffness[k])
             for k in _SIX
             if k not in edge.ideal and not is_zero(edge.stiffness[k])
         ]
@@ -193,7 +193,7 @@ class Tree:
         self.elimination = eliminate(self.knowns, held)
         change = self.elimination.substituted
         self.rows = {node: [change(row) for row in rows] for node, rows in self.rows.items()}
-        self.springs = [Spring(change(spring.row), spring.stiffness) for spring in self.springs]
+        self.springs = [TreeSpring(change(spring.row), spring.stiffness) for spring in self.springs]
         self.closing = [(edge, [change(row) for row in rows]) for edge, rows in self.closing]
 
 

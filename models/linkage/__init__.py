@@ -1,7 +1,7 @@
 """Any linkage, planar or spatial: description, motion, reactions, compliance."""
 
 from .description.joints import KINDS, Kind
-from .description.parts import GROUND, Link, Load, Pair, Spring
+from .description.parts import GROUND, LinkageLink, LinkageSpring, Load, Pair
 from .files import read_linkage, write_linkage
 from .linkage import Linkage
 from .motion import LoadsWarning, Motion
@@ -17,8 +17,9 @@ __all__ = [
     "DeadPoint",
     "DriveRange",
     "Kind",
-    "Link",
     "Linkage",
+    "LinkageLink",
+    "LinkageSpring",
     "Load",
     "LoadsWarning",
     "Mobility",
@@ -27,7 +28,6 @@ __all__ = [
     "PointAccuracy",
     "PoseState",
     "Reactions",
-    "Spring",
     "Stress",
     "read_linkage",
     "write_linkage",

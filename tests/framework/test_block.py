@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.batched.block import Factor
+from linkframe.framework.batched.block import BlockFactor
 from linkframe.framework.batched.broadcast import BroadcastSolver
 from linkframe.framework.solution import Solution
 from linkframe.models import FourBar
@@ -70,9 +70,9 @@ CASES = {
 }
 
 
-def factors(solution: Solution, chunk: int, workers: int) -> list[Factor]:
+def factors(solution: Solution, chunk: int, workers: int) -> list[BlockFactor]:
     """The excited components of a solution, factorised with this chunk and number of threads."""
-    return [Factor(solution.plan.block(name), chunk, workers) for name in sorted(solution.plan.excited)]
+    return [BlockFactor(solution.plan.block(name), chunk, workers) for name in sorted(solution.plan.excited)]
 
 
 @pytest.mark.parametrize("case", CASES)

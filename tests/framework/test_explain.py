@@ -10,7 +10,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution
 from linkframe.framework.batched import stage
-from linkframe.framework.batched.block import Block, Factor
+from linkframe.framework.batched.block import Block, BlockFactor
 from linkframe.framework.structure.parts import Parts, Value
 from linkframe.models import FourBar
 
@@ -135,13 +135,13 @@ READS: dict[str, Callable[[Solution], object]] = {
 def test_only_what_is_read_is_solved(read: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A part of the frame that nothing connects with what is read is not factorised, and is said not to be."""
     made: list[int] = []
-    factorised = Factor.__init__
+    factorised = BlockFactor.__init__
 
-    def counting(self: Factor, block: Block, *rest: int) -> None:
+    def counting(self: BlockFactor, block: Block, *rest: int) -> None:
         made.append(len(block.orders[0].pivots) + len(block.orders[1].pivots))
         factorised(self, block, *rest)
 
-    monkeypatch.setattr(Factor, "__init__", counting)
+    monkeypatch.setattr(BlockFactor, "__init__", counting)
     solution, alone = apart().solve(), apart(both=False).solve()
     np.testing.assert_array_equal(READS[read](solution), READS[read](alone))
     assert made == [18, 18]

@@ -13,7 +13,7 @@ from linkframe.framework import Frame
 from linkframe.framework.batched import block as block_module
 from linkframe.framework.batched import plan as plan_module
 from linkframe.framework.batched.broadcast import BroadcastSolver
-from linkframe.framework.batched.progress import Progress
+from linkframe.framework.batched.progress import PartialFactorisation
 from linkframe.framework.solvers.lu import LUFactor
 from linkframe.framework.solvers.sparse import SparseSolver
 
@@ -65,7 +65,7 @@ def test_another_load(size: str) -> None:
 def test_one_factor_for_many_loads(monkeypatch: pytest.MonkeyPatch) -> None:
     """A large frame is factorised once, however often it is loaded anew; compiled once, too."""
     made = {"factor": 0, "tree": 0}
-    factorised, grown = LUFactor.__init__, plan_module.Tree.of
+    factorised, grown = LUFactor.__init__, plan_module.JointTree.of
 
     def counting(self: LUFactor, matrix: object) -> None:
         made["factor"] += 1
@@ -76,7 +76,7 @@ def test_one_factor_for_many_loads(monkeypatch: pytest.MonkeyPatch) -> None:
         return grown(*given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(LUFactor, "__init__", counting)
-    monkeypatch.setattr(plan_module.Tree, "of", growing)
+    monkeypatch.setattr(plan_module.JointTree, "of", growing)
     frame = tower(60)
     tips = []
     for _ in range(3):
@@ -178,14 +178,14 @@ BATCHES: dict[str, Callable[[], Frame]] = {
 def test_only_substitution_for_another_load(batch: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a factor is held, loads alone are carried through it; the same bits as of a frame never solved."""
     done = 0
-    factorised = Progress.factorise
+    factorised = PartialFactorisation.factorise
 
-    def counting(self: Progress, wanted: Sequence[bool], *, given: bool) -> None:
+    def counting(self: PartialFactorisation, wanted: Sequence[bool], *, given: bool) -> None:
         nonlocal done
         done += 1
         factorised(self, wanted, given=given)
 
-    monkeypatch.setattr(Progress, "factorise", counting)
+    monkeypatch.setattr(PartialFactorisation, "factorise", counting)
     frame, fresh = BATCHES[batch](), BATCHES[batch]()
     for described in (frame, fresh):
         described.load("n4", fy=2.0)

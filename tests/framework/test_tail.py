@@ -9,7 +9,7 @@ import pytest
 from linkframe.elements import Joint
 from linkframe.framework import Frame
 from linkframe.framework.batch import Array
-from linkframe.framework.batched.block import Factor
+from linkframe.framework.batched.block import BlockFactor
 from linkframe.framework.batched.chunks import CHUNK, FEWEST, steps
 from linkframe.framework.batched.combination import BLOCK, Combination
 from linkframe.framework.batched.order import Order
@@ -35,7 +35,7 @@ def linkage(stay: float, theta: Array = THETA, springs: Array = SPRINGS) -> Fram
 def couplings(frame: Frame) -> int:
     """Entries off the diagonal that are left to the chunks."""
     plan = frame.solve().plan
-    return sum(len(row) - 1 for name in plan.excited for row in Factor(plan.block(name))._rest.matrix)
+    return sum(len(row) - 1 for name in plan.excited for row in BlockFactor(plan.block(name))._rest.matrix)
 
 
 def test_springs_of_a_determinate_linkage_do_not_meet() -> None:
@@ -60,7 +60,7 @@ def test_as_one_by_one(stay: float) -> None:
 def watched(frame: Frame) -> tuple[float, float]:
     """Least ratio of a pivot to its scale: as it is bounded beforehand, and as it comes out where it is watched."""
     plan = frame.solve().plan
-    factors = [Factor(plan.block(name)) for name in plan.excited]
+    factors = [BlockFactor(plan.block(name)) for name in plan.excited]
     before = min(factor._rest.margin for factor in factors)
     for factor in factors:
         factor.__dict__["_rest"] = replace(factor._rest, margin=0.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame
-from linkframe.framework.batched.block import Factor
+from linkframe.framework.batched.block import BlockFactor
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -94,7 +94,7 @@ def test_same_bits(case: str, chunk: int, workers: int) -> None:
     blocks = [plan.block(name) for name in sorted(plan.excited)]
     for block in blocks:
         rows = [{k: 1.0} for order in block.orders for k in order.pivots]
-        one, other = Factor(block, 300, 1), Factor(block, chunk, workers)
+        one, other = BlockFactor(block, 300, 1), BlockFactor(block, chunk, workers)
         for mine, theirs in zip(one.values(rows), other.values(rows), strict=True):
             np.testing.assert_array_equal(np.asarray(mine), np.asarray(theirs))
         np.testing.assert_array_equal(one.margin(), other.margin())

@@ -7,11 +7,11 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle, Spring
 from linkframe.framework import Frame, FrameError
 from linkframe.framework.batched.plan import Plan
-from linkframe.framework.large.equations import Equations
+from linkframe.framework.large.equations import EquilibriumEquations
 from linkframe.framework.large.flat_model import FlatModel
 from linkframe.framework.large.model import Model
 from linkframe.framework.large.planar import FlatEquations
-from linkframe.framework.large.state import State
+from linkframe.framework.large.state import DisplacedState
 
 STEEL = Material(E=200e3, nu=0.3, density=1.0)
 BAR = Rectangle(y=0.2, z=0.3)
@@ -53,14 +53,14 @@ def frame(scale: float = 1.0) -> Frame:
 
 
 @pytest.fixture(scope="module")
-def bent() -> tuple[Model, Equations, State]:
+def bent() -> tuple[Model, EquilibriumEquations, DisplacedState]:
     model = Model(Plan(frame(), cut=True))
-    equations = Equations(model, (np.arange(2),), 2)
+    equations = EquilibriumEquations(model, (np.arange(2),), 2)
     step = 0.3 * np.random.default_rng(1).standard_normal((model.size, 2))
-    return model, equations, equations.advanced(State.start(model, 2), step)
+    return model, equations, equations.advanced(DisplacedState.start(model, 2), step)
 
 
-def test_forces_are_the_derivative_of_the_energy(bent: tuple[Model, Equations, State]) -> None:
+def test_forces_are_the_derivative_of_the_energy(bent: tuple[Model, EquilibriumEquations, DisplacedState]) -> None:
     model, equations, state = bent
     forces = equations.linearised(state).forces
     for k in range(model.size):
@@ -70,7 +70,7 @@ def test_forces_are_the_derivative_of_the_energy(bent: tuple[Model, Equations, S
         assert (ahead - behind) / 2e-6 == pytest.approx(forces[k], abs=1e-8 * np.abs(forces).max())
 
 
-def test_tangent_is_the_derivative_of_the_forces(bent: tuple[Model, Equations, State]) -> None:
+def test_tangent_is_the_derivative_of_the_forces(bent: tuple[Model, EquilibriumEquations, DisplacedState]) -> None:
     model, equations, state = bent
     _, rows, columns = model.pattern
     tangent = np.zeros((model.size, model.size, 2))
@@ -175,9 +175,9 @@ def test_a_plane_gives_what_space_gives(normal: int) -> None:
     model = Model(Plan(flat, cut=True))
     assert len(model.components) == 3
     assert FlatModel.suits(model)
-    space, plane = Equations(model, (np.arange(2),), 2), FlatEquations(FlatModel(model), (np.arange(2),), 2)
+    space, plane = EquilibriumEquations(model, (np.arange(2),), 2), FlatEquations(FlatModel(model), (np.arange(2),), 2)
     step = 0.2 * np.random.default_rng(2).standard_normal((model.size, 2))
-    there = space.advanced(State.start(model, 2), step)
+    there = space.advanced(DisplacedState.start(model, 2), step)
     here = plane.advanced(FlatEquations.start(model, 2), step)
     in_space = plane.flat.space(here)
     for one, other in zip(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.framework.large import rotation
-from linkframe.framework.large.links import Link, LinkChange
+from linkframe.framework.large.links import EdgeGeometry, LinkChange
 from linkframe.framework.large.loops import LoopChange, displacement
 
 COUNT, STEP = 3, 1e-6
@@ -15,12 +15,12 @@ LOOSE = [(0, 0, 0), (0, 0, 1), (0, 1, 0), (1, 1, 0), (1, 1, 1)]
 Place = tuple[np.ndarray, np.ndarray]
 
 
-def link(loose: tuple[int, ...], forward: bool, follows: bool) -> Link:
+def link(loose: tuple[int, ...], forward: bool, follows: bool) -> EdgeGeometry:
     rng = np.random.default_rng(3)
     axes = rotation.matrix(rotation.normalised(rng.standard_normal((4, COUNT)))) if follows else None
     arm = rng.standard_normal((3, COUNT)) if follows else None
     lead = rng.standard_normal(COUNT) if follows else None
-    return Link(axes, arm, np.array(loose, dtype=bool), forward, follows, lead)
+    return EdgeGeometry(axes, arm, np.array(loose, dtype=bool), forward, follows, lead)
 
 
 def places() -> tuple[Place, Place, np.ndarray, np.ndarray]:

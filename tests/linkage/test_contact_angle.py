@@ -11,12 +11,12 @@ from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import FourBar, Linkage, accuracy, monte_carlo, read_linkage, write_linkage
 from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import Result as FourBarResult
+from linkframe.models.four_bar.result import RunResult as FourBarResult
 from linkframe.models.four_bar.result import compute as compute_four_bar
 from linkframe.models.four_bar.result import distributions, four_bar
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.report import report
-from linkframe.models.linkage.job.result import Result, compute
+from linkframe.models.linkage.job.result import RunResult, compute
 from linkframe.models.linkage.job.table import as_text
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -26,7 +26,7 @@ BAR = Beam(Rectangle(y=0.0127, z=0.00635), Material(E=2e11, nu=0.3))
 
 
 @cache
-def from_file() -> Result:
+def from_file() -> RunResult:
     return compute(read_inputs(EXAMPLE))
 
 

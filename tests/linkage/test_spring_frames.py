@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from linkframe.elements import Beam, Circle, Material, Rectangle, Spring
 from linkframe.framework import Frame
 from linkframe.framework.batched.plan import Plan
-from linkframe.framework.large.equations import Equations
+from linkframe.framework.large.equations import EquilibriumEquations
 from linkframe.framework.large.model import Model
-from linkframe.framework.large.state import State
+from linkframe.framework.large.state import DisplacedState
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike, NDArray
@@ -169,9 +169,9 @@ def test_forces_and_tangent_of_a_spring_that_turns() -> None:
         "B", **{name: -np.array([50.0, -30.0]) * part for name, part in zip(("fx", "fy", "fz"), chord, strict=True)}
     )
     model = Model(Plan(frame, cut=True))
-    equations = Equations(model, (np.arange(2),), 2)
+    equations = EquilibriumEquations(model, (np.arange(2),), 2)
     step = 0.3 * np.random.default_rng(1).standard_normal((model.size, 2))
-    state = equations.advanced(State.start(model, 2), step)
+    state = equations.advanced(DisplacedState.start(model, 2), step)
     at = equations.linearised(state)
     tangent = np.zeros((model.size, model.size, 2))
     tangent[model.pattern[1:]] = at.values

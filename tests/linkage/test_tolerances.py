@@ -15,7 +15,7 @@ from linkframe.framework import FrameError
 from linkframe.models.linkage.files.read import linkage_of
 from linkframe.models.linkage.files.source import Source
 from linkframe.models.linkage.files.write import tables
-from linkframe.models.linkage.job.inputs import Inputs, read_inputs
+from linkframe.models.linkage.job.inputs import RunInputs, read_inputs
 from linkframe.models.linkage.job.result import compute
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -121,7 +121,7 @@ def tolerance(of: str, numbers: str = 'distribution = "norm"\nscale = "5 %"', na
     return f"\n[tolerances.{name}]\nof = {of}\n{numbers}\n"
 
 
-def inputs(folder: Path, text: str) -> Inputs:
+def inputs(folder: Path, text: str) -> RunInputs:
     path = folder / "f.toml"
     path.write_text(text, encoding="utf-8")
     return read_inputs(path)

@@ -20,7 +20,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class LinkageLink:
     """A body of the linkage.
 
     Attributes
@@ -96,7 +96,7 @@ class Pair:
 
 
 @dataclass(frozen=True, eq=False)
-class Spring:
+class LinkageSpring:
     """A spring, and a damper beside it, between two points, each ``(link, point)``."""
 
     first: tuple[str, str]

@@ -12,7 +12,7 @@ from ....framework.batch import Array, Shape, finite, joined
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
 from ....framework.renamed import renamed_keywords
-from .parts import GROUND, Link, Load, Pair, Spring, beams_of, in_space, inertia_of
+from .parts import GROUND, LinkageLink, LinkageSpring, Load, Pair, beams_of, in_space, inertia_of
 
 End = str | tuple[str, str]
 
@@ -30,10 +30,10 @@ class Sketch:
 
     def __init__(self, points: Mapping[str, ArrayLike] | None = None, /, **named: ArrayLike) -> None:
         self.points: dict[str, Array] = {}
-        self.links: dict[str, Link] = {}
+        self.links: dict[str, LinkageLink] = {}
         self.joints: dict[str, Pair] = {}
         self.drives: dict[str, tuple[str, ...]] = {}
-        self.springs: list[Spring] = []
+        self.springs: list[LinkageSpring] = []
         self.loads: list[Load] = []
         self.weight: Array = np.zeros(3)
         self._shapes: dict[str, Shape] = {}
@@ -124,7 +124,7 @@ class Sketch:
                 raise FrameError(f"link {name!r} has {len(points)} points: length= needs exactly two; move its points")
             if np.any(np.all(self.points[points[0]] == self.points[points[1]], axis=-1)):
                 raise FrameError(f"link {name!r}: {points[0]} and {points[1]} coincide: draw them apart for length=")
-        link = Link(
+        link = LinkageLink(
             name,
             points,
             beams_of(name, points, beam, beams, self.points),
@@ -174,7 +174,7 @@ class Sketch:
             raise FrameError(f"spring: both ends are {ends[0][1]!r} on {ends[0][0]!r}: give two points")
         between = f"of the spring {ends[0][1]}-{ends[1][1]}"
         numbers = (("stiffness", stiffness), ("length", length), ("damping", damping))
-        new = Spring(*ends, *(self._not_negative(v, f"{what} {between}") for what, v in numbers))
+        new = LinkageSpring(*ends, *(self._not_negative(v, f"{what} {between}") for what, v in numbers))
         there = [old for old in self.springs if {old.first, old.second} == set(ends)]
         if replace:
             self.springs = [old for old in self.springs if old not in there]
@@ -342,7 +342,7 @@ class Sketch:
             )
         return self.points[name]
 
-    def _link(self, name: str, what: str) -> Link:
+    def _link(self, name: str, what: str) -> LinkageLink:
         if name not in self.links:
             raise FrameError(f"{what}: there is no link {name!r}: choose one of {', '.join(self.links) or 'none yet'}")
         return self.links[name]

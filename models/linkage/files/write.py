@@ -12,7 +12,7 @@ from ....elements import Beam, CrossSection, Material
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ....framework.paraview.files import whole_or_nothing
-from ..description.parts import Link, Load, Pair, Spring, joint_axes
+from ..description.parts import LinkageLink, LinkageSpring, Load, Pair, joint_axes
 from ..linkage import Linkage
 from .read import SECTIONS
 from .toml import written
@@ -120,7 +120,7 @@ def _point(place: Array) -> Array:
     return place if np.any(place[..., 2]) else place[..., :2]
 
 
-def _link(link: Link, catalogue: Catalogue) -> Table:
+def _link(link: LinkageLink, catalogue: Catalogue) -> Table:
     table: Table = {"points": list(link.points)}
     if link.beams:
         table["beams"] = [[*pair, catalogue.beam(beam)] for pair, beam in link.beams.items()]
@@ -149,7 +149,7 @@ def _axes(pair: Pair) -> Table:
     return {"axes": pair.axes}
 
 
-def _spring(spring: Spring) -> Table:
+def _spring(spring: LinkageSpring) -> Table:
     ends = [list(spring.first), list(spring.second)]
     return {"between": ends, "stiffness": spring.stiffness, "length": spring.length, "damping": spring.damping}
 

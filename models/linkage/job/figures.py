@@ -16,7 +16,7 @@ from .plane import ROUNDING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .result import Result
+    from .result import RunResult
 
 CAPTIONS = {
     "mechanism.png": "The linkage at {where}, faint at other poses; in orange the paths of the points and the drives.",
@@ -27,14 +27,14 @@ CAPTIONS = {
 }
 
 
-def captions(result: Result) -> dict[str, str]:
+def captions(result: RunResult) -> dict[str, str]:
     """Caption of each figure by the name of its file."""
     words: dict[str, Any] = {"where": result.where(result.pose), "magnify": result.magnify}
     words["point"] = result.inputs.points[0]
     return {name: text.format(**words) for name, text in CAPTIONS.items()}
 
 
-def draw(result: Result) -> dict[str, Figure]:
+def draw(result: RunResult) -> dict[str, Figure]:
     """All figures, by the names of their files."""
     points, pose = result.inputs.points, result.pose
     found = {"mechanism.png": draw_mechanism(result.motion, pose, points, result.where(pose))}
@@ -46,7 +46,7 @@ def draw(result: Result) -> dict[str, Figure]:
     return found
 
 
-def _trajectory(result: Result) -> Figure:
+def _trajectory(result: RunResult) -> Figure:
     if not result.spread or result.flat is None:
         return draw_paths(result)
     shown, point = list(result.flat), result.inputs.points[0]
@@ -56,12 +56,12 @@ def _trajectory(result: Result) -> Figure:
     return draw_trajectory(rigid, rigid, samples, result.magnify, pose, result.where(pose), name)
 
 
-def _samples(result: Result) -> Array:
+def _samples(result: RunResult) -> Array:
     """Displacement of the first point, (poses, samples, 3)."""
     return result.spread[result.inputs.points[0]].samples
 
 
-def _spreading(result: Result) -> list[int]:
+def _spreading(result: RunResult) -> list[int]:
     """Components of the first point that spread at the pose shown; of the others a histogram would be one bar."""
     if not result.spread:
         return []
@@ -71,7 +71,7 @@ def _spreading(result: Result) -> list[int]:
 
 
 @styled
-def draw_paths(result: Result) -> Figure:
+def draw_paths(result: RunResult) -> Figure:
     """Paths of all points, rigid and displaced; the displacements magnified."""
     shown = list(result.shown)
     axes: Any
@@ -106,7 +106,7 @@ def _few_ticks(axes: Any) -> None:
 
 
 @styled
-def draw_reactions(result: Result) -> Figure:
+def draw_reactions(result: RunResult) -> Figure:
     """Size of the force in every joint, and the forces or moments of the drives, over the first drive.
 
     Over the number of the pose where that drive goes to and fro. The greatest forces are named, the rest stay grey.
@@ -128,7 +128,7 @@ def draw_reactions(result: Result) -> Figure:
     return drawn_on
 
 
-def _draw_named(axes: Any, result: Result, curves: Mapping[str, Array]) -> None:
+def _draw_named(axes: Any, result: RunResult, curves: Mapping[str, Array]) -> None:
     """Curves over the poses, the greatest in colour with their names, the others grey."""
     x = result.drive if result.increasing else np.arange(result.poses)
     style: Any = {"marker": "o"} if result.poses == 1 else {}
@@ -141,5 +141,5 @@ def _draw_named(axes: Any, result: Result, curves: Mapping[str, Array]) -> None:
         axes.plot(x, curves[name], color=colour, lw=1.2, label=entry(name), **style)
 
 
-def _rows(result: Result, values: Array) -> Array:
+def _rows(result: RunResult, values: Array) -> Array:
     return np.broadcast_to(values, (result.poses, values.shape[-1]))

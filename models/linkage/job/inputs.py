@@ -50,7 +50,7 @@ class Drive:
 
 
 @dataclass(frozen=True, eq=False)
-class Inputs:
+class RunInputs:
     """A linkage and what to do with it; made by `read_inputs`.
 
     Attributes
@@ -123,7 +123,7 @@ class Inputs:
         return varied(self.source, self.tolerances, draws)
 
 
-def read_inputs(path: Path) -> Inputs:
+def read_inputs(path: Path) -> RunInputs:
     """Read the file of a job, and check all of it.
 
     Raises
@@ -170,7 +170,7 @@ def read_inputs(path: Path) -> Inputs:
     laws = tolerances(source)
     check_effects(source, linkage, laws)
     check_clearances(source, linkage)
-    return Inputs(source, linkage, drives, points, tolerances=laws, **given)
+    return RunInputs(source, linkage, drives, points, tolerances=laws, **given)
 
 
 def _drives(source: Source, linkage: Linkage, joint: str) -> dict[str, Drive]:

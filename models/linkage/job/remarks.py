@@ -11,10 +11,10 @@ from ...job.remarks import beyond_size, without_result
 from .plane import ROUNDING
 
 if TYPE_CHECKING:
-    from .result import Result
+    from .result import RunResult
 
 
-def remarks(result: Result) -> list[str]:
+def remarks(result: RunResult) -> list[str]:
     """Sentences for the terminal and the report."""
     where = [result.where(pose) for pose in range(result.poses)]
     found: list[str] = []
@@ -25,14 +25,14 @@ def remarks(result: Result) -> list[str]:
     return [*found, *_unmoved(result), *_pose(result)]
 
 
-def _unmoved(result: Result) -> Iterable[str]:
+def _unmoved(result: RunResult) -> Iterable[str]:
     """Points that the tolerances do not move."""
     for point, spread in result.spread.items():
         if np.all(np.nan_to_num(spread.std, nan=0.0) <= ROUNDING**1.5 * result.size):
             yield f"The tolerances do not move {point}: its standard deviation is 0 at all poses."
 
 
-def _pose(result: Result) -> Iterable[str]:
+def _pose(result: RunResult) -> Iterable[str]:
     """A pose to show that the drive does not pass."""
     wanted = result.inputs.pose
     if wanted is not None and not result.drive.min() <= wanted <= result.drive.max():

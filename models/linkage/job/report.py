@@ -15,7 +15,7 @@ from .table import as_markdown
 
 if TYPE_CHECKING:
     from ..linkage import Linkage
-    from .result import Result
+    from .result import RunResult
 
 TABLE = """\
 Position `x`, `y`, `z` of {point} with rigid links and no clearance; `u` its displacement by compliance of links and
@@ -33,7 +33,7 @@ nodes of the joints. Poses without a solution have `solved` = 0 and no displacem
 LINKS = "No link has a beam: the links are drawn as lines between their points, with `velocity` and `acceleration`."
 
 
-def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
+def report(result: RunResult, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
     """The report in Markdown.
 
     Parameters
@@ -74,7 +74,7 @@ def report(result: Result, pictures: Mapping[str, str], notes: Sequence[str], se
     return "\n\n".join(paragraphs) + "\n"
 
 
-def _summary(result: Result) -> Iterable[str]:
+def _summary(result: RunResult) -> Iterable[str]:
     inputs = result.inputs
     drawn = f" × {inputs.samples} samples, seed {inputs.rng}" if inputs.tolerances else ""
     yield f"{result.poses} poses{drawn}, from `{inputs.source.file.name}`."
@@ -120,12 +120,12 @@ def _degrees(angle: Array) -> str:
     return f"{np.degrees(angle):g}°" if angle.ndim == 0 else "one for each pose"
 
 
-def _millimetres(result: Result, values: Array) -> list[str]:
+def _millimetres(result: RunResult, values: Array) -> list[str]:
     at = np.broadcast_to(values, (result.poses, values.shape[-1]))[result.pose]
     return [f"{1e3 * at[k]:.4g}" for k in result.shown]
 
 
-def _linkage(result: Result) -> Iterable[str]:
+def _linkage(result: RunResult) -> Iterable[str]:
     linkage = result.inputs.linkage
     yield str(linkage.mobility(result.inputs.tolerance)).replace("\n", "; ")
     links = [[k.name, ", ".join(k.points), str(len(k.beams) or "rigid")] for k in linkage.links.values()]

@@ -26,7 +26,7 @@ from ..linkage import Linkage
 from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
-from .inputs import Inputs
+from .inputs import RunInputs
 from .plane import ROUNDING, plane
 
 # How large the drawn displacements are, as a share of the linkage.
@@ -40,7 +40,7 @@ WAY = "samples at a pose"
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class RunResult:
     """Outcome of the job. Poses without results hold NaN.
 
     Attributes
@@ -51,7 +51,7 @@ class Result:
         Told how many more poses times samples are done.
     """
 
-    inputs: Inputs
+    inputs: RunInputs
     advance: Advance = lambda *_: None
 
     @cached_property
@@ -285,7 +285,7 @@ class Result:
         return any(point in link.points for link in self.inputs.linkage.links.values())
 
 
-def compute(inputs: Inputs, advance: Advance | None = None) -> Result:
+def compute(inputs: RunInputs, advance: Advance | None = None) -> RunResult:
     """Compute the job, so that nothing is left to fail when it is written.
 
     Parameters
@@ -305,7 +305,7 @@ def compute(inputs: Inputs, advance: Advance | None = None) -> Result:
         for draws in sample_blocks(inputs.laws, inputs.samples, inputs.rng, inputs.sampler):
             # Samples that describe no linkage are told before anything is computed.
             inputs.varied(draws)
-    result = Result(inputs) if advance is None else Result(inputs, advance)
+    result = RunResult(inputs) if advance is None else RunResult(inputs, advance)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
@@ -315,16 +315,16 @@ def compute(inputs: Inputs, advance: Advance | None = None) -> Result:
     return result
 
 
-def work(inputs: Inputs) -> dict[str, int]:
+def work(inputs: RunInputs) -> dict[str, int]:
     """Poses times samples to be computed; nothing without tolerances."""
     return {WAY: _poses(inputs) * inputs.samples} if inputs.tolerances else {}
 
 
-def _poses(inputs: Inputs) -> int:
+def _poses(inputs: RunInputs) -> int:
     return max(len(drive.values) for drive in inputs.drives.values())
 
 
-def _check_memory(inputs: Inputs) -> None:
+def _check_memory(inputs: RunInputs) -> None:
     each = BYTES_ALONE * len(inputs.tolerances) + BYTES * _poses(inputs) * len(inputs.points)
     with inputs.source.at("run", "samples"):
         check(each, inputs.samples, "samples")

@@ -13,20 +13,20 @@ from ...job.output import results, written
 from ...job.rendered import rendered
 from ...job.stages import Stages
 from .figures import captions, draw
-from .inputs import Inputs
+from .inputs import RunInputs
 from .remarks import remarks
 from .report import report
 from .result import compute, work
 from .table import as_csv, as_text, reactions_csv
 
 if TYPE_CHECKING:
-    from .result import Result
+    from .result import RunResult
 
 # What an earlier run may have left: of more poses, with tolerances, or where rendering works.
 EARLIER = ("figure3d.png", "histogram.png", "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
 
 
-def run(inputs: Inputs, out: Path) -> None:
+def run(inputs: RunInputs, out: Path) -> None:
     """Run the job and print its table.
 
     Parameters
@@ -70,14 +70,14 @@ def run(inputs: Inputs, out: Path) -> None:
     _tell(result, out, files, notes, stages)
 
 
-def _save_samples(result: Result, path: Path) -> None:
+def _save_samples(result: RunResult, path: Path) -> None:
     found = result.propagation
     assert found is not None
     arrays: dict[str, Any] = {"drive": result.drive, "displacement": found.samples}
     np.savez_compressed(path, **arrays)
 
 
-def _save(result: Result, path: Path) -> None:
+def _save(result: RunResult, path: Path) -> None:
     times = result.drive if result.increasing else None
     if result.has_beams:
         result.solution.save(path, times=times, axis=0)
@@ -85,7 +85,7 @@ def _save(result: Result, path: Path) -> None:
         result.motion.save(path, times=times)
 
 
-def _tell(result: Result, out: Path, files: list[str], notes: list[str], stages: Stages) -> None:
+def _tell(result: RunResult, out: Path, files: list[str], notes: list[str], stages: Stages) -> None:
     print(as_text(result))
     if result.inputs.tolerances:
         print(

@@ -12,12 +12,12 @@ from ....framework.dofs import FORCES
 from ...job.tables import aligned, markdown, separated, with_error
 
 if TYPE_CHECKING:
-    from .result import Result
+    from .result import RunResult
 
 AXES = "xyz"
 
 
-def as_csv(result: Result) -> str:
+def as_csv(result: RunResult) -> str:
     """All points and all components at full precision."""
     names, columns = _columns(result)
     numbers = np.column_stack(columns).tolist()
@@ -25,7 +25,7 @@ def as_csv(result: Result) -> str:
     return separated([*names, "status"], rows)
 
 
-def reactions_csv(result: Result) -> str:
+def reactions_csv(result: RunResult) -> str:
     """Force and moment of every joint on its second link, and the force of every drive."""
     found, linkage = result.reactions, result.inputs.linkage
     names, columns = _drives(result)
@@ -40,24 +40,24 @@ def reactions_csv(result: Result) -> str:
     return separated([*names, "method"], rows)
 
 
-def as_text(result: Result) -> str:
+def as_text(result: RunResult) -> str:
     """For a terminal: the first point."""
     return aligned(list(_cells(result)))
 
 
-def as_markdown(result: Result) -> str:
+def as_markdown(result: RunResult) -> str:
     """For the report: the first point."""
     heading, *body = _cells(result)
     return markdown(heading, body)
 
 
-def _drives(result: Result) -> tuple[list[str], list[Array]]:
+def _drives(result: RunResult) -> tuple[list[str], list[Array]]:
     drives = result.inputs.drives
     names = [f"{name}_{drive.unit}" if drive.unit else name for name, drive in drives.items()]
     return names, [np.broadcast_to(drive.values, (result.poses,)) for drive in drives.values()]
 
 
-def _columns(result: Result) -> tuple[list[str], list[Array]]:
+def _columns(result: RunResult) -> tuple[list[str], list[Array]]:
     names, columns = _drives(result)
     for point, found in result.accuracy.items():
         parts = {"": found.rigid, "compliance_": found.compliance, "clearance_": found.clearance, "total_": found.total}
@@ -70,7 +70,7 @@ def _columns(result: Result) -> tuple[list[str], list[Array]]:
     return names, columns
 
 
-def _cells(result: Result) -> Iterator[list[str]]:
+def _cells(result: RunResult) -> Iterator[list[str]]:
     """A heading, then a row a pose."""
     shown, point = result.shown, result.inputs.points[0]
     drives = result.inputs.linkage.drives
@@ -97,5 +97,5 @@ def _cells(result: Result) -> Iterator[list[str]]:
         yield [*(with_error(*each) for each in zip(row, doubts, forms, strict=True)), status]
 
 
-def _spread(result: Result, values: Array) -> Array:
+def _spread(result: RunResult, values: Array) -> Array:
     return np.broadcast_to(values, (result.poses, values.shape[-1]))

@@ -9,7 +9,7 @@ from .tape import Vector
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class MovingLink:
     """A link while the tape is written: its reference point and the axes that were `drawn_axes` in the drawing.
 
     `place` is the reference point as drawn. Vectors are in the axes of the ground.

@@ -12,7 +12,7 @@ from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.places import place as place_of
-from .bodies import Body, Column
+from .bodies import Column, MovingLink
 from .closure import closing_bias, closing_rows
 from .linear import Pattern
 from .rates import Rates, rates_of
@@ -75,7 +75,7 @@ class Mechanism:
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, tuple[Program, Program]] = {}
         self._rates: dict[str, tuple[Program, Program]] = {}
-        self.bodies: dict[str, Body] = {}
+        self.bodies: dict[str, MovingLink] = {}
         self.frames: dict[str, tuple[list[Vector], Vector, list[Vector], Vector]] = {}
         self._columns: list[Column] = []
         self.paths: dict[str, frozenset[int]] = {GROUND: frozenset()}
@@ -107,7 +107,9 @@ class Mechanism:
         if pair is not None:
             place = self.place(GROUND, pair.point)
             axes = pair.axes if pair.axes.ndim == 2 else axes
-        self.bodies[GROUND] = Body([0.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], place, axes)
+        self.bodies[GROUND] = MovingLink(
+            [0.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], place, axes
+        )
 
     def place(self, link: str, point: str) -> Array:
         """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
@@ -156,12 +158,12 @@ class Mechanism:
         largest = max(float(np.abs(point).max(initial=0.0)) for point in self.linkage.points.values())
         return 4.0 * EPS * max(1.0, largest / self.size)
 
-    def point_on(self, body: Body, place: Array) -> Vector:
+    def point_on(self, body: MovingLink, place: Array) -> Vector:
         """A point fixed on a body that was drawn at `place`."""
         arm = np.einsum("...ji,...j->...i", body.drawn_axes, place - body.place) / self.size
         return plus(body.origin, combine(body.axes, self.constant(arm)))
 
-    def axes_on(self, body: Body, drawn: Array) -> list[Vector]:
+    def axes_on(self, body: MovingLink, drawn: Array) -> list[Vector]:
         """Axes fixed on a body that were the columns of `drawn`."""
         if drawn is body.drawn_axes or np.array_equal(drawn, body.drawn_axes):
             return body.axes
@@ -191,7 +193,7 @@ class Mechanism:
         self.frames[pair.name] = first, first_point, second, second_point
         own_axes, own_point = (first, first_point) if branch.turned else (second, second_point)
         place = self.place(branch.child, pair.point)
-        self.bodies[branch.child] = Body(own_point, own_axes, place, pair.axes)
+        self.bodies[branch.child] = MovingLink(own_point, own_axes, place, pair.axes)
         start = len(self._columns)
         sign = -1.0 if branch.turned else 1.0
         for component in pair.kind.coordinates:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..description.parts import GROUND
-from .bodies import Body, Column
+from .bodies import Column, MovingLink
 from .tape import Scalar, Vector, cross, minus, plus, times
 from .tree import Tree
 
@@ -35,7 +35,7 @@ class Rates:
 
 def rates_of(
     tree: Tree,
-    bodies: Mapping[str, Body],
+    bodies: Mapping[str, MovingLink],
     frames: Mapping[str, tuple[list[Vector], Vector, list[Vector], Vector]],
     columns: Sequence[Column],
     velocities: Mapping[str, slice],

@@ -32,15 +32,15 @@ BETWEEN = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class PathPoint:
     """A state on the way, and its tangent: unit rate of the joint coordinates, (n,)."""
 
     state: Array
     tangent: Array
 
-    def turned(self, sign: float) -> Place:
+    def turned(self, sign: float) -> PathPoint:
         """The same place, looking the other way where `sign` is -1."""
-        return Place(self.state, sign * self.tangent)
+        return PathPoint(self.state, sign * self.tangent)
 
 
 Name = tuple[str, str]
@@ -50,12 +50,12 @@ Name = tuple[str, str]
 class Way:
     """Places in their order; whether the last is where the first was, or the one beyond which no way was found."""
 
-    places: list[Place]
+    places: list[PathPoint]
     closes: bool
     stuck: bool = False
 
 
-class Curve:
+class MotionPath:
     """Connected assembled positions when one joint coordinate drives and other drives are locked.
 
     Parameters
@@ -89,7 +89,7 @@ class Curve:
         )
 
     @cached_property
-    def start(self) -> Place:
+    def start(self) -> PathPoint:
         """The reference configuration."""
         free = self.space.free(self.space.drawn, self.locked)
         if not free.shape[1]:
@@ -101,9 +101,9 @@ class Curve:
         tangent = free @ free[self.drive]
         if np.linalg.norm(tangent) < 1e-9:
             tangent = free[:, 0]
-        return Place(self.space.drawn, tangent / np.linalg.norm(tangent))
+        return PathPoint(self.space.drawn, tangent / np.linalg.norm(tangent))
 
-    def onwards(self, place: Place, step: float) -> Place | None:
+    def onwards(self, place: PathPoint, step: float) -> PathPoint | None:
         """The place a step further along the tangent; None where none is found."""
         aim = self.space.moved(place.state, step * place.tangent)
         state = self.space.closed(aim, self.locked)
@@ -112,15 +112,15 @@ class Curve:
         free = self.space.free(state, self.locked)
         tangent = free @ (free.T @ place.tangent)
         size = np.linalg.norm(tangent)
-        return None if size < 0.7 else Place(state, tangent / size)
+        return None if size < 0.7 else PathPoint(state, tangent / size)
 
-    def both_ways(self) -> list[Place]:
+    def both_ways(self) -> list[PathPoint]:
         """Places of the whole way through the reference configuration."""
         way = self.walk(self.start)
         back = [] if way.closes else self.walk(self.start.turned(-1.0)).places[:0:-1]
         return [*back, *way.places]
 
-    def walk(self, place: Place) -> Way:
+    def walk(self, place: PathPoint) -> Way:
         """Places one behind the other, until the way closes, ends, or gets too long."""
         start = here = self.seen(place)
         places, step, last, away = [place], STEP, 0.0, False
@@ -145,7 +145,7 @@ class Curve:
             place, here, last, step = found, there, moved, min(STEP, 2.0 * step)
         return Way(places, closes=False)
 
-    def seen(self, place: Place) -> Array:
+    def seen(self, place: PathPoint) -> Array:
         """Where the links are, but for those that turn by themselves."""
         places = self.space.places(place.state)
         places[self._idle, 3:] = 0.0
@@ -168,7 +168,7 @@ class Curve:
         near = (self.onwards(self.start, step) for step in (-STEP, 0.0, STEP))
         return max(_rank(self.held(place.state)) for place in near if place is not None)
 
-    def singular_place(self, place: Place) -> Place | None:
+    def singular_place(self, place: PathPoint) -> PathPoint | None:
         """Where, near `place`, a motion remains with the drive locked: the singular value number `rank` vanishes.
 
         The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive locked, are solved
@@ -180,7 +180,7 @@ class Curve:
             return found
         return self._between(place, first) or found
 
-    def _by_newton(self, place: Place) -> tuple[Place | None, float]:
+    def _by_newton(self, place: PathPoint) -> tuple[PathPoint | None, float]:
         """The singular place, None where Newton's method does not lead to one; and the first step towards it."""
         gone, first = 0.0, np.inf
         for _ in range(NEWTON):
@@ -199,12 +199,12 @@ class Curve:
             place = found
         return None, first
 
-    def _crosses(self, place: Place) -> bool:
+    def _crosses(self, place: PathPoint) -> bool:
         """Whether other motions than that along the curve begin at a place, if only to about half the digits."""
         motions = null_space(self.space.held(place.state, self.locked), share=CROSSING).shape[1]
         return bool(motions > self.space.free(self.start.state, self.locked).shape[1])
 
-    def _between(self, place: Place, ahead: float) -> Place | None:
+    def _between(self, place: PathPoint, ahead: float) -> PathPoint | None:
         """The singular place about `ahead` of a place; None where nothing vanishes there.
 
         Places aside, where one curve alone is near, are smooth in the step that leads to them, as is the singular value
@@ -222,11 +222,11 @@ class Curve:
                 return None
             middle = _lagrange(signed)
             state, tangent = middle @ [x.state for x in around], middle @ [x.tangent for x in around]
-            place, ahead = Place(self.space.unit(state), tangent / np.linalg.norm(tangent)), 0.0
+            place, ahead = PathPoint(self.space.unit(state), tangent / np.linalg.norm(tangent)), 0.0
         least = np.linalg.svd(self.held(place.state), compute_uv=False)[self.rank - 1]
         return place if least < max(BETWEEN, 10.0 * self.space.tolerance) else None
 
-    def _signed(self, places: Sequence[Place]) -> Array:
+    def _signed(self, places: Sequence[PathPoint]) -> Array:
         """Least singular value with the drive locked at places one behind the other, with a sign that changes at
         zero."""
         out, sign, last = [], 1.0, None
@@ -239,7 +239,7 @@ class Curve:
             out.append(sign * values[self.rank - 1])
         return np.array(out)
 
-    def crossing_value(self, place: Place) -> float:
+    def crossing_value(self, place: PathPoint) -> float:
         """The driving coordinate at a change point near `place`.
 
         Where two branches cross, what the closure says of a state vanishes with its distance from the crossing. So the

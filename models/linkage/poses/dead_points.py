@@ -12,7 +12,7 @@ from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..way.march import at_zero
 from .configuration import Configurations, Entry
-from .curve import STEP, Curve, Place, Way
+from .curve import STEP, MotionPath, PathPoint, Way
 from .held import moving_joints
 
 # Below this share of the drive in the motion, the drive is at rest.
@@ -139,7 +139,9 @@ def drive_range(
     )
 
 
-def _curve(linkage: LinkageDescription, joint: str, coordinate: str | None, tolerance: float, entry: Entry) -> Curve:
+def _curve(
+    linkage: LinkageDescription, joint: str, coordinate: str | None, tolerance: float, entry: Entry
+) -> MotionPath:
     """The curve of a linkage with a joint's coordinate as its drive, and the other drives locked."""
     pair = linkage.joint(joint)
     free = linkage.drives.get(joint, pair.kind.coordinates)
@@ -157,7 +159,7 @@ def _curve(linkage: LinkageDescription, joint: str, coordinate: str | None, tole
         )
     if chosen not in driven:
         linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]
-    return Curve(Configurations(linkage, tolerance, entry), chosen, [name for name in driven if name != chosen])
+    return MotionPath(Configurations(linkage, tolerance, entry), chosen, [name for name in driven if name != chosen])
 
 
 def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> LinkageDescription:
@@ -167,7 +169,7 @@ def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> Link
     return other
 
 
-def _singular_places(curve: Curve) -> list[Place]:
+def _singular_places(curve: MotionPath) -> list[PathPoint]:
     """All places of the curve at which something moves with the drive locked."""
     places = curve.both_ways()
     values = np.array([np.linalg.svd(curve.held(place.state), compute_uv=False) for place in places])
@@ -178,7 +180,7 @@ def _singular_places(curve: Curve) -> list[Place]:
     return [place for place in found if place is not None]
 
 
-def _end(curve: Curve, sign: float) -> DeadPoint | None:
+def _end(curve: MotionPath, sign: float) -> DeadPoint | None:
     """The dead point at which the drive turns back, moved in one direction; None if it does not."""
     start = curve.start
     way = curve.walk(start.turned(sign))
@@ -194,7 +196,7 @@ def _end(curve: Curve, sign: float) -> DeadPoint | None:
     return _dead_point(curve, curve.singular_place(near) or near)
 
 
-def _asymptote(curve: Curve, way: Way) -> DeadPoint | None:
+def _asymptote(curve: MotionPath, way: Way) -> DeadPoint | None:
     """The value that the drive comes near to but never to, as the linkage runs away to infinity; None if it does not.
 
     The coordinate is taken as a polynomial of the way's inverse, at zero.
@@ -210,7 +212,7 @@ def _asymptote(curve: Curve, way: Way) -> DeadPoint | None:
     return DeadPoint(float(at_zero(values, [1.0 / knot for knot in knots])), joint, change_point=False)
 
 
-def _dead_point(curve: Curve, place: Place) -> DeadPoint:
+def _dead_point(curve: MotionPath, place: PathPoint) -> DeadPoint:
     """The dead point at a singular place."""
     # Beside the place itself, the motion is told from those that move nothing else by a small singular value.
     beside = curve.space.moved(place.state, 1e-4 * place.tangent)
@@ -222,7 +224,7 @@ def _dead_point(curve: Curve, place: Place) -> DeadPoint:
     return DeadPoint(value, _moving_joint(curve, place.state, motion), crossing)
 
 
-def _moving_joint(curve: Curve, state: Array, motion: Array) -> str:
+def _moving_joint(curve: MotionPath, state: Array, motion: Array) -> str:
     """The joint to blame for a motion (n,) with the drive held."""
     motion[[curve.drive, *curve.locked]] = 0.0
     space = curve.space

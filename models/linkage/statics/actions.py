@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....framework.batch import Array, Shape, joined, turned
-from ..description.parts import GROUND, Spring
+from ..description.parts import GROUND, LinkageSpring
 from ..poses.kinematics import Kinematics
 from .inertia import inertia
 
@@ -87,7 +87,7 @@ def whole_shape(motion: Kinematics) -> Shape:
     return np.broadcast_shapes(*known.values())
 
 
-def tension(motion: Kinematics, spring: Spring) -> tuple[Array, Array]:
+def tension(motion: Kinematics, spring: LinkageSpring) -> tuple[Array, Array]:
     """Unit vector from the first to the second end of a spring (..., 3), and its pull, with the damper's (...)."""
     ends = [(point, link) for link, point in (spring.first, spring.second)]
     chord = motion.position(*ends[1]) - motion.position(*ends[0])

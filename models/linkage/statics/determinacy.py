@@ -26,7 +26,7 @@ CHUNK = 1 << 18
 
 
 @dataclass(frozen=True)
-class Found:
+class PoseSolutions:
     """Solutions of n poses.
 
     Attributes
@@ -70,7 +70,7 @@ class Idle:
         return Idle(self.count, own if rows is None else own[:, rows[:, None], rows])
 
 
-def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: Idle) -> Found:
+def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: Idle) -> PoseSolutions:
     """Solve ``matrix x = side`` at every pose; of many solutions the one with the least sum of squares.
 
     Blocks of equations and unknowns that do not meet are solved apart, and not at all where nothing loads them: a
@@ -91,12 +91,12 @@ def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: 
     step = max(1, CHUNK // max(rows * columns, 1))
     cuts = [slice(at, at + step) for at in range(0, max(count, 1), step)]
     parts = [_solved(matrices(cut), side[cut], idle.cut(cut)) for cut in cuts]
-    return Found(
+    return PoseSolutions(
         *(np.concatenate([getattr(p, name) for p in parts]) for name in ("values", "unique", "lost", "moving"))
     )
 
 
-def _solved(matrix: Array, side: Array, idle: Idle) -> Found:
+def _solved(matrix: Array, side: Array, idle: Idle) -> PoseSolutions:
     values = np.zeros((len(matrix), matrix.shape[-1]))
     unique = np.ones(len(matrix), dtype=bool)
     lost, moving = np.zeros((2, len(matrix)), dtype=bool)
@@ -115,7 +115,7 @@ def _solved(matrix: Array, side: Array, idle: Idle) -> Found:
         # More freedom than there is at other poses: this one is singular, and its motion not an idle one.
         lost[moving] |= _freedom(matrix[moving]) > idle.count
     values[lost] = np.nan
-    return Found(values, unique, lost, moving)
+    return PoseSolutions(values, unique, lost, moving)
 
 
 def blocks(matrix: Array) -> list[Block]:
@@ -132,7 +132,7 @@ def blocks(matrix: Array) -> list[Block]:
     ]
 
 
-def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> Found:
+def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> PoseSolutions:
     """Least solution of one block at every pose."""
     _, rows, columns = matrix.shape
     values, unique = np.zeros((len(matrix), columns)), np.ones(len(matrix), dtype=bool)
@@ -145,7 +145,7 @@ def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> Found:
     if lost.any() and idle.inertia is not None:
         own = idle.inertia[lost], idle.count
         values[lost], moving[lost] = _moving(matrix[lost], side[lost], loads[lost], *own)
-    return Found(values, unique, lost & ~moving, moving)
+    return PoseSolutions(values, unique, lost & ~moving, moving)
 
 
 def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:

@@ -17,7 +17,7 @@ from ....framework.frame import Frame
 from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import GROUND, Link, Pair, joint_axes
+from ..description.parts import GROUND, LinkageLink, Pair, joint_axes
 from ..description.places import place
 from ..poses.classified import ClassifiedPoses
 from .actions import tension, turned_tensor, whole_shape
@@ -112,7 +112,7 @@ class Builder:
         self.frame.kept = loaded.kept
         return solution
 
-    def link(self, name: str, link: Link) -> None:
+    def link(self, name: str, link: LinkageLink) -> None:
         """A link: its body, nodes, beams or rigid connections, and mass."""
         axes = self._there(self.motion.axes(name), np.eye(3), 2)
         self.frame.body(name, self._there(self.motion.origin(name), np.zeros(3)), axes)
@@ -215,7 +215,7 @@ class Builder:
             self.frame.rigid(self.nodes.on(link, seat), foot)
             self.frame.add(foot, Joint(np.where(here[..., None], hold, 0.0)), foot, guide)
 
-    def _beams(self, name: str, link: Link, layout: Layout) -> None:
+    def _beams(self, name: str, link: LinkageLink, layout: Layout) -> None:
         pieces = [
             (part, ends)
             for pair, beam in link.beams.items()
@@ -228,7 +228,7 @@ class Builder:
             self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
             self.pieces.setdefault(name, []).append((member, beam, layout.at[ends[0]], layout.at[ends[1]]))
 
-    def _rigid(self, name: str, link: Link, at: dict[str, Array]) -> None:
+    def _rigid(self, name: str, link: LinkageLink, at: dict[str, Array]) -> None:
         """What no beam joins to the first beam is rigid with the nearest point that one does; all is without beams."""
         main = _reached(link, next(iter(link.beams), link.points)[0])
         joined = set(main)
@@ -240,7 +240,7 @@ class Builder:
                 self.frame.rigid(self.nodes.of(name, there), self.nodes.of(name, here))
                 joined |= part
 
-    def _mass(self, name: str, link: Link) -> None:
+    def _mass(self, name: str, link: LinkageLink) -> None:
         """A given mass, rigid with the link's nearest point."""
         own = inertia(self.linkage, name)
         point = self.nodes.heart(self.linkage, name, own.centre)
@@ -275,7 +275,7 @@ def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str]]:
     return found
 
 
-def _reached(link: Link, point: str) -> set[str]:
+def _reached(link: LinkageLink, point: str) -> set[str]:
     """Points that beams join to `point`, itself included."""
     reached, grown = {point}, True
     while grown:

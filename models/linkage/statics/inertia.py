@@ -9,7 +9,7 @@ import numpy as np
 from ....elements import Beam, Material
 from ....framework.batch import Array, block_diagonal
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import Link
+from ..description.parts import LinkageLink
 from ..description.places import place
 
 
@@ -32,7 +32,7 @@ class Inertia:
     tensor: Array
 
 
-def is_given(link: Link) -> bool:
+def is_given(link: LinkageLink) -> bool:
     """Whether the link was given its inertia, so that its beams have none of their own."""
     return any(value is not None for value in (link.mass, link.centre, link.inertia))
 
@@ -58,7 +58,7 @@ def inertia(linkage: LinkageDescription, name: str) -> Inertia:
     return found
 
 
-def _inertia(linkage: LinkageDescription, link: Link) -> Inertia:
+def _inertia(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
     own = _of_beams(linkage, link)
     mass = link.mass if link.mass is not None else own.mass if _massive(link) else np.zeros(())
     centre = own.centre if link.centre is None else link.centre
@@ -76,7 +76,7 @@ def cross_matrix(vector: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def _of_beams(linkage: LinkageDescription, link: Link) -> Inertia:
+def _of_beams(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
     """Inertia of the beams moving as one body: their consistent mass on rigid motions, ``R^T M R``.
 
     Where they have no mass they are taken with a density of one, to tell where it would be.
@@ -98,7 +98,7 @@ def _of_beams(linkage: LinkageDescription, link: Link) -> Inertia:
     return Inertia(mass, places[0] + arm, tensor)
 
 
-def _massive(link: Link) -> bool:
+def _massive(link: LinkageLink) -> bool:
     return any(np.any(np.asarray(beam.material.density) > 0.0) for beam in link.beams.values())
 
 

@@ -41,7 +41,7 @@ AWAY = (0.5, 1.0, 2.0, 4.0, 0.25, 0.1, 8.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class ContinuationPoint:
     """A closed pose at the length `s` of the way, and the rate of its state by s."""
 
     s: float
@@ -67,7 +67,7 @@ class Track:
         False where the path ended: in a dead point, or out of reach.
     """
 
-    nodes: list[Node]
+    nodes: list[ContinuationPoint]
     step: float
     crossings: list[float] = field(default_factory=list)
     sides: list[Track] = field(default_factory=list)
@@ -101,7 +101,7 @@ class March:
     def __init__(self, loops: Loops, parameters: Sequence[float], ray: Ray, switch: bool = False) -> None:
         self.loops, self.parameters, self.ray, self.switch = loops, parameters, ray, switch
 
-    def node(self, s: float, pose: Pose) -> Node:
+    def node(self, s: float, pose: Pose) -> ContinuationPoint:
         """A node of the pose at s."""
         slopes, drives = self.ray.rates(pose.state)
         n = self.loops.columns
@@ -109,7 +109,7 @@ class March:
         rate: list[float] = self.loops.state_rate(pose.state, unknown)  # type: ignore[assignment]
         for place, slope in zip(self.loops.driven_states, slopes, strict=False):
             rate[place] = slope
-        return Node(s, pose, rate)
+        return ContinuationPoint(s, pose, rate)
 
     def begin(self, start: Pose) -> Track:
         """The track at the beginning of the ray."""
@@ -137,7 +137,7 @@ class March:
                 track.complete = self._append(track, found, found.s - here.s > LONGER * step, other)
         return track
 
-    def exactly(self, node: Node, s: float) -> list[float] | None:
+    def exactly(self, node: ContinuationPoint, s: float) -> list[float] | None:
         """The state at `s`, reached from a node in steps as short as it takes; None where the path ends before."""
         track = Track([node], min(LONGEST, s - node.s))
         while track.end < s:
@@ -151,13 +151,13 @@ class March:
                 track.nodes.append(found)
         return track.nodes[-1].pose.state
 
-    def _passes(self, here: Node, found: Node, step: float) -> bool:
+    def _passes(self, here: ContinuationPoint, found: ContinuationPoint, step: float) -> bool:
         """Whether a step stays on its branch: what changes sides, or goes far, does so over a change point."""
         if not flips(here.pose, found.pose) and found.s - here.s <= LONGER * step:
             return True
         return self._closes(here, found, self._root(here, found))
 
-    def _go(self, track: Track, target: float, jump: bool = False) -> Node | None:
+    def _go(self, track: Track, target: float, jump: bool = False) -> ContinuationPoint | None:
         here = track.nodes[-1]
         guess = self.ray.place(self.predict(track.nodes, target), target)
         pose = self.loops.close(guess, self.parameters)
@@ -169,7 +169,7 @@ class March:
             return None
         return self.node(target, pose)
 
-    def predict(self, nodes: Sequence[Node], s: float) -> list[float]:
+    def predict(self, nodes: Sequence[ContinuationPoint], s: float) -> list[float]:
         """State at s, by the cubic through the last two nodes; or from their rates where that would not hold.
 
         What moves by itself is not put right by Newton's method, and would be blown up by the cubic: its parasitic
@@ -196,14 +196,14 @@ class March:
                     return float(b.s + 2.0 * ahead)
         return target
 
-    def _jump(self, track: Track) -> Node | None:
+    def _jump(self, track: Track) -> ContinuationPoint | None:
         for jump in JUMPS:
             found = self._go(track, track.end + jump, jump=True)
             if found is not None and self._passes(track.nodes[-1], found, track.step):
                 return found
         return None
 
-    def _append(self, track: Track, found: Node, far: bool, switch: bool) -> bool:
+    def _append(self, track: Track, found: ContinuationPoint, far: bool, switch: bool) -> bool:
         """Go on to the node `found`, over a change point if one lies before it; False if its other branch is lost."""
         here = track.nodes[-1]
         if not far and not flips(here.pose, found.pose):
@@ -226,7 +226,7 @@ class March:
         onward = [(y - x) / (away.s - where) for x, y in zip(state, away.pose.state, strict=True)]
         for node, rate in ((here, through), (away, onward)):
             middle = Pose(state, node.pose.follow, node.pose.determinants, 0.0)  # type: ignore[arg-type]
-            track.nodes.append(Node(where, middle, rate))  # type: ignore[arg-type]
+            track.nodes.append(ContinuationPoint(where, middle, rate))  # type: ignore[arg-type]
         track.nodes.append(away)
         return True
 
@@ -244,7 +244,7 @@ class March:
                 track.crossings.append(where)
                 return
 
-    def _root(self, a: Node, b: Node) -> float:
+    def _root(self, a: ContinuationPoint, b: ContinuationPoint) -> float:
         """Where a determinant vanishes between two nodes: false position, then inverse interpolation from around."""
         pairs = list(zip(a.pose.determinants, b.pose.determinants, strict=True))
         changes = [i for i, (x, y) in enumerate(pairs) if x * y < 0.0]
@@ -275,7 +275,7 @@ class March:
         better = at_zero(knots, values)
         return better if abs(better - s) < width else s
 
-    def _multiple_root(self, a: Node, b: Node) -> float:
+    def _multiple_root(self, a: ContinuationPoint, b: ContinuationPoint) -> float:
         """Where several loops change at once, so that a determinant has a multiple zero.
 
         The least singular value of the equations has a simple one there: it comes down to zero and goes up again.
@@ -292,7 +292,7 @@ class March:
         better = at_zero(knots, [np.sign(knot - s) * self._least(self._between(a, b, knot)) for knot in knots])
         return better if abs(better - s) < width else s
 
-    def _between(self, a: Node, b: Node, s: float) -> Pose | None:
+    def _between(self, a: ContinuationPoint, b: ContinuationPoint, s: float) -> Pose | None:
         """The pose at s between two nodes, or a little aside, with the determinants that it has there."""
         guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
         pose = self.loops.close(self.ray.place(guess, s), self.parameters)
@@ -308,7 +308,7 @@ class March:
         values = np.linalg.svd(np.array(entries).reshape(m, n), compute_uv=False)
         return float(values[self.loops.linear.rank - 1])
 
-    def _closes(self, a: Node, b: Node, where: float) -> bool:
+    def _closes(self, a: ContinuationPoint, b: ContinuationPoint, where: float) -> bool:
         """Whether the smooth way through a change point closes in it: the polynomial through poses around it."""
         apart = min(KNOT, SHARE * (b.s - a.s))
         knots = [where + apart * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
@@ -335,7 +335,9 @@ def at_zero(values: list[float], arguments: list[float]) -> float:
     return out[0]
 
 
-def other_branch(march: March, here: Node, found: Node, where: float, state: Sequence[float]) -> Node | None:
+def other_branch(
+    march: March, here: ContinuationPoint, found: ContinuationPoint, where: float, state: Sequence[float]
+) -> ContinuationPoint | None:
     """A pose on the branch that crosses, at `where` and `state`, the one on which two nodes lie.
 
     Beyond a change point the branches lie apart along the motion that is free in it: the null vector of the equations.
@@ -382,7 +384,7 @@ def dips(determinants: Sequence[Sequence[float]]) -> bool:
     )
 
 
-def _cubic(a: Node, b: Node, t: float, width: float) -> list[float]:
+def _cubic(a: ContinuationPoint, b: ContinuationPoint, t: float, width: float) -> list[float]:
     """State at a.s + t * width on the cubic through two nodes with their rates."""
     tt = t * t
     p, q = (1.0 + 2.0 * t) * (1.0 - t) ** 2, t * (1.0 - t) ** 2 * width
