@@ -152,9 +152,9 @@ def _clearances(frame: Description, resting: Clearances | None) -> list[str]:
         "Clearances: above is the frame with each joint's offset in contact, found before from the joint forces "
         "without clearances"
         + (
-            "; no offset meets resistance, so that the journals lie along these forces."
+            "; no offset meets any stiffness, so that contact is along these forces."
             if equilibrium
-            else " and their answer to a unit offset in each joint, as the place of least energy."
+            else " and their answer to a unit offset in each joint, at the minimum of energy."
         )
     ]
     for name, state in zip(resting.names, resting.state, strict=True):

@@ -609,7 +609,7 @@ class Solution(SavedResults):
         if self.clearances is not None:
             raise FrameError(
                 "bounds, refinement and sensitivities are those of a linear solution, and this one has contacts in its "
-                "joints' clearances: ask frame.solve(clearance=False), with frame.offset where the journals rest"
+                "joints' clearances: ask frame.solve(clearance=False), with frame.offset for the contact"
             )
         result: Array = getattr(self, checked_kind(of))(name)
         return self.frame.aliases.get(name, name) if of in ("displacement", "reaction") else name, result

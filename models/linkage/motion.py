@@ -144,7 +144,7 @@ class Motion(FramedPoses):
         Returns
         -------
         Reactions
-            Reactions and drive forces; NaN where no finite forces hold the linkage.
+            Reactions and drive forces; NaN where no finite forces keep the linkage in equilibrium.
 
         Warns
         -----

@@ -11,7 +11,7 @@ from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import FourBar, Linkage, accuracy, monte_carlo, read_linkage, write_linkage
 from linkframe.models.four_bar.inputs import Inputs
-from linkframe.models.four_bar.result import RunResult as FourBarResult
+from linkframe.models.four_bar.result import Result as FourBarResult
 from linkframe.models.four_bar.result import compute as compute_four_bar
 from linkframe.models.four_bar.result import distributions, four_bar
 from linkframe.models.linkage.job.inputs import read_inputs
@@ -105,9 +105,7 @@ def test_without_contact_angles_the_file_is_the_contact_in_equilibrium(tmp_path:
     )
     kept = theirs.status == "regular"
     assert_allclose(result.spread["P"].samples[kept], theirs.samples[kept], rtol=1e-6, atol=1e-12)
-    assert "Contact of the clearances where equilibrium under the load presses it: B, D, E." in report(
-        result, {}, [], {}
-    )
+    assert "Contact of the clearances by equilibrium under the load: B, D, E." in report(result, {}, [], {})
 
 
 # -- the description --------------------------------------------------------------------------------------------------

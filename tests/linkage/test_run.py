@@ -399,7 +399,7 @@ def test_a_drawing_with_few_digits_moves_within_its_tolerance(tmp_path: Path) ->
         status = table(tmp_path / "out" / "table.csv")["status"]
         assert all(text == "regular" for text in status[1:]) is closed
         report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
-        assert ("mobility 1;" in report) is closed
+        assert ("mobility 1 (" in report) is closed
         assert ("tolerance=" in report) is not closed
 
 

@@ -49,7 +49,7 @@ class Joining(Sketch):
         drive
             True where the angle is driven.
         stiffness
-            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint holds and on what is driven
+            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint constrains and on what is driven
             where None. On a coordinate that the joint leaves free it is that of a spring, which cannot be inf; on a
             driven one it is that of the drive, and with 0 nothing holds the frame there.
         clearance
@@ -59,7 +59,7 @@ class Joining(Sketch):
             accuracy paper. It is measured about the axis from x of the joint in the reference configuration, which is
             global x for an axis along z, and stays where the linkage turns. The clearance then is an offset in the
             joint, which ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not.
-            Where None, each journal lies where equilibrium presses it.
+            Where None, the contact state follows from equilibrium.
         name
             The joint's name; its point, or ``point.kind`` where that is taken. A second joint of one kind between the
             same links at one point needs one.
@@ -369,7 +369,8 @@ class Joining(Sketch):
                 if np.any(np.isinf(pair.full_stiffness[..., COMPONENTS.index(coordinate)])):
                     raise FrameError(
                         f"stiffness of joint {name!r} is inf on {coordinate}, which a {pair.kind.name} joint leaves "
-                        "free: give 0 there, or the stiffness of a spring, or drive it, or take a joint that holds it"
+                        "free: give 0 there, or the stiffness of a spring, or drive it, or take a joint that "
+                        "constrains it"
                     )
 
     # -- adding -----------------------------------------------------------------------------------------------------

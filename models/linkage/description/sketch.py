@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -301,7 +301,7 @@ class Sketch:
             If there is none.
         """
         if name not in self.joints:
-            raise FrameError(f"the linkage has no joint {name!r}: choose one of {', '.join(self.joints) or 'none yet'}")
+            raise FrameError(f"the linkage has no joint {name!r}: {_known(self.joints, 'joints')}")
         return self.joints[name]
 
     def end(self, where: End, what: str = "the linkage") -> tuple[str, str]:
@@ -337,14 +337,12 @@ class Sketch:
 
     def _point(self, name: str, what: str) -> Array:
         if name not in self.points:
-            raise FrameError(
-                f"{what}: there is no point {name!r}: choose one of {', '.join(self.points) or 'none yet'}"
-            )
+            raise FrameError(f"{what}: there is no point {name!r}: {_known(self.points, 'points')}")
         return self.points[name]
 
     def _link(self, name: str, what: str) -> LinkageLink:
         if name not in self.links:
-            raise FrameError(f"{what}: there is no link {name!r}: choose one of {', '.join(self.links) or 'none yet'}")
+            raise FrameError(f"{what}: there is no link {name!r}: {_known(self.links, 'links')}")
         return self.links[name]
 
     def _join(self, given: Mapping[str, Shape], *, instead: bool = False) -> None:
@@ -385,3 +383,9 @@ def _six(what: str, *components: ArrayLike) -> Array:
         joined(name, value.shape, known)
         known[name] = value.shape
     return np.stack(np.broadcast_arrays(*given.values()), axis=-1)
+
+
+def _known(names: Iterable[str], kind: str) -> str:
+    """The remedy where a name is unknown."""
+    told = ", ".join(names)
+    return f"choose one of {told}" if told else f"no {kind} are defined yet"

@@ -153,7 +153,8 @@ class Source:
         if not isinstance(value, str):
             self.fail(path, f"is {told(value)}: give a name in quotes")
         if among is not None and value not in among:
-            self.fail(path, f"is {told(value)}: choose one of {', '.join(among) or 'none, as none is described'}")
+            known = ", ".join(among)
+            self.fail(path, f"is {told(value)}: {f'choose one of {known}' if known else 'none is defined yet'}")
         return value
 
     def texts(self, path: Path) -> list[str]:

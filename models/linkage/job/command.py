@@ -16,7 +16,7 @@ Where the points of a linkage really go: rigid motion, reactions, compliance of 
 the spread of all of it under tolerances, at every pose. The linkage and what to do with it are read from a TOML file
 (its tables of points, links, joints, ... are described at linkframe.models.read_linkage), SI units. A joint with a
 clearance takes its contact angle from the file (contact = 3.14 in [joints.B], radians from global x, and tolerances of
-joints.B.contact); without one the journal lies where equilibrium under the load presses it:
+joints.B.contact); without one the contact is found by equilibrium under the load:
 
   [run]
   points = ["P"]                      points to report; those with a load by default

@@ -113,7 +113,7 @@ def _contacts(linkage: Linkage) -> Iterable[str]:
     if given:
         yield f"Contact angles of the clearances as the file gives them: {', '.join(given)}."
     if free:
-        yield f"Contact of the clearances where equilibrium under the load presses it: {', '.join(free)}."
+        yield f"Contact of the clearances by equilibrium under the load: {', '.join(free)}."
 
 
 def _degrees(angle: Array) -> str:

@@ -63,7 +63,7 @@ class PointAccuracy:
 
     @cached_property
     def clearance(self) -> Array:
-        """What the clearances add, each joint in contact as given, or where its force presses it, (..., 6)."""
+        """What the clearances add, each joint in contact as given, or along its force, (..., 6)."""
         return self.total - self.compliance
 
     @cached_property

@@ -24,7 +24,8 @@ HUGE = 1e6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reactions:
-    """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces hold the linkage.
+    """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces keep the linkage in
+    equilibrium.
 
     Attributes
     ----------

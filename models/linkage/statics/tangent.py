@@ -56,7 +56,7 @@ class Tangent:
     stiffness
         (..., n, n).
     held
-        Poses that are assembled, and at which finite forces hold the linkage, (...).
+        Poses that are assembled, and at which finite forces keep the linkage in equilibrium, (...).
     """
 
     def __init__(self, motion: ClassifiedPoses, *, cut: bool) -> None:
@@ -75,7 +75,7 @@ class Tangent:
     def compliance_matrix(self, node: str) -> Array:
         """Displacement and rotation of a node by unit forces and moments, global, (..., 6, 6).
 
-        NaN where the linkage is not held, and in what moves without resistance.
+        NaN where the linkage is not locked, and in what is kinematically unstable.
         """
         at = self.plan.topology.number[self.plan.frame.aliases.get(node, node)]
         change = dense.global_substitution(self.plan, [at])
