@@ -238,8 +238,10 @@ class JointElement(ABC):
         energy, force = 0.5 * np.sum(stiffness * displacement**2, axis=-1), stiffness * displacement
         tangent = stiffness[:, :, None] * np.eye(6)
         if free:
-            pull, turning, stored = law(displacement[:, free], pick(self.clearance[..., None], 1)[:, 0], contact)
-            force[:, free] = pull
+            generalised_force, turning, stored = law(
+                displacement[:, free], pick(self.clearance[..., None], 1)[:, 0], contact
+            )
+            force[:, free] = generalised_force
             tangent[np.ix_(range(len(force)), free, free)] = turning
             energy = energy + stored
         return energy, force, tangent

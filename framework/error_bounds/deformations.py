@@ -100,21 +100,21 @@ class Springs:
             out[..., bend] += lean * found[..., shear]
         return out
 
-    def work(self, pulls: Real) -> Real:
+    def work(self, generalised_forces: Real) -> Real:
         """Square of the greatest work that forces (..., n, springs) do on a motion of unit energy norm, (...)."""
         stiff = self.stiffness > 0.0
-        shares = np.where(stiff, pulls * pulls / np.where(stiff, self.stiffness, 1.0), 0.0)
+        shares = np.where(stiff, generalised_forces * generalised_forces / np.where(stiff, self.stiffness, 1.0), 0.0)
         out: Real = np.sum(shares, axis=(-1, -2))
         return out
 
-    def spread_forces(self, pulls: Real, count: int) -> Real:
+    def spread_forces(self, generalised_forces: Real, count: int) -> Real:
         """Sum of the sizes of what the forces (..., count, 6) on the nodes are made of, in double precision."""
         rows = np.abs(self.rows).astype(np.float64)
-        return self.gathered(np.einsum("...nij,...ni->...nj", rows, pulls.astype(np.float64)), count)
+        return self.gathered(np.einsum("...nij,...ni->...nj", rows, generalised_forces.astype(np.float64)), count)
 
-    def forces(self, pulls: Real, count: int) -> Real:
+    def forces(self, generalised_forces: Real, count: int) -> Real:
         """Forces (..., count, 6) on the nodes for forces (..., n, springs) that work on the deformations."""
-        return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, pulls), count)
+        return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, generalised_forces), count)
 
     def gathered(self, acting: Real, count: int) -> Real:
         """Sum on the nodes, (..., count, 6), of forces on both ends of the members (..., n, 12), global."""

@@ -33,9 +33,13 @@ class EquilibriumEquations(Configuration):
         mean = 0.5 * (forces[0][driven] + forces[1][driven])
         total += np.einsum("im,im->m", mean, (1.0 - share) * self.targets)
         for number, joint in enumerate(self.model.joints):
-            pulls = [part.resistance(s, number, s.own[:, number])[1] for part, s in ((before, old), (self, new))]
+            generalised_forces = [
+                part.resistance(s, number, s.own[:, number])[1] for part, s in ((before, old), (self, new))
+            ]
             offset = (1.0 - share) * self.factor * joint.offset.at(self.where)
-            total -= 0.5 * dot(pulls[0] + pulls[1], offset + np.zeros_like(pulls[0]))
+            total -= 0.5 * dot(
+                generalised_forces[0] + generalised_forces[1], offset + np.zeros_like(generalised_forces[0])
+            )
         return total
 
     # -- derivatives ------------------------------------------------------------------------------------------------

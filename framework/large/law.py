@@ -64,5 +64,5 @@ class Grip:
 def press(displacement: Array, radius: Array, force: Array, stiffness: Array) -> tuple[Array, Array, Array]:
     """Energy (m,), force (n, m) and tangent (n, n, m) of a rigid contact at a displacement (n, m) in its clearance."""
     lean = displacement + force / stiffness
-    pull, tangent, stored = law(lean.T, radius, stiffness)
-    return stored - 0.5 * (force**2).sum(axis=0) / stiffness, pull.T, np.moveaxis(tangent, 0, -1)
+    generalised_force, tangent, stored = law(lean.T, radius, stiffness)
+    return stored - 0.5 * (force**2).sum(axis=0) / stiffness, generalised_force.T, np.moveaxis(tangent, 0, -1)

@@ -208,12 +208,12 @@ def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
     # a rounded position is off by a rotation's share of the distance from the origin
     off = np.max(np.abs(moved[..., 3:]), axis=-1) * state.change(_extent(state.statics), 0)[..., None]
     could = np.sum(np.abs(moved) * forces, axis=(-1, -2)) + np.sum(off[..., None] * forces[..., :3], axis=(-1, -2))
-    noise = np.sum(spread * (state.loads.doubt + state.fine * forces), axis=(-1, -2))
+    noise = np.sum(spread * (state.loads.error_bound + state.fine * forces), axis=(-1, -2))
     for springs, found in zip(state.double_springs, state.deformation_sizes, strict=True):
         sizes = springs.sizes(spread, coordinates)
         noise = noise + state.fine * np.sum(sizes * springs.stiffness * found, axis=(-1, -2))
-    opened = state.double.opening_sizes(coordinates, spread)
-    for k, own, size in zip(state.stiffness, opened, state.opening_sizes, strict=True):
+    opened = state.double.displacement_sizes(coordinates, spread)
+    for k, own, size in zip(state.stiffness, opened, state.displacement_sizes, strict=True):
         noise = noise + state.fine * np.sum(own * k * size, axis=-1)
     return np.asarray(np.any(~(work <= _GIVEN * could + _COMPUTED * noise), axis=0))
 
