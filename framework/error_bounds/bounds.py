@@ -199,7 +199,7 @@ class Bounds:
 
     @cached_property
     def _hung(self) -> Statics:
-        return Statics(self.plan, hung=True)
+        return Statics(self.plan, determinate=True)
 
     @cached_property
     def _sparse(self) -> SparseCompliance:

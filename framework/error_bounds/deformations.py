@@ -47,9 +47,9 @@ class Springs:
         rounded elastic centre does the bending into the shear: where b_j acts b_i does, and elsewhere, too.
     balanced
         Whether a rigid motion costs nothing: else something outside the frame holds the member, or it carries a force.
-    hung
-        1 where the end hangs on the start, -1 where the start on the end, 0 where neither (n,): the coordinates of what
-        hangs are its displacement relative to the rigid motion of the other, and alone deform the member.
+    determinate
+        1 where the start carries the end, -1 where the end carries the start, 0 where neither (n,): the coordinates of
+        what is carried are its displacement relative to the rigid motion of the other, and alone deform the member.
     """
 
     nodes: Index
@@ -62,7 +62,7 @@ class Springs:
     roundings: float
     mixed: tuple[tuple[int, int], ...]
     balanced: bool
-    hung: Index
+    determinate: Index
 
     def mapped(self, change: Change) -> Springs:
         """A copy with `change`, given the number of trailing axes, applied to every array of the batch."""
@@ -137,9 +137,9 @@ class Springs:
 
     def _ends(self, displacements: Real, coordinates: Real) -> Real:
         taken = displacements[..., self.nodes, :]
-        if self.hung.any():
-            which = np.flatnonzero(self.hung)
-            side = (self.hung[which] > 0).astype(np.int64)
+        if self.determinate.any():
+            which = np.flatnonzero(self.determinate)
+            side = (self.determinate[which] > 0).astype(np.int64)
             taken[..., which, 1 - side, :] = 0.0
             taken[..., which, side, :] = coordinates[..., self.nodes[which, side], :]
         ends: Real = taken.reshape(*taken.shape[:-2], 12)

@@ -18,8 +18,8 @@ from ..structure.parts import Extended
 from .applied import AppliedLoads
 from .deformations import Springs, springs
 from .force_sizes import reduced_sizes
-from .hanging import MEMBER, hanging
 from .kinematics import Change, FrameKinematics, KinematicEdge, Real, extended
+from .tree_members import MEMBER, tree_members
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 # Roundings of extended precision in a deformation or a force, for the size of what it is made of.
@@ -42,14 +42,14 @@ class Statics:
     ----------
     plan
         The compiled frame.
-    hung
-        Whether one end of a member is to hang on the other where that makes a tree: what is stiff and short then
+    determinate
+        Whether one end of a member is to carry the other where that makes a tree: what is stiff and short then
         stands alone on coordinates of its own, as a joint does.
     """
 
-    def __init__(self, plan: Plan, *, hung: bool = False) -> None:
+    def __init__(self, plan: Plan, *, determinate: bool = False) -> None:
         self.plan = plan
-        members, links = hanging(plan, springs(plan)) if hung else (springs(plan), [])
+        members, links = tree_members(plan, springs(plan)) if determinate else (springs(plan), [])
         self.kinematics = FrameKinematics.of(plan, links)
         self.springs = members
         self.loads = AppliedLoads.of(plan, self.springs)
@@ -138,10 +138,10 @@ class EquilibriumResidual:
     def absolute(self) -> Real:
         """Values of the unknowns as the frame's own coordinates have them, (..., n)."""
         out = self.values.copy()
-        hung = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
+        determinate = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
         for index, unknown in enumerate(self.unknowns):
             node, component = divmod(unknown, 6)
-            if node in hung:
+            if node in determinate:
                 out[..., index] = self.displacements[..., node, component]
         return out
 

@@ -1,7 +1,7 @@
 """Sizes of what the forces on coordinates are made of: rounding is a share of these, not of what is left of their sum.
 
-A member whose two ends hang on one node pulls it to both sides; a force along a held component does no work on the
-others. Such parts cancel, but their rounding does not, and it counts where the coordinate is soft.
+A member whose two ends one node carries pulls it to both sides; a force along a constrained component does no work on
+the others. Such parts cancel, but their rounding does not, and it counts where the coordinate is soft.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Displacements of all nodes from joint-relative coordinates, and forces the other way, in any precision.
 
 The coordinates of a node are those of `linkframe.framework.structure.tree`: its own displacement in its axes, or that
-of the joint, rigid link, tie or support on which it hangs, ideal components included. A virtual displacement that opens
+of the joint, rigid link, tie or support that carries it, ideal components included. A virtual displacement that opens
 an ideal component by one is then as good as any other, and the work that it does is the force there.
 """
 
@@ -38,7 +38,7 @@ class KinematicEdge:
     first, second
         Node numbers.
     sign
-        Of an edge of the tree: 1 where its second node hangs on the first, -1 where the first on the second; 0 where
+        Of an edge of the tree: 1 where the first node carries the second, -1 where the second the first; 0 where
         the edge closes a loop.
     axes
         (..., 3, 3) as columns, None for the global ones.
@@ -58,12 +58,12 @@ class KinematicEdge:
 
     @property
     def child(self) -> int:
-        """The node that hangs on the other."""
+        """The carried node."""
         return self.second if self.sign > 0 else self.first
 
     @property
     def parent(self) -> int:
-        """The node on which the other hangs."""
+        """The node that carries the other."""
         return self.first if self.sign > 0 else self.second
 
     @property
@@ -128,25 +128,25 @@ class FrameKinematics:
     dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
 
     @classmethod
-    def of(cls, plan: Plan, hung: Sequence[KinematicEdge] = ()) -> FrameKinematics:
+    def of(cls, plan: Plan, determinate: Sequence[KinematicEdge] = ()) -> FrameKinematics:
         """Kinematics of a frame in extended precision.
 
         Parameters
         ----------
         plan
             The compiled frame.
-        hung
-            Members of which one end is to hang on the other, as links.
+        determinate
+            Members of which one end is to carry the other, as links.
         """
         tree, topology = plan.tree, plan.topology
-        hanging = {branch.child for branch in tree.branches} | {link.child for link in hung}
+        carried = {branch.child for branch in tree.branches} | {link.child for link in determinate}
         own: dict[str, list[int]] = {}
         for node, body in enumerate(topology.bodies):
-            if body is not None and node not in hanging:
+            if body is not None and node not in carried:
                 own.setdefault(body, []).append(node)
         bodies = [(np.array(nodes), extended(topology.axes(nodes[0]))[..., None, :, :]) for nodes in own.values()]
         links = [_link(plan, branch.edge, branch.sign) for branch in tree.branches]
-        links = _parents_first([*links, *hung]) if hung else links
+        links = _parents_first([*links, *determinate]) if determinate else links
         links += [_link(plan, edge, 0.0) for edge, _ in tree.closing]
         numbers = {id(link.edge): index for index, link in enumerate(links)}
         given = [(numbers[id(each.edge)], each.component) for each in tree.elimination.given]

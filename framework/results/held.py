@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned
 from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
-from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resistance import displaced, resisted
 from ..error_bounds.resolved import excited, groups, hard_state, rest
+from ..error_bounds.tree_members import MEMBER
 from ..solvers.freedom import held_unknowns
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended
@@ -228,10 +228,10 @@ def _extent(statics: Statics) -> Real:
 def _absolute(state: EquilibriumResidual, motions: Real) -> Real:
     """The unknowns in motions as the frame's own coordinates have them."""
     out, moved = motions.copy(), displaced(state, state.unknowns, motions)[1]
-    hung = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
+    determinate = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
     for index, unknown in enumerate(state.unknowns):
         node, component = divmod(unknown, 6)
-        if node in hung:
+        if node in determinate:
             out[..., index] = moved[..., node, component]
     return out
 

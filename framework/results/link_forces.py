@@ -99,7 +99,7 @@ def _gathered(springs: Springs, ends: Array, count: int) -> Array:
 
 
 def _passed_on(kinematics: FrameKinematics, nodal: Array) -> Array:
-    """Sizes (..., nodes, 2) with those of all that hangs on a node."""
+    """Sizes (..., nodes, 2) with those of all that a node carries."""
     links = [link for link in kinematics.links if link.sign]
     arms = [link.arm.shape[:-1] for link in links if link.arm is not None]
     shape = np.broadcast_shapes(nodal.shape[:-2], *arms)

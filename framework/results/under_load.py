@@ -12,7 +12,7 @@ from ..batched.plan import Plan
 from ..error_bounds.bounds import Cut
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.hanging import MEMBER
+from ..error_bounds.tree_members import MEMBER
 from ..structure.assembly import hung_weights
 from ..structure.edge import GROUND
 from ..structure.member_loads import applied_forces, weight_forces

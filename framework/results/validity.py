@@ -24,8 +24,8 @@ from ..batch import Array, aligned
 from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
+from ..error_bounds.tree_members import MEMBER
 from ..states import SolutionState
 from ..structure.edge import GROUND
 from .geometric import of_link

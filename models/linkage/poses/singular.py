@@ -51,12 +51,12 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     columns = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in mechanism.unknown]
     there = motion.assembly.closed[..., None, None]
     matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / np.array(columns)
-    margin = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
-    bad = np.broadcast_to(margin < SINGULAR, shape)
+    ratio = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
+    bad = np.broadcast_to(ratio < SINGULAR, shape)
     free = _free(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad], rank)
     least = np.zeros((*shape, n, free.shape[-1]))
     least[bad] = free
-    return np.broadcast_to(margin, shape), least / np.array(columns)[:, None]
+    return np.broadcast_to(ratio, shape), least / np.array(columns)[:, None]
 
 
 def _free(matrix: Array, rank: int) -> Array:
@@ -103,10 +103,10 @@ def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, 
 
     `held` is what `conditioning` tells of the motion.
     """
-    margin, least = held
+    ratio, least = held
     still = standing_still(motion)
     none = np.zeros(motion.assembly.shape, dtype=bool)
-    state = singular_states(margin, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
+    state = singular_states(ratio, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
     status = words(state, PoseState).astype("<U200")
     for joint, where in reversed(list(still.items())):
         lost = "is stationary" if len(motion.drives.rates) == 1 else "loses a degree of freedom"
