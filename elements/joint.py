@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from ..framework.batch import rotation
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, JointElement, proven
+from ..framework.renamed import RenamedAttribute, renamed_keywords
+from .clearance_directions import checked_directions
 from .parameters import array_of, common_shape, require, shape_of
-from .play import checked_play
 
 
 @proven
@@ -25,7 +26,7 @@ class Joint(JointElement):
     ``f = diag(stiffness) d``, and the second with -f (Eq. 5 of the four-bar paper:
     ``[[k, -k], [-k, k]]``). In a screw the spring along z acts on ``uz - pitch rz / 2 pi``.
 
-    With a clearance ε the displacement d in the components of `play` is free inside a ball of radius ε (a circle
+    With a clearance ε the displacement d in the `clearance_directions` is free inside a ball of radius ε (a circle
     where there are two, a stretch where there is one) and stiff beyond: in contact along the unit vector n,
     ``d = (ε + f/k) n`` with the force f n. There is no friction.
 
@@ -38,10 +39,10 @@ class Joint(JointElement):
         Joint axes as columns, (..., 3, 3), in global components, orthonormal and right-handed;
         the global axes if not given.
     clearance : array_like
-        Radial clearance ε, (...), length (angle where the play is in rotations); 0 for none.
-    play : str or sequence of str, optional
-        Components ``ux uy uz`` or ``rx ry rz`` in which the joint has play, of one and the same stiffness. If not
-        given, the translations that the joint holds, but for the one along its axis if it turns about one axis
+        Radial clearance ε, (...), length (angle where its directions are rotations); 0 for none.
+    clearance_directions : str or sequence of str, optional
+        Components ``ux uy uz`` or ``rx ry rz`` in which the joint has clearance, of one and the same stiffness. If not
+        given, the translations that the joint constrains, but for the one along its axis if it turns about one axis
         only: ``ux uy`` of a revolute about z, all three of a spherical joint, ``uy uz`` of a slider along x.
     pitch : array_like
         Advance of the second node along z per turn about z, (...), length; positive for a right-handed screw.
@@ -50,7 +51,7 @@ class Joint(JointElement):
     ------
     FrameError
         If a stiffness is negative or NaN, if there are not six, if `axes` are not orthonormal, if a clearance is
-        negative or not finite, a pitch is not finite, or if the components of `play` are free, unequal, or of both
+        negative or not finite, a pitch is not finite, or if the `clearance_directions` are free, unequal, or of both
         kinds.
 
     Examples
@@ -58,23 +59,26 @@ class Joint(JointElement):
     >>> revolute = Joint(stiffness=(2e11, 2e11, 2e11, 2e11, 2e11, 0.0))
     >>> revolute.matrix().shape
     (12, 12)
-    >>> Joint(stiffness=(2e11, 2e11, 2e11, 2e11, 2e11, 0.0), clearance=1e-4).play
+    >>> Joint(stiffness=(2e11, 2e11, 2e11, 2e11, 2e11, 0.0), clearance=1e-4).clearance_directions
     (0, 1)
     """
 
     stiffness: Array = field(metadata={"trailing": 1})
     axes: Array | None = field(metadata={"trailing": 2})
     clearance: Array
-    play: tuple[int, ...]
+    clearance_directions: tuple[int, ...]
     pitch: Array
 
+    play = RenamedAttribute("clearance_directions")
+
+    @renamed_keywords(play="clearance_directions")
     def __init__(
         self,
         stiffness: ArrayLike,
         axes: ArrayLike | None = None,
         *,
         clearance: ArrayLike = 0.0,
-        play: str | Sequence[str] | None = None,
+        clearance_directions: str | Sequence[str] | None = None,
         pitch: ArrayLike = 0.0,
     ) -> None:
         springs = array_of("Joint", "stiffness", stiffness)
@@ -92,7 +96,9 @@ class Joint(JointElement):
         object.__setattr__(self, "axes", turned)
         object.__setattr__(self, "clearance", gap)
         object.__setattr__(self, "pitch", advance)
-        object.__setattr__(self, "play", checked_play(springs, play) if gap.any() or play is not None else ())
+        asked = gap.any() or clearance_directions is not None
+        directions = checked_directions(springs, clearance_directions) if asked else ()
+        object.__setattr__(self, "clearance_directions", directions)
 
     def along(self, axes: Array) -> Joint:
         """The joint with other axes.

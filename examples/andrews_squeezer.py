@@ -41,7 +41,7 @@ linkage.link("K4", "E", "G")
 linkage.link("K5", "G", "A")
 linkage.link("K6", "E", "H")
 linkage.link("K7", "H", "A")
-linkage.revolute("O", "ground", "K1", drive=True, at=START[0])
+linkage.revolute("O", "ground", "K1", drive=True, reference=START[0])
 linkage.revolute("F", "K1", "K2")
 linkage.revolute("E", "K2", "K3", "K4", "K6")  # four links on one pin
 linkage.revolute("B", "ground", "K3")

@@ -6,7 +6,7 @@ Opposite links are alike: lengths a and b, angles α and β between the axes at 
                                    tan(θ/2) tan(φ/2) = sin((β + α)/2) / sin((β − α)/2)
 
 (G. T. Bennett, A new mechanism, Engineering 76 (1903) 777.) The loop has six equations for three unknown angles: the
-mobility is −2 by count and 1 in truth, with three constraints more than are needed.
+mobility is −2 by the Grübler-Kutzbach count; the actual one is 1, with three redundant constraints.
 """
 
 import numpy as np
@@ -37,10 +37,10 @@ for k, angle in enumerate(angles):  # turn about the hinge, go along the link, l
 
 for k in range(3):
     linkage.link(f"link {k}", f"H{k}", f"H{k + 1}")
-linkage.revolute("H0", "ground", "link 0", axis=axes[0], at=angles[0], drive=True)
-linkage.revolute("H1", "link 0", "link 1", axis=axes[1], at=angles[1])
-linkage.revolute("H2", "link 1", "link 2", axis=axes[2], at=angles[2])
-linkage.revolute("H3", "link 2", "ground", axis=axes[3], at=angles[3])
+linkage.revolute("H0", "ground", "link 0", axis=axes[0], reference=angles[0], drive=True)
+linkage.revolute("H1", "link 0", "link 1", axis=axes[1], reference=angles[1])
+linkage.revolute("H2", "link 1", "link 2", axis=axes[2], reference=angles[2])
+linkage.revolute("H3", "link 2", "ground", axis=axes[3], reference=angles[3])
 
 theta = np.radians(np.arange(10.0, 351.0, 5.0))
 motion = linkage.move(H0=theta)

@@ -6,7 +6,8 @@ Solids and Structures 42 (2005) 2287, with their α at 90°)
 
         cos θ + cos φ + cos θ cos φ = 0
 
-The loop has six equations for five unknown angles: mobility 0 by count, 1 in truth, one constraint too many.
+The loop has six equations for five unknown angles: mobility 0 by the Grübler-Kutzbach count, actual mobility 1, one
+redundant constraint.
 """
 
 import numpy as np
@@ -35,7 +36,7 @@ names = ("ground", *(f"link {k}" for k in range(5)), "ground")
 for k in range(5):
     linkage.link(names[k + 1], f"H{k}", f"H{k + 1}")
 for k in range(6):
-    linkage.revolute(f"H{k}", names[k], names[k + 1], axis=axes[k], at=angles[k], drive=k == 0)
+    linkage.revolute(f"H{k}", names[k], names[k + 1], axis=axes[k], reference=angles[k], drive=k == 0)
 
 theta = np.radians(np.linspace(62.0, 118.0, 57))
 motion = linkage.move(H0=theta)

@@ -48,7 +48,7 @@ for k in range(3):
 linkage.link("platform", "P", *(f"C{k}{side}" for k in range(3) for side in "lr"))
 for k in range(3):
     linkage.link(f"arm {k}", f"A{k}", f"B{k}l", f"B{k}r")
-    linkage.revolute(f"A{k}", "ground", f"arm {k}", axis=tangent[k], drive=True, at=start[k])
+    linkage.revolute(f"A{k}", "ground", f"arm {k}", axis=tangent[k], drive=True, reference=start[k])
     for side in "lr":
         linkage.link(f"rod {k}{side}", f"B{k}{side}", f"C{k}{side}")
         linkage.spherical(f"B{k}{side}", f"arm {k}", f"rod {k}{side}")

@@ -40,7 +40,9 @@ for name, (foot, head) in CYLINDERS.items():
     linkage.link(f"{name}, rod", head)
     linkage.revolute(foot, barrel, f"{name}, barrel")
     linkage.revolute(head, moved, f"{name}, rod")
-    linkage.prismatic(head, f"{name}, barrel", f"{name}, rod", axis=axis, drive=True, at=length(foot + head), name=name)
+    linkage.prismatic(
+        head, f"{name}, barrel", f"{name}, rod", axis=axis, drive=True, reference=length(foot + head), name=name
+    )
 linkage.revolute("O", "ground", "boom")
 linkage.revolute("S", "boom", "stick")
 linkage.revolute("R", "stick", "rocker")

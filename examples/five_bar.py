@@ -33,11 +33,11 @@ linkage.link("left arm", "A", "B")
 linkage.link("left rod", "B", "P")
 linkage.link("right rod", "D", "P")
 linkage.link("right arm", "E", "D")
-linkage.revolute("A", "ground", "left arm", drive=True, at=left)
+linkage.revolute("A", "ground", "left arm", drive=True, reference=left)
 linkage.revolute("B", "left arm", "left rod")
 linkage.revolute("P", "left rod", "right rod")
 linkage.revolute("D", "right rod", "right arm")
-linkage.revolute("E", "ground", "right arm", drive=True, at=right)
+linkage.revolute("E", "ground", "right arm", drive=True, reference=right)
 
 # A circle of 100 mm radius about the home position, begun from its lowest point.
 turn = np.linspace(0.0, 2.0 * np.pi, 121)

@@ -1,4 +1,4 @@
-"""The picture in README: the four-bar of four_bar.py bent by its load, and how far P gives way at every pose."""
+"""The picture in README: the four-bar of four_bar.py bent by its load, and how far P deflects at every pose."""
 
 from pathlib import Path
 

@@ -1,10 +1,10 @@
-"""Clearance in the pins of a four-bar under load: where each journal rests, and where it is thrown across.
+"""Clearance in the pins of a four-bar under load: the contact state of each journal, and where contact changes side.
 
              P ↑ F
             / \\
        B o-+---+-o D         pins B, D and E have a radial clearance; the load presses each journal
-        /       /            against its bearing, along the force that the pin transmits: P gives way
-    A #- - - - o E           by  Σ ε |R| / F  beyond what links and pins yield
+        /       /            against its bearing, along the force that the pin transmits: P moves
+    A #- - - - o E           by  Σ ε |R| / F  beyond what links and pins deflect
 """
 
 import numpy as np
@@ -17,11 +17,11 @@ frame = motion.frame(clearance)
 frame.load("P", fy=100.0)
 solution, tight = frame.solve(), frame.solve(clearance=False)
 
-play = solution.displacement("P")[:, 1] - tight.displacement("P")[:, 1]
+by_clearance = solution.displacement("P")[:, 1] - tight.displacement("P")[:, 1]
 contact = solution.contact("E")
-thrown = np.degrees(theta[:-1][contact.jumps()])
+changes = np.degrees(theta[:-1][contact.jumps()])
 
 if __name__ == "__main__":
-    print(f"P gives way by clearance from {1e6 * play.min():.0f} to {1e6 * play.max():.0f} µm")
+    print(f"clearance moves P by {1e6 * by_clearance.min():.0f} to {1e6 * by_clearance.max():.0f} µm")
     print(f"by compliance up to {1e6 * tight.displacement('P')[:, 1].max():.0f} µm")
-    print(f"the journal in E is thrown across after {', '.join(f'{angle:g}°' for angle in thrown)}")
+    print(f"contact in joint E changes side after {', '.join(f'{angle:g}°' for angle in changes)}")

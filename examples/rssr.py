@@ -37,10 +37,10 @@ linkage = Linkage(O=(0, 0, 0), B=pin(start), Q=PIVOT, D=PIVOT + ROCKER * np.arra
 linkage.link("crank", "O", "B")
 linkage.link("rod", "B", "D")
 linkage.link("rocker", "D", "Q")
-linkage.revolute("O", "ground", "crank", drive=True, at=start)
+linkage.revolute("O", "ground", "crank", drive=True, reference=start)
 linkage.spherical("B", "crank", "rod")
 linkage.spherical("D", "rod", "rocker")
-linkage.revolute("Q", "ground", "rocker", axis=(1, 0, 0), at=phi)
+linkage.revolute("Q", "ground", "rocker", axis=(1, 0, 0), reference=phi)
 
 theta = np.linspace(0.0, 2.0 * np.pi, 73)
 motion = linkage.move(O=theta, rates={"O": 1.0})

@@ -38,7 +38,7 @@ def lift(stages):
             linkage.revolute(f"R{level}", f"up {level - 1}", f"down {level}")
     linkage.revolute("L0", "ground", "up 0")
     linkage.revolute("R0", "foot", "down 0")
-    linkage.prismatic("R0", "ground", "foot", axis=(1, 0, 0), at=START, drive=True, name="push")
+    linkage.prismatic("R0", "ground", "foot", axis=(1, 0, 0), reference=START, drive=True, name="push")
     linkage.revolute(f"L{stages}", f"down {stages - 1}", "platform")
     linkage.revolute(f"R{stages}", f"up {stages - 1}", "slider")
     linkage.prismatic(f"R{stages}", "platform", "slider", axis=(1, 0, 0))

@@ -29,10 +29,10 @@ linkage = Linkage(A=(0, 0), B=(CRANK * np.cos(START), CRANK * np.sin(START)), C=
 linkage.link("crank", "A", "B")
 linkage.link("rod", "B", "C")
 linkage.link("piston", "C")
-linkage.revolute("A", "ground", "crank", drive=True, at=START)  # angles are counted from x
+linkage.revolute("A", "ground", "crank", drive=True, reference=START)  # angles are counted from x
 linkage.revolute("B", "crank", "rod")
 linkage.revolute("C", "rod", "piston")
-linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), at=place(START), name="slide")
+linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), reference=place(START), name="slide")
 
 theta = np.radians(np.arange(0.0, 361.0, 5.0))
 motion = linkage.move(A=theta, rates={"A": 10.0})

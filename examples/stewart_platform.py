@@ -3,7 +3,7 @@ r"""Stewart-Gough platform: six legs of variable length carry a platform in all 
   C ______ C            The legs for a wanted place p and turn R of the platform are
    /\\  /\ \                                   L = |p + R c − b|
   /  \/   \ \           for each leg from b on the base to c on the platform. The other way round has up to
- /___/\____\_\          forty answers: Newton takes the one that hangs together with the drawing.
+ /___/\____\_\          forty answers: Newton takes the one of the reference configuration's mode.
 B     B      B
                         (V. E. Gough and S. G. Whitehall 1962; D. Stewart, A platform with six degrees of
                         freedom, Proc. Instn Mech. Engrs 180 (1965) 371.)
@@ -46,7 +46,9 @@ for k in range(6):
     linkage.link(f"cylinder {k}", f"B{k}", f"M{k}")
     linkage.link(f"piston {k}", f"M{k}", f"C{k}")
     linkage.universal(f"B{k}", "ground", f"cylinder {k}", axis=across, second=np.cross(across, leg))
-    linkage.prismatic(f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, at=start[k], name=f"leg {k}")
+    linkage.prismatic(
+        f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, reference=start[k], name=f"leg {k}"
+    )
     linkage.spherical(f"C{k}", f"piston {k}", "platform")
 
 s = np.linspace(0.0, 2.0 * np.pi, 61)

@@ -44,7 +44,7 @@ linkage.link("platform", "C0", "C1", "C2", "P")
 for k in range(3):
     linkage.link(f"arm {k}", f"A{k}", f"B{k}")
     linkage.link(f"rod {k}", f"B{k}", f"C{k}")
-    linkage.revolute(f"A{k}", "ground", f"arm {k}", drive=True, at=home[k])
+    linkage.revolute(f"A{k}", "ground", f"arm {k}", drive=True, reference=home[k])
     linkage.revolute(f"B{k}", f"arm {k}", f"rod {k}")
     linkage.revolute(f"C{k}", f"rod {k}", "platform")
 

@@ -8,7 +8,7 @@ class FrameError(ValueError):
 
 
 class MechanismWarning(UserWarning):
-    """Some batch entries can move without resistance; their results are NaN and say so in `status`."""
+    """Some batch entries are kinematically unstable; their results are NaN and say so in `status`."""
 
 
 class PathWarning(UserWarning):

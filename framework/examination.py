@@ -342,14 +342,22 @@ def _held(what: str, attribute: str, value: Any, trailing: tuple[int, ...], shap
 
 
 def _play(what: str, element: JointElement) -> None:
-    play = held(what, element, "play")
-    if not isinstance(play, tuple) or not all(k in range(6) for k in play) or len({k // 3 for k in play}) > 1:
-        raise FrameError(f"{what}: play is {play!r}: give indices from 0 to 5, of translations or of rotations")
-    if element.clearance.any() and not play:
-        raise FrameError(f"{what}: clearance is given and play is empty: give the components that have it")
-    springs = element.stiffness[..., list(play)]
-    if play and (np.any(springs != springs[..., :1]) or not np.all(springs)):
-        raise FrameError(f"{what}: components {play} of play are free or of unequal stiffness: give one and the same")
+    directions = held(what, element, "clearance_directions")
+    known = isinstance(directions, tuple) and all(k in range(6) for k in directions)
+    if not known or len({k // 3 for k in directions}) > 1:
+        raise FrameError(
+            f"{what}: clearance_directions are {directions!r}: give indices from 0 to 5, of translations or of "
+            "rotations"
+        )
+    if element.clearance.any() and not directions:
+        raise FrameError(
+            f"{what}: clearance is given and clearance_directions are empty: give the components that have it"
+        )
+    springs = element.stiffness[..., list(directions)]
+    if directions and (np.any(springs != springs[..., :1]) or not np.all(springs)):
+        raise FrameError(
+            f"{what}: clearance_directions {directions} are free or of unequal stiffness: give one and the same"
+        )
 
 
 def _joint_matrix(what: str, element: JointElement) -> None:

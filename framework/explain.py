@@ -63,7 +63,7 @@ def _coordinates(plan: Plan) -> list[str]:
     dependent = len(tree.elimination.rows)
     return [
         f"Joint-relative coordinates: {6 * len(plan.topology.number)} nodal displacements become {len(plan.unknowns)} "
-        f"unknowns; {ideal} held components are absent"
+        f"unknowns; {ideal} constrained components are absent"
         + (f", {dependent} more are eliminated because their joints close a loop." if dependent else "."),
         f"{len(tree.springs)} springs stand on the diagonal or close a loop.",
     ]
@@ -157,8 +157,9 @@ def _idle(solution: LinearResults) -> list[str]:
     if idle is None:
         return []
     return [
-        f"Idle: {int(idle.mask.sum())} entries can move, though no load makes them. They are solved anew, an unknown "
-        f"held for each of {len(idle.motions([]))} free motions at most, which takes no force; what these move is NaN."
+        f"Statically consistent mechanisms: {int(idle.mask.sum())} entries, on whose free motions the load does no "
+        f"work. They are solved anew, an unknown constrained for each of {len(idle.motions([]))} free motions at most, "
+        "which takes no force; what these move is NaN."
     ]
 
 
@@ -171,9 +172,9 @@ def _clearances(frame: Description, resting: Clearances | None) -> list[str]:
         "Clearances: above is the frame with each joint's offset in contact, found before from the joint forces "
         "without clearances"
         + (
-            "; no offset meets resistance, so that the journals lie along these forces."
+            "; no offset meets any stiffness, so that contact is along these forces."
             if equilibrium
-            else " and their answer to a unit offset in each joint, as the place of least energy."
+            else " and their answer to a unit offset in each joint, at the minimum of energy."
         )
     ]
     for name, state in zip(resting.names, resting.state, strict=True):

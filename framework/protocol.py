@@ -565,8 +565,8 @@ class JointElement(ABC):
     axes
         (..., 3, 3), the joint's axes as columns in global components; None for the global axes.
     clearance
-        (...), radius of the ball inside which the components in `play` are free; 0 for none.
-    play
+        (...), radius of the ball inside which the `clearance_directions` are free; 0 for none.
+    clearance_directions
         Indices of these components, of equal stiffness; empty for none.
     pitch
         (...), advance along z per turn about z: the spring along z acts on what differs from it.
@@ -575,7 +575,7 @@ class JointElement(ABC):
     stiffness: Array
     axes: Array | None
     clearance: Array
-    play: tuple[int, ...]
+    clearance_directions: tuple[int, ...]
     pitch: Array
 
     @property
@@ -606,7 +606,8 @@ class JointElement(ABC):
         """
 
     def resistance(self, displacement: Array, pick: Change) -> tuple[Array, Array, Array]:
-        """Energy, force and tangent at a displacement in the joint's axes: springs, and contact in what has play.
+        """Energy, force and tangent at a displacement in the joint's axes: springs, and contact in the clearance
+        directions.
 
         A joint of another law overrides this; large displacement then follows it in place of the springs of all
         components that are not ideal. Forces must be the gradient of the energy, and the tangent its second derivative
@@ -625,15 +626,17 @@ class JointElement(ABC):
             (m,), (m, 6) and (m, 6, 6), see `linkframe.framework.clearances.contact.law`; nothing from ideal components.
         """
         springs = np.where(np.isinf(self.stiffness), 0.0, self.stiffness)
-        free = list(self.play)
+        free = list(self.clearance_directions)
         stiffness = pick(springs, 1) + 0.0 * displacement
         contact = stiffness[:, free[0]].copy() if free else np.zeros(len(displacement))
         stiffness[:, free] = 0.0
         energy, force = 0.5 * np.sum(stiffness * displacement**2, axis=-1), stiffness * displacement
         tangent = stiffness[:, :, None] * np.eye(6)
         if free:
-            pull, turning, stored = law(displacement[:, free], pick(self.clearance[..., None], 1)[:, 0], contact)
-            force[:, free] = pull
+            generalised_force, turning, stored = law(
+                displacement[:, free], pick(self.clearance[..., None], 1)[:, 0], contact
+            )
+            force[:, free] = generalised_force
             tangent[np.ix_(range(len(force)), free, free)] = turning
             energy = energy + stored
         return energy, force, tangent

@@ -46,7 +46,7 @@ from .structure.parts import Row
 class Solution(SavedResults):
     """Displacements, reactions and forces of a solved frame, each of the frame's batch shape.
 
-    Obtained from ``frame.solve()``. Entries that loads move without resistance hold NaN and say so in `status`; a
+    Obtained from ``frame.solve()``. Entries that are kinematically unstable hold NaN and say so in `status`; a
     `MechanismWarning` tells so when they are first read. Where no load does work on a free motion, only displacements
     that it has a part in are NaN. A part of the frame that no member, joint or tie
     connects with what moves keeps its results.
@@ -379,10 +379,10 @@ class Solution(SavedResults):
     def status(self) -> NDArray[np.str_]:
         """State of each batch entry in words, (...).
 
-        ``regular``; ``mechanism`` where loads move it without resistance, as far as extended precision can tell
-        (`distance_to_singularity` is rounding, 1e-15, where it is so); ``idle`` where it can move but no load does so:
-        forces hold, and displacements but those that depend on how far it has moved, which are NaN (a
-        `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can move within
+        ``regular``; ``mechanism`` where it is kinematically unstable, as far as extended precision can tell
+        (`distance_to_singularity` is rounding, 1e-15, where it is so); ``statically consistent mechanism`` where the
+        load does no work on its free motion: forces hold, and displacements but those along that motion, which are NaN
+        (a `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can move within
         their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding hides
         a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries at which that is
         not regular carry its words, such as ``near dead point``.
@@ -401,9 +401,9 @@ class Solution(SavedResults):
         idle = self.solver.singular(excited=False)
         if isinstance(self.solver, BroadcastSolver):
             idle = idle & ~resting(self.plan, idle)
-        state = put(states_of(self.shape, SolutionState.REGULAR), idle, SolutionState.IDLE)
+        state = put(states_of(self.shape, SolutionState.REGULAR), idle, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.idle is not None:
-            state = put(state, self.idle.mask, SolutionState.IDLE)
+            state = put(state, self.idle.mask, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.clearances is not None:
             for contact, whole in ((FREE, SolutionState.FREE), (UNRESOLVED, SolutionState.UNRESOLVED)):
                 state = put(state, (self.clearances.state == contact).any(axis=0), whole)
@@ -417,7 +417,7 @@ class Solution(SavedResults):
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
-        """Entries that the loads move without resistance."""
+        """Entries that are kinematically unstable under the loads."""
         found = self.solver.singular(excited=True)
         if self.resolved is not None:
             found = found & ~self.resolved.mask
@@ -650,7 +650,7 @@ class Solution(SavedResults):
         inf where the frame is a mechanism, and where its load exceeds a buckling load.
 
         From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
-        `linkframe.framework.results.validity`. A contact that is thrown to another side on the way is not foreseen.
+        `linkframe.framework.results.validity`. A contact that changes side on the way is not foreseen.
 
         Returns
         -------
@@ -854,7 +854,7 @@ class Solution(SavedResults):
         if self.clearances is not None:
             raise FrameError(
                 "bounds, refinement and sensitivities are those of a linear solution, and this one has contacts in its "
-                "joints' clearances: ask frame.solve(clearance=False), with frame.offset where the journals rest"
+                "joints' clearances: ask frame.solve(clearance=False), with frame.offset for the contact"
             )
         result: Array = getattr(self, checked_kind(of))(name)
         return self.frame.aliases.get(name, name) if of in ("displacement", "reaction") else name, result
@@ -882,20 +882,20 @@ class Solution(SavedResults):
         if free.any():
             self._warned = True
             warnings.warn(
-                f"{free.sum()} of {free.size} batch entries are free: no force says where a journal rests within its "
-                "clearance, so that their results are one choice of many, and statistics of them mean nothing",
+                f"{free.sum()} of {free.size} batch entries are free: no force determines the contact of a journal in "
+                "its clearance, so that their results are one choice of many, and statistics of them mean nothing",
                 MechanismWarning,
                 stacklevel=_reader(),
             )
 
     def _warning(self, singular: NDArray[np.bool_]) -> str:
         if not singular.ndim:
-            return f"the frame can move without resistance and its results are NaN: {self.mechanism()}"
+            return f"the frame is kinematically unstable and its results are NaN: {self.mechanism()}"
         entry = tuple(int(k) for k in np.argwhere(singular)[0])
         idle = 0 if self.idle is None else int(self.idle.mask.sum())
-        more = f", and {idle} more can move, though no load makes them, with displacements NaN that tell how far"
+        more = f", and {idle} more are statically consistent mechanisms, with displacements NaN along the free motion"
         return (
-            f"{singular.sum()} of {singular.size} batch entries can move without resistance and their results are NaN"
+            f"{singular.sum()} of {singular.size} batch entries are kinematically unstable and their results are NaN"
             f"{more if idle else ''}; the first, {entry}: {self.mechanism(*entry)}"
         )
 
@@ -903,8 +903,8 @@ class Solution(SavedResults):
         assert self.idle is not None
         entry = tuple(int(k) for k in np.argwhere(self.idle.mask)[0])
         return (
-            "the frame can move, though no load makes it, and displacements that depend on how far it has are NaN: "
-            f"{self.mechanism(*entry)}"
+            "the frame is a statically consistent mechanism: the load does no work on its free motion, and "
+            f"displacements along that are NaN: {self.mechanism(*entry)}"
         )
 
 

@@ -25,11 +25,11 @@ class SolutionState(State):
     Linear solutions have the first six, and the last.
 
     * ``REGULAR``: all results hold.
-    * ``IDLE``: the frame can move, but no load makes it; forces hold, displacements that depend on how far it has moved
-      are NaN.
+    * ``STATICALLY_CONSISTENT_MECHANISM``: the frame can move, but the load does no work on its free motion; forces
+      hold, displacements along that motion are NaN.
     * ``FREE``: joints can move within their clearances without any force; the results are one choice of many.
     * ``UNRESOLVED``: rounding hides a contact.
-    * ``MECHANISM``: loads move the frame without resistance; results are NaN.
+    * ``MECHANISM``: the frame is kinematically unstable, loads move it without resistance; results are NaN.
     * ``ABSENT``: the entry was left out; results are NaN.
     * ``STABLE``, ``STABLE_BEYOND_A_SADDLE``, ``UNSTABLE``, ``NOT_CONVERGED``: of equilibria at large displacement.
     * ``POSE_NOT_REGULAR``: regular as a solution, of a pose of a motion that is not: `status` has the motion's words.
@@ -48,7 +48,7 @@ class SolutionState(State):
     """
 
     REGULAR = 0
-    IDLE = 1
+    STATICALLY_CONSISTENT_MECHANISM = 1
     FREE = 2
     UNRESOLVED = 3
     MECHANISM = 4

@@ -38,7 +38,7 @@ def pressed(clearance: Array, force: Complex, largest: Array) -> Complex:
 
     `force` is what the joint exerts on its first link. If the second link carries the journal, the journal moves
     along `force` until it presses the bearing that way; if the first carries it, the bearing moves that way and
-    presses the journal: the offset is the same. A joint without force stays centred, as nothing presses it anywhere.
+    presses the journal: the offset is the same. A joint without force stays centred, as nothing brings it into contact.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ from ..dofs import DISPLACEMENTS
 from ..errors import MechanismWarning
 from ..results.linear import LinearResults
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
-from .resting import Play, Rest
+from .resting import ClearanceComponents, Rest
 from .unit_offsets import Solve, against_offsets
 
 
@@ -59,19 +59,19 @@ class Clearances:
     def __init__(self, frame: Description, tight: LinearResults, solve: Solve) -> None:
         self.frame, self.names = frame, loose_joints(frame)
         joints = [frame.joints[name].element for name in self.names]
-        own = np.repeat(np.arange(len(joints)), [len(joint.play) for joint in joints])
-        play = Play(self.names, own, [k for joint in joints for k in joint.play])
+        own = np.repeat(np.arange(len(joints)), [len(joint.clearance_directions) for joint in joints])
+        components = ClearanceComponents(self.names, own, [k for joint in joints for k in joint.clearance_directions])
         with warnings.catch_warnings():
             # Entries that are mechanisms have no contact, which their state tells.
             warnings.simplefilter("ignore", MechanismWarning)
-            force = np.stack([tight.joint_force(name)[..., k] for name, k in play.pairs])
+            force = np.stack([tight.joint_force(name)[..., k] for name, k in components.pairs])
         self._singular = np.asarray(np.isnan(force).any(axis=0))
         loaded = np.any(force.reshape(len(force), -1) != 0.0, axis=1)
-        self._resistance = against_offsets(frame, play, loaded, solve)
+        self._resistance = against_offsets(frame, components, loaded, solve)
         radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
         force = np.nan_to_num(force) if self._singular.any() else force
         resistance = self._resistance.stiffness, self._resistance.members
-        self.rest = Rest(play, *resistance, force, radius, _load(tight.plan), frame.size)
+        self.rest = Rest(components, *resistance, force, radius, _load(tight.plan), frame.size)
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
@@ -89,7 +89,7 @@ class Clearances:
     def offsets(self) -> Description:
         """The frame with each journal where it rests, as offsets of its joints."""
         out = self.frame.copy()
-        for (name, k), offset in zip(self.rest.play.pairs, self.rest.offset, strict=True):
+        for (name, k), offset in zip(self.rest.components.pairs, self.rest.offset, strict=True):
             imposed = self.frame.offsets.get(name, {}).get(k, 0.0)
             out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
         return out
@@ -117,8 +117,8 @@ class Clearances:
     def _vector(self, j: int, values: Array) -> Array:
         """Values by component, (n, ...), as vectors in the axes of joint j, (..., 3)."""
         out = np.zeros((*self.frame.shape, 3))
-        for index in np.flatnonzero(self.rest.play.own == j):
-            out[..., self.rest.play.component[index] % 3] = values[index]
+        for index in np.flatnonzero(self.rest.components.own == j):
+            out[..., self.rest.components.component[index] % 3] = values[index]
         return out
 
 

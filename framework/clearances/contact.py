@@ -31,7 +31,7 @@ class Contact:
         ``absent`` where the frame does not exist.
     normal
         Direction in which the second node rests from the first, and in which the joint pulls the first, unit vector
-        (..., 3) in global axes, of the rotation where the play is in rotations; zero where not closed.
+        (..., 3) in global axes, of the rotation where the clearance is in rotations; zero where not closed.
     force
         Contact force (moment), (...), not negative.
     gap
@@ -75,7 +75,7 @@ class Contact:
         return np.where(self.closed, np.arctan2(self.normal[..., 1], self.normal[..., 0]), np.nan)
 
     def jumps(self, axis: int = -1, turn: float = np.pi / 2.0) -> NDArray[np.bool_]:
-        """Where the contact is lost, found or thrown to another side between neighbours along a batch axis.
+        """Where contact is lost, made or changes side between neighbours along a batch axis.
 
         A reaction that passes through zero between two poses lies on the other side at the next: the journal flies
         across the clearance.
@@ -102,12 +102,12 @@ class Contact:
             raise FrameError(f"jumps of contact {self.joint!r} along axis {axis}: the batch has {ndim} axes")
         closed, normal = np.moveaxis(self.closed, axis, 0), np.moveaxis(self.normal, axis % ndim, 0)
         cosine = np.sum(normal[1:] * normal[:-1], axis=-1)
-        thrown = closed[1:] & closed[:-1] & (cosine < np.cos(turn))
-        return np.moveaxis((closed[1:] != closed[:-1]) | thrown, 0, axis)
+        changed = closed[1:] & closed[:-1] & (cosine < np.cos(turn))
+        return np.moveaxis((closed[1:] != closed[:-1]) | changed, 0, axis)
 
 
 def law(displacement: ArrayLike, clearance: ArrayLike, stiffness: ArrayLike) -> tuple[Array, Array, Array]:
-    """Force, tangent and energy of a joint in the components in which it has play.
+    """Force, tangent and energy of a joint in its clearance directions.
 
         W(δ) = k/2 max(|δ| − ε, 0)²,  f = k (|δ| − ε) n,  df/dδ = k n nᵀ + (|f|/|δ|) (1 − n nᵀ),  n = δ/|δ|
 

@@ -26,8 +26,8 @@ _BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
-class Play:
-    """Components with play, all joints in a row: names of the joints, joint and joint component of each."""
+class ClearanceComponents:
+    """Components with clearance, all joints in a row: names of the joints, joint and joint component of each."""
 
     names: list[str]
     own: NDArray[np.int64]
@@ -61,8 +61,8 @@ class Rest:
 
     Attributes
     ----------
-    play
-        The components with play.
+    components
+        The components with clearance.
     stiffness
         S, fall of the forces for unit offsets, (n, n, ...); it may lack axes over which it does not vary.
     members
@@ -77,7 +77,7 @@ class Rest:
         Length by which moments compare with forces.
     """
 
-    play: Play
+    components: ClearanceComponents
     stiffness: Array
     members: Array
     found: Array
@@ -87,22 +87,22 @@ class Rest:
 
     @cached_property
     def scale(self) -> Array:
-        """Largest load or joint force, a moment where the play is in rotations, (joints, ...)."""
-        turns, found = self.play.turns, np.abs(self.found)
+        """Largest load or joint force, a moment where they are rotations, (joints, ...)."""
+        turns, found = self.components.turns, np.abs(self.found)
         force, moment = (
             np.maximum(load, found[which].max(axis=0, initial=0.0))
             for load, which in zip(self.load, (~turns, turns), strict=True)
         )
         # without a size there are no arms, by which one would make the other
         both = np.maximum(force, moment / self.reach if self.reach else 0.0), np.maximum(moment, force * self.reach)
-        scale: Array = np.stack(both)[turns[self.play.starts].astype(np.int64)]
+        scale: Array = np.stack(both)[turns[self.components.starts].astype(np.int64)]
         return scale
 
     @cached_property
     def tight(self) -> Array:
         """Forces without clearance, (n, ...), those of rounding alone set to zero."""
-        loaded = self.play.length(self.found) > UNLOADED * self.scale
-        return self.found if loaded.all() else np.where(loaded[self.play.own], self.found, 0.0)
+        loaded = self.components.length(self.found) > UNLOADED * self.scale
+        return self.found if loaded.all() else np.where(loaded[self.components.own], self.found, 0.0)
 
     @property
     def offset(self) -> Array:
@@ -133,17 +133,19 @@ class Rest:
             state[:, some] = np.where(self._free(loose[:, some], some), FREE, state[:, some])
         if not self.stiffness.any():
             return state
-        normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.play.own]
-        pressed = np.where((closed & (self.radius > 0.0))[self.play.own], self.size[self.play.own] * normal, 0.0)
-        unheld = np.where((self.radius > 0.0)[self.play.own], self.force - pressed, 0.0)
-        wrong = ~(np.abs(unheld) <= _BALANCED * self.scale[self.play.own]).all(axis=0)
+        normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.components.own]
+        pressed = np.where(
+            (closed & (self.radius > 0.0))[self.components.own], self.size[self.components.own] * normal, 0.0
+        )
+        unheld = np.where((self.radius > 0.0)[self.components.own], self.force - pressed, 0.0)
+        wrong = ~(np.abs(unheld) <= _BALANCED * self.scale[self.components.own]).all(axis=0)
         return np.where(wrong, np.uint8(UNRESOLVED), state)
 
     @cached_property
     def _placed(self) -> tuple[Array, Array]:
         """Offset and size of the force: along the force where S vanishes, else where the energy is least."""
-        own, radius = self.play.own, self.radius
-        size = self.play.length(self.tight)
+        own, radius = self.components.own, self.radius
+        size = self.components.length(self.tight)
         offset = radius[own] * (self.tight / _or_one(size)[own])
         held = np.broadcast_to(np.any(self.stiffness != 0.0, axis=(0, 1)), self.tight.shape[1:])
         for part in _parts(held):
@@ -152,7 +154,7 @@ class Rest:
 
     def _least(self, part: NDArray[np.bool_]) -> tuple[Array, Array]:
         """Offset (n, N) and size of the force (joints, N) of least energy, at some entries."""
-        own, near, tight = self.play.own, self.radius[:, part], self.tight[:, part]
+        own, near, tight = self.components.own, self.radius[:, part], self.tight[:, part]
         stiffness = np.broadcast_to(self.stiffness, (len(own), *self.tight.shape))[:, :, part]
         widest, strongest = (_or_one(np.abs(values).max(axis=0)) for values in (near, tight))
         reach = (near / widest)[own]
@@ -160,12 +162,12 @@ class Rest:
             scaled = stiffness * (reach[:, None] * reach * (widest / strongest))
         x, multiplier = resting_points(scaled, tight / strongest * reach, own)
         offset = near[own] * x
-        left = self.play.length(tight - np.einsum("ijn,jn->in", stiffness, offset))
+        left = self.components.length(tight - np.einsum("ijn,jn->in", stiffness, offset))
         return offset, np.where(near > 0.0, strongest * multiplier / _or_one(near / widest), left)
 
     def _free(self, loose: NDArray[np.bool_], some: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Which of the `loose` joints, (joints, N), take part in a motion that no force resists, at `some` entries."""
-        own, count = self.play.own, len(self.play.own)
+        own, count = self.components.own, len(self.components.own)
         shape = self.found.shape[1:]
         stiffness = np.broadcast_to(self.stiffness, (count, count, *shape))[:, :, some]
         root = np.sqrt(np.broadcast_to(self.members, (count, *shape))[:, some])
@@ -175,7 +177,7 @@ class Rest:
         matrix[np.arange(count), np.arange(count)] += np.where(moving, 0.0, 1.0)
         values, vectors = np.linalg.eigh(np.moveaxis(matrix, -1, 0))
         part = np.where((values <= _SOFT)[:, None, :], np.abs(vectors), 0.0).max(axis=-1).T
-        return np.stack([(part[own == j] > _STILL).any(axis=0) for j in range(len(self.play.names))]) & loose
+        return np.stack([(part[own == j] > _STILL).any(axis=0) for j in range(len(self.components.names))]) & loose
 
 
 def _or_one(values: Array) -> Array:

@@ -17,7 +17,7 @@ from ..errors import FrameError, MechanismWarning
 from ..protocol import JointElement
 from ..results.linear import LinearResults
 from ..structure.parts import total
-from .resting import Play
+from .resting import ClearanceComponents
 
 Solve = Callable[[Description], LinearResults]
 
@@ -45,7 +45,9 @@ class Resistance:
     unknown: NDArray[np.bool_]
 
 
-def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_], solve: Solve) -> Resistance:
+def against_offsets(
+    frame: Description, components: ClearanceComponents, loaded: NDArray[np.bool_], solve: Solve
+) -> Resistance:
     """How a frame resists offsets in its joints.
 
     Whether a force comes of an offset at all depends on the geometry, not on how stiff the springs are. So it is asked
@@ -55,7 +57,7 @@ def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_], s
     ----------
     frame
         The frame.
-    play
+    components
         Components of its joints.
     loaded
         Which of them bear a force anywhere in the batch, (n,): only those count where the others move a mechanism.
@@ -70,10 +72,10 @@ def against_offsets(frame: Description, play: Play, loaded: NDArray[np.bool_], s
     joints = {name: joint.element for name, joint in frame.joints.items()}
     if all(_alike(element) for element in joints.values()):
         typical = {name: element.typical() for name, element in joints.items()}
-        found = _answer(frame, typical, play, loaded, solve)
+        found = _answer(frame, typical, components, loaded, solve)
         if not found.stiffness.any() or all(element.stiffness.size == 6 for element in joints.values()):
             return found
-    return _answer(frame, joints, play, loaded, solve)
+    return _answer(frame, joints, components, loaded, solve)
 
 
 def _alike(element: JointElement) -> bool:
@@ -83,16 +85,20 @@ def _alike(element: JointElement) -> bool:
 
 
 def _answer(
-    frame: Description, joints: dict[str, JointElement], play: Play, loaded: NDArray[np.bool_], solve: Solve
+    frame: Description,
+    joints: dict[str, JointElement],
+    components: ClearanceComponents,
+    loaded: NDArray[np.bool_],
+    solve: Solve,
 ) -> Resistance:
-    count = len(play.pairs)
-    found, plan = _falls(_bare(frame, joints), play, np.ones(count, dtype=bool), solve)
+    count = len(components.pairs)
+    found, plan = _falls(_bare(frame, joints), components, np.ones(count, dtype=bool), solve)
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
-    members = _members(plan, play)
+    members = _members(plan, components)
     root = np.sqrt(members)
     least = _LOOSE * root[:, None] * root
     if unknown.any() and not loaded.all():
-        found, _ = _falls(_bare(frame, joints), play, loaded, solve)
+        found, _ = _falls(_bare(frame, joints), components, loaded, solve)
         apart = loaded[:, None] & loaded
         coupled = np.abs(np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), 0.0, found)) > least
         unknown = np.asarray(np.isnan(found).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
@@ -107,23 +113,25 @@ def _answer(
     )
 
 
-def _falls(bare: Description, play: Play, asked: NDArray[np.bool_], solve: Solve) -> tuple[Array, Plan]:
+def _falls(
+    bare: Description, components: ClearanceComponents, asked: NDArray[np.bool_], solve: Solve
+) -> tuple[Array, Plan]:
     """Fall of the forces for a unit offset in each component that is `asked` for, (n, n, ...); NaN at mechanisms."""
-    count = len(play.pairs)
+    count = len(components.pairs)
     unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))
     for index in np.flatnonzero(asked):
-        name, k = play.pairs[index]
+        name, k = components.pairs[index]
         bare.offset(name, **{DISPLACEMENTS[k]: unit[index]})
     try:
         solution = solve(bare)
     except FrameError as error:
         raise FrameError(
-            f"joints {', '.join(play.names)} have clearance, but ideal ones among them close a loop of rigid links, in "
-            f"which no offset fits ({error}): give one of them a finite stiffness"
+            f"joints {', '.join(components.names)} have clearance, but ideal ones among them close a loop of rigid "
+            f"links, in which no offset fits ({error}): give one of them a finite stiffness"
         ) from error
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MechanismWarning)
-        found = -np.stack([solution.joint_force(name)[..., k] for name, k in play.pairs])
+        found = -np.stack([solution.joint_force(name)[..., k] for name, k in components.pairs])
     return found, solution.plan
 
 
@@ -144,10 +152,10 @@ def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
     return out
 
 
-def _members(plan: Plan, play: Play) -> Array:
+def _members(plan: Plan, components: ClearanceComponents) -> Array:
     """Largest stiffness of a member's end, against translation or rotation, by component, (n, ...)."""
     largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
     for a in plan.matrix:
         value = np.asarray(total(plan.scale(a))[1], dtype=np.float64)
         largest[a % 6 // 3] = np.maximum(largest[a % 6 // 3], value)
-    return np.stack([largest[k // 3][0] for k in play.component])
+    return np.stack([largest[k // 3][0] for k in components.component])

@@ -1,4 +1,5 @@
-"""The adjoint of an asked result: the displacements under the force, or the opening, that does work equal to it."""
+"""The adjoint of an asked result: the displacements under the force, or the relative displacement, that does work equal
+to it."""
 
 from __future__ import annotations
 
@@ -47,7 +48,7 @@ class Adjoint:
         self, state: EquilibriumResidual, compliance: Compliance, result: RequestedResults, steps: int = 0
     ) -> None:
         self.state, self.compliance, self.result = state, compliance, result
-        kinematics, imposed = state.kinematics, _openings(state, result)
+        kinematics, imposed = state.kinematics, _relative_displacements(state, result)
         self._fixed = _imposed(state, result).astype(np.float64)
         self.right = self._unbalanced(self._fixed, state.double, state.double_springs)
         self.answer: Real = compliance.solve(self.right)
@@ -75,9 +76,9 @@ class Adjoint:
         return [each.of(self.displacements, self.rough) for each in self.state.double_springs]
 
     @cached_property
-    def openings(self) -> list[Array]:
+    def relative_displacements(self) -> list[Array]:
         """Openings by link, (m, ..., 6)."""
-        return self.state.double.openings(self.rough, self.displacements)
+        return self.state.double.relative_displacements(self.rough, self.displacements)
 
     def held(self, index: int) -> list[Array]:
         """By link: force in its ideal components under unit force `index`, (..., 6); 0 in the others.
@@ -105,26 +106,31 @@ class Adjoint:
         found: Real = self.result.value + np.moveaxis(work, 0, -1)
         return found
 
-    def doubt(self) -> Real:
+    def error_bound(self) -> Real:
         """What `refined` may be off, (..., m)."""
         state, double = self.state, self.state.double
         spread = double.sizes(self.rough)
         total: Any = extended(0.0)
-        kinds = zip(state.double_springs, self._stretches, state.pull_doubts, state.member_pulls, strict=True)
-        for springs, found, doubt, pull in kinds:
-            total = total + _dot(found, doubt)
-            total = total + _dot(springs.sizes(spread, self.rough), state.fine * np.abs(pull))
-        opened = double.opening_sizes(self.rough, spread)
-        for k, found, own, pull, size in zip(
-            state.stiffness, self.openings, opened, state.pulls, state.opening_sizes, strict=True
+        kinds = zip(state.double_springs, self._stretches, state.force_error_bounds, state.member_forces, strict=True)
+        for springs, found, error_bound, generalised_force in kinds:
+            total = total + _dot(found, error_bound)
+            total = total + _dot(springs.sizes(spread, self.rough), state.fine * np.abs(generalised_force))
+        opened = double.displacement_sizes(self.rough, spread)
+        for k, found, own, generalised_force, size in zip(
+            state.stiffness,
+            self.relative_displacements,
+            opened,
+            state.generalised_forces,
+            state.displacement_sizes,
+            strict=True,
         ):
             if k.any():
                 here = np.abs(found) + _STRETCH * state.rounding * own
                 total = total + np.einsum("...k,...k->...", here, state.fine * k * size)
-                total = total + np.einsum("...k,...k->...", own, state.fine * np.abs(pull))
-        total = total + _dot(spread, state.loads.doubt + state.fine * np.abs(state.loads.forces))
+                total = total + np.einsum("...k,...k->...", own, state.fine * np.abs(generalised_force))
+        total = total + _dot(spread, state.loads.error_bound + state.fine * np.abs(state.loads.forces))
         total = total + _dot(np.abs(self.coordinates), state.fine * np.abs(state.residual))
-        out: Real = np.moveaxis(total + self._second_order(), 0, -1) + self.result.doubt
+        out: Real = np.moveaxis(total + self._second_order(), 0, -1) + self.result.error_bound
         return out + 4.0 * _LEAST * np.abs(self.refined)
 
     @cached_property
@@ -162,10 +168,12 @@ class Adjoint:
         root, firm, kinds = compliance.root, np.sqrt(compliance.least), state.double_springs
         if self._fine:
             left = self._unbalanced(self.coordinates, state.kinematics, state.springs)
-            noise = state.fine * self._load_sizes(self._stretches, [np.abs(opened) for opened in self.openings])
+            noise = state.fine * self._load_sizes(
+                self._stretches, [np.abs(opened) for opened in self.relative_displacements]
+            )
             spread = double.sizes(self.rough)
             members = sum((each.work(each.stiffness * each.sizes(spread, self.rough)) for each in kinds), np.zeros(()))
-            opened = zip(state.stiffness, double.opening_sizes(self.rough, spread), strict=True)
+            opened = zip(state.stiffness, double.displacement_sizes(self.rough, spread), strict=True)
             joints = sum((np.sum(k * size * size, axis=-1) for k, size in opened), np.zeros(()))
             rounded = state.fine * np.sqrt(members + joints)
             fine: Real = (_norm(extended(root) * left) + _norm(root * noise)) / firm + rounded
@@ -175,24 +183,37 @@ class Adjoint:
         if self.result.imposed:
             spread = double.sizes(self._fixed)
             imposed = [each.sizes(spread, self._fixed) for each in kinds]
-            sizes = self._load_sizes(imposed, double.opening_sizes(self._fixed, spread))
+            sizes = self._load_sizes(imposed, double.displacement_sizes(self._fixed, spread))
         careful = _CAREFUL + _CARRIED * len(state.kinematics.links)
-        noise = compliance.fuzz * _norm(self.answer / root) + careful * state.rounding * _norm(root * sizes)
+        noise = compliance.backward_error * _norm(self.answer / root) + careful * state.rounding * _norm(root * sizes)
         rough: Real = (_norm(root * left) + noise) / firm
         return rough
 
-    def _load_sizes(self, stretches: list[Array], openings: list[Array]) -> Real:
-        """Sizes of what such deformations and openings leave of the unit load on the unknowns, (m, ..., n)."""
+    def _load_sizes(self, stretches: list[Array], relative_displacements: list[Array]) -> Real:
+        """Sizes of what such deformations and relative displacements leave of the unit load on the unknowns, (m, ...,
+        n)."""
         state, result, double = self.state, self.result, self.state.double
         load: Any = np.zeros((double.count, 6))
         if result.forces is not None:
             load = (np.abs(result.forces) if result.sizes is None else result.sizes).astype(np.float64)
-        pulls: list[Any] = [np.abs(result.pulls.get(k, np.zeros(6))) for k in range(len(double.links))]
-        if stretches or openings:
+        generalised_forces: list[Any] = [
+            np.abs(result.generalised_forces.get(k, np.zeros(6))) for k in range(len(double.links))
+        ]
+        if stretches or relative_displacements:
             for each, size in zip(state.double_springs, stretches, strict=True):
                 load = load + each.spread_forces(each.stiffness * size, double.count)
-            pulls = [pull + k * size for pull, k, size in zip(pulls, state.stiffness, openings, strict=True)]
-        return reduced_sizes(double, state.unknowns, load, [pull.astype(np.float64) for pull in pulls])
+            generalised_forces = [
+                generalised_force + k * size
+                for generalised_force, k, size in zip(
+                    generalised_forces, state.stiffness, relative_displacements, strict=True
+                )
+            ]
+        return reduced_sizes(
+            double,
+            state.unknowns,
+            load,
+            [generalised_force.astype(np.float64) for generalised_force in generalised_forces],
+        )
 
     # -- load -------------------------------------------------------------------------------------------------------
 
@@ -210,12 +231,13 @@ def unit_forces(state: EquilibriumResidual, result: RequestedResults) -> Real:
 
 
 def _imposed(state: EquilibriumResidual, result: RequestedResults) -> Real:
-    """Coordinates at the unit openings of a result, nothing else moving but what must, (m, ..., nodes, 6)."""
+    """Coordinates at the unit relative displacements of a result, nothing else moving but what must, (m, ..., nodes,
+    6)."""
     none = extended(np.zeros((1,) * (state.ndim + 1) + (len(state.unknowns),)))
-    return state.kinematics.coordinates(state.unknowns, none, _openings(state, result))
+    return state.kinematics.coordinates(state.unknowns, none, _relative_displacements(state, result))
 
 
-def _openings(state: EquilibriumResidual, result: RequestedResults) -> list[Real | None]:
+def _relative_displacements(state: EquilibriumResidual, result: RequestedResults) -> list[Real | None]:
     links = range(len(state.kinematics.links))
     return [extended(result.imposed[k]) if k in result.imposed else None for k in links]
 
@@ -232,12 +254,12 @@ def _forces(
     moved = kinematics.displacements(coordinates)
     for each in springs:
         load = load - each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count)
-    opened = kinematics.openings(coordinates, moved)
-    pulls = [
-        -k * opening + result.pulls.get(index, 0.0)
-        for index, (k, opening) in enumerate(zip(state.stiffness, opened, strict=True))
+    opened = kinematics.relative_displacements(coordinates, moved)
+    generalised_forces = [
+        -k * relative_displacement + result.generalised_forces.get(index, 0.0)
+        for index, (k, relative_displacement) in enumerate(zip(state.stiffness, opened, strict=True))
     ]
-    return kinematics.generalised(load, pulls)
+    return kinematics.generalised(load, generalised_forces)
 
 
 def _dot(sizes: Real, weights: Real) -> Any:

@@ -28,14 +28,14 @@ class AppliedLoads:
     ----------
     forces
         On the nodes, global, (..., nodes, 6), in extended precision.
-    doubt
+    error_bound
         What rounding in loads on members and masses may leave of it, (..., nodes, 6).
     by_piece
-        Equivalent forces on the ends of pieces (..., 12), local, and the size of their doubt.
+        Equivalent forces on the ends of pieces (..., 12), local, and the size of their error bound.
     """
 
     forces: Real
-    doubt: Array
+    error_bound: Array
     by_piece: dict[int, tuple[Real, Array]]
 
     @classmethod
@@ -49,11 +49,11 @@ class AppliedLoads:
         shapes += [local.shape[1:-1] for _, _, local in on_members]
         shapes += [each.level.shape[:-3] for each in springs] if on_members else []
         shape = np.broadcast_shapes((1,) * ndim, *shapes)
-        forces, doubt = extended(np.zeros((*shape, count, 6))), np.zeros((*shape, count, 6))
+        forces, error_bound = extended(np.zeros((*shape, count, 6))), np.zeros((*shape, count, 6))
         for index, (node, vector) in enumerate(given):
             forces[..., node, :] += vector
             if index >= nodes:  # the weight of a mass
-                doubt[..., node, :] += _WEIGHT * _ROUNDING * _greatest(vector)
+                error_bound[..., node, :] += _WEIGHT * _ROUNDING * _greatest(vector)
         by_piece: dict[int, tuple[Real, Array]] = {}
         numbers = {group: k for k, group in enumerate(plan.topology.groups)}
         for group, positions, local in on_members:
@@ -65,18 +65,18 @@ class AppliedLoads:
                 spread = _out(np.abs(axes).astype(np.float64), size)
                 for side, node in enumerate(plan.topology.pieces[piece].nodes):
                     forces[..., node, :] += nodal[..., 6 * side : 6 * side + 6]
-                    doubt[..., node, :] += spread[..., 6 * side : 6 * side + 6]
+                    error_bound[..., node, :] += spread[..., 6 * side : 6 * side + 6]
                 before = by_piece.get(piece, (extended(0.0), np.zeros(())))
                 by_piece[piece] = (before[0] + extended(force), before[1] + size)
-        return cls(forces, doubt, by_piece)
+        return cls(forces, error_bound, by_piece)
 
     def mapped(self, change: Change) -> AppliedLoads:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
         by_piece = {k: (change(force, 1), change(size, 1)) for k, (force, size) in self.by_piece.items()}
-        return replace(self, forces=change(self.forces, 2), doubt=change(self.doubt, 2), by_piece=by_piece)
+        return replace(self, forces=change(self.forces, 2), error_bound=change(self.error_bound, 2), by_piece=by_piece)
 
     def ends(self, piece: int) -> tuple[Real, Array]:
-        """Equivalent forces on the ends of a piece and their doubt, (..., 12), local."""
+        """Equivalent forces on the ends of a piece and their error bound, (..., 12), local."""
         return self.by_piece.get(piece, (extended(np.zeros(12)), np.zeros(12)))
 
 

@@ -1,7 +1,8 @@
 """What can be asked of a solution, as linear functions of its displacements: their values, and what does work on them.
 
-A displacement is asked for by a unit force; the force in a spring by a unit opening of it, which is the force k on what
-it joins; the force that holds an ideal component by a unit opening of that component (Müller-Breslau's principle).
+A displacement is asked for by a unit force; the force in a spring by a unit relative displacement of it, which is the
+force k on what it joins; the force that holds an ideal component by a unit relative displacement of that component
+(Müller-Breslau's principle).
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ class RequestedResults:
     ----------
     value
         From the displacements, in extended precision, (..., m); without what holds ideal components.
-    doubt
+    error_bound
         What rounding of the stiffness leaves undetermined in `value` itself, (..., m).
     forces
         On the nodes (m, ..., nodes, 6), that do work equal to the result.
-    pulls
-        The same on the openings of links: by number of the link (m, ..., 6).
+    generalised_forces
+        The same on the relative displacements of links: by number of the link (m, ..., 6).
     imposed
-        Unit openings: by number of the link (m, 6).
+        Unit relative displacements: by number of the link (m, 6).
     sizes
         Of what `forces` are made of, (m, ..., nodes, 6); None where they are no sums.
     loose
@@ -42,9 +43,9 @@ class RequestedResults:
     """
 
     value: Real
-    doubt: Real
+    error_bound: Real
     forces: Real | None = None
-    pulls: dict[int, Real] = field(default_factory=dict)
+    generalised_forces: dict[int, Real] = field(default_factory=dict)
     imposed: dict[int, Real] = field(default_factory=dict)
     sizes: Real | None = None
     loose: Real | float = 0.0
@@ -80,7 +81,11 @@ def asked(state: EquilibriumResidual, name: str, kind: str) -> RequestedResults:
     if kind == "end_forces":
         return _end_forces(state, name)
     index = _link(state, name, "support" if kind == "reaction" else "joint")
-    return _opening(state, index) if kind == "joint_displacement" else _force(state, index, kind == "reaction")
+    return (
+        _relative_displacement(state, index)
+        if kind == "joint_displacement"
+        else _force(state, index, kind == "reaction")
+    )
 
 
 def _link(state: EquilibriumResidual, name: str, kind: str) -> int:
@@ -95,10 +100,12 @@ def _displacement(state: EquilibriumResidual, name: str) -> RequestedResults:
     return RequestedResults(state.displacements[..., node, :], state.fine * state.sizes[..., node, :], forces)
 
 
-def _opening(state: EquilibriumResidual, index: int) -> RequestedResults:
+def _relative_displacement(state: EquilibriumResidual, index: int) -> RequestedResults:
     unit, link = np.eye(6).reshape(6, *(1,) * state.ndim, 6), state.kinematics.links[index]
-    doubt = state.fine * link.spread(state.opening_sizes[index])
-    return RequestedResults(link.whole(state.openings[index]), doubt, pulls={index: link.worked(unit)})
+    error_bound = state.fine * link.spread(state.displacement_sizes[index])
+    return RequestedResults(
+        link.whole(state.relative_displacements[index]), error_bound, generalised_forces={index: link.worked(unit)}
+    )
 
 
 def _force(state: EquilibriumResidual, index: int, reaction: bool) -> RequestedResults:
@@ -106,15 +113,17 @@ def _force(state: EquilibriumResidual, index: int, reaction: bool) -> RequestedR
     link: KinematicEdge = state.kinematics.links[index]
     held = np.isin(np.arange(6), link.edge.ideal)
     unit = np.eye(6).reshape(6, *(1,) * state.ndim, 6)
-    pulls = sign * unit * state.stiffness[index]
+    generalised_forces = sign * unit * state.stiffness[index]
     opened = sign * np.where(held, np.eye(6), 0.0)
     imposed = opened.reshape(6, *(1,) * state.ndim, 6)
-    doubt = state.fine * state.stiffness[index] * state.opening_sizes[index]
-    value = sign * state.pulls[index]
+    error_bound = state.fine * state.stiffness[index] * state.displacement_sizes[index]
+    value = sign * state.generalised_forces[index]
     if link.lead is not None:
-        value, doubt = link.exerted(value), sheared(doubt, ABOUT, ALONG, np.abs(link.lead))
-        pulls, imposed = _exerted(link, pulls), _exerted(link, imposed)
-    return RequestedResults(value, doubt, pulls={index: pulls}, imposed={index: imposed})
+        value, error_bound = link.exerted(value), sheared(error_bound, ABOUT, ALONG, np.abs(link.lead))
+        generalised_forces, imposed = _exerted(link, generalised_forces), _exerted(link, imposed)
+    return RequestedResults(
+        value, error_bound, generalised_forces={index: generalised_forces}, imposed={index: imposed}
+    )
 
 
 def _exerted(link: KinematicEdge, forces: Any) -> Any:
@@ -129,11 +138,11 @@ def _exerted(link: KinematicEdge, forces: Any) -> Any:
 def _end_forces(state: EquilibriumResidual, name: str) -> RequestedResults:
     pieces = state.plan.topology.pieces_of[name]
     ends = [_end(state, pieces[0], slice(0, 6)), _end(state, pieces[-1], slice(6, 12))]
-    values, doubts, loose = ([getattr(end, each) for end in ends] for each in ("value", "doubt", "loose"))
+    values, error_bounds, loose = ([getattr(end, each) for end in ends] for each in ("value", "error_bound", "loose"))
     forces, sizes = ([getattr(end, each) for end in ends] for each in ("forces", "sizes"))
     return RequestedResults(
         np.concatenate(values, axis=-1),
-        np.concatenate(doubts, axis=-1),
+        np.concatenate(error_bounds, axis=-1),
         np.concatenate(_alike(forces)),
         sizes=np.concatenate(_alike(sizes)),
         loose=np.concatenate(np.broadcast_arrays(*loose), axis=-1),
@@ -150,22 +159,22 @@ def _end(state: EquilibriumResidual, piece: int, end: slice) -> RequestedResults
     group, at = state.place(piece)
     springs, count = state.springs[group], state.kinematics.count
     rows = springs.local_rows[..., at, :, end]
-    pull = state.member_pulls[group][..., at, :]
+    generalised_force = state.member_forces[group][..., at, :]
     loads, sizes = state.loads.ends(piece)
-    value = np.einsum("...ij,...i->...j", rows, pull) - loads[..., end]
-    off = state.pull_doubts[group][..., at, :] + state.fine * np.abs(pull)
-    doubt = np.einsum("...ij,...i->...j", np.abs(rows), off) + sizes[..., end]
+    value = np.einsum("...ij,...i->...j", rows, generalised_force) - loads[..., end]
+    off = state.force_error_bounds[group][..., at, :] + state.fine * np.abs(generalised_force)
+    error_bound = np.einsum("...ij,...i->...j", np.abs(rows), off) + sizes[..., end]
     acting = np.swapaxes(springs.stiffness[..., at, :, None] * rows, -1, -2)
     shape = np.broadcast_shapes(acting.shape[:-1], (1,) * (state.ndim + 1))
-    pulls, by = (extended(np.zeros((*shape, *springs.stiffness.shape[-2:]))) for _ in range(2))
-    pulls[..., at, :], by[..., at, :] = acting, np.swapaxes(rows, -1, -2)
-    pulls, by = np.moveaxis(pulls, -3, 0), np.moveaxis(by, -3, 0)
+    generalised_forces, by = (extended(np.zeros((*shape, *springs.stiffness.shape[-2:]))) for _ in range(2))
+    generalised_forces[..., at, :], by[..., at, :] = acting, np.swapaxes(rows, -1, -2)
+    generalised_forces, by = np.moveaxis(generalised_forces, -3, 0), np.moveaxis(by, -3, 0)
     loose = np.sqrt(np.moveaxis(springs.work(springs.uncertain(by, state.rounding)), 0, -1))
     return RequestedResults(
         value,
-        doubt,
-        springs.forces(pulls, count),
-        sizes=springs.spread_forces(np.abs(pulls), count),
+        error_bound,
+        springs.forces(generalised_forces, count),
+        sizes=springs.spread_forces(np.abs(generalised_forces), count),
         loose=loose,
     )
 

@@ -1,7 +1,7 @@
 """Bounds on the error of a linear solution, component by component.
 
 With the solution u of the computed unknowns, its residual r in extended precision, and for each asked result the
-displacements z under the unit force (or opening) that does work equal to it, the exact result is ::
+displacements z under the unit force (or relative displacement) that does work equal to it, the exact result is ::
 
     R* = R(u) + z . r + s . K^-1 r,    s = what z leaves of its own equations,
 
@@ -95,16 +95,16 @@ class Bounds:
         kind
             What of it, see `linkframe.framework.error_bounds.asked`.
         """
-        value, doubt = self._estimate(name, kind)
+        value, error_bound = self._estimate(name, kind)
         with np.errstate(all="ignore"):
             rounded = value.astype(np.float64)
-            return rounded, _upwards(np.abs(rounded - value) + doubt)
+            return rounded, _upwards(np.abs(rounded - value) + error_bound)
 
     def bound(self, name: str, kind: str, computed: Array) -> Array:
         """Bound on the error of `computed` results (..., m); inf where none is known."""
-        value, doubt = self._estimate(name, kind)
+        value, error_bound = self._estimate(name, kind)
         with np.errstate(all="ignore"):
-            return _upwards(np.abs(computed - value) + doubt)
+            return _upwards(np.abs(computed - value) + error_bound)
 
     def distance(self) -> Array:
         """Least singular value of the scaled deformations by what the loads reach, by all unknowns where none do."""
@@ -125,12 +125,12 @@ class Bounds:
 
     def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
         """Results refined in extended precision, and what they may be off, (..., m)."""
-        found = [(where, adjoint.refined, adjoint.doubt()) for where, adjoint in self.adjoints(name, kind)]
+        found = [(where, adjoint.refined, adjoint.error_bound()) for where, adjoint in self.adjoints(name, kind)]
         shape = (*self.solution.shape, found[0][1].shape[-1])
-        value, doubt = (np.empty(shape, dtype=found[0][1].dtype) for _ in range(2))
+        value, error_bound = (np.empty(shape, dtype=found[0][1].dtype) for _ in range(2))
         for where, refined, left in found:
-            value[where], doubt[where] = refined, left
-        return value, doubt
+            value[where], error_bound[where] = refined, left
+        return value, error_bound
 
     def whole(self) -> EquilibriumResidual:
         """The solution of the whole batch in its equations of equilibrium."""
@@ -199,7 +199,7 @@ class Bounds:
 
     @cached_property
     def _hung(self) -> Statics:
-        return Statics(self.plan, hung=True)
+        return Statics(self.plan, determinate=True)
 
     @cached_property
     def _sparse(self) -> SparseCompliance:

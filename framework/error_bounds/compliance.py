@@ -25,7 +25,7 @@ NEAR = 1e-8
 # Steps of refinement with an inverse in extended precision, which serves what is hardest.
 _STEPS = 3
 # The factor by which the least eigenvalue of a large matrix may still be below what inverse iteration finds, and the
-# share of `fuzz` below which that finds nothing but rounding.
+# share of `backward_error` below which that finds nothing but rounding.
 _SAFETY = 4.0
 _FOUND = 1.0 / 16.0
 
@@ -41,14 +41,14 @@ class Compliance(ABC):
         (...): what the least eigenvalue of K, scaled to unit diagonal, is not below; 0 where none is proved.
     greatest
         What the greatest eigenvalue of K is not above where all that it is made of is taken with the same sign, scaled.
-    fuzz
+    backward_error
         (...): 2-norm of the rounding in the scaled matrix as it is applied.
     """
 
     root: Array
     least: Array
     greatest: float
-    fuzz: Array
+    backward_error: Array
 
     @abstractmethod
     def distance(self) -> Array:
@@ -114,7 +114,7 @@ class DenseCompliance(Compliance):
         entries = rounding * (k.shape[-1] + 4.0)
         weighed = (np.moveaxis(sizes**2, 0, -1) @ (root**2)[..., None])[..., 0]
         lost = _DEFORMATION * rounding * np.sqrt(np.sum(k * weighed, axis=-1))
-        self.fuzz = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
+        self.backward_error = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
         # The shift keeps what is singular to rounding from stopping the others.
         eye = np.eye(size)
         finite = np.asarray(np.isfinite(self.matrix).all(axis=(-1, -2)))
@@ -203,9 +203,9 @@ class SparseCompliance(Factored, Compliance):
             vector, growth = found, float(np.sqrt(np.sum(found**2, axis=0)).max())
         self._growth = growth if size else 1.0
         self.softest: Array = vector[:, 0] / np.sqrt(np.sum(vector[:, 0] ** 2))
-        self.fuzz = np.asarray(_DEFORMATION * ROUNDING * coupled)
+        self.backward_error = np.asarray(_DEFORMATION * ROUNDING * coupled)
         least = min(1.0 / growth, self._resistance(rest)) if size else 1.0
-        self.least = np.asarray(least / _SAFETY if least > _FOUND * self.fuzz else 0.0)
+        self.least = np.asarray(least / _SAFETY if least > _FOUND * self.backward_error else 0.0)
 
     def _resistance(self, rest: EquilibriumResidual) -> float:
         """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
@@ -230,8 +230,8 @@ def by_unknowns(
     unknowns: Sequence[int],
     kind: type[np.floating[Any]],
 ) -> tuple[Real, Real, Array]:
-    """Deformations of members and openings of links by the unknowns (..., e, n), sizes of their parts (n, ..., e) and
-    their stiffness (..., e), without those that resist nothing."""
+    """Deformations of members and relative displacements of links by the unknowns (..., e, n), sizes of their parts (n,
+    ..., e) and their stiffness (..., e), without those that resist nothing."""
     rows, sizes = _rows(kinematics, springs, unknowns, kind)
     none = np.zeros((*(1,) * (rows.ndim - 2), 0), kind)
     k = _together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness])
@@ -243,7 +243,8 @@ def by_unknowns(
 def _rows(
     kinematics: FrameKinematics, springs: list[Springs], unknowns: Sequence[int], kind: type[np.floating[Any]]
 ) -> tuple[Real, Real]:
-    """Deformations of members and openings of links by each unknown, (n, ..., springs), and sizes of their parts."""
+    """Deformations of members and relative displacements of links by each unknown, (n, ..., springs), and sizes of
+    their parts."""
     size = len(unknowns)
     ndim = max([len(kinematics.shape), *(each.rows.ndim - 3 for each in springs)])
     if not size:
@@ -256,8 +257,8 @@ def _rows(
     none = np.zeros((size, *(1,) * ndim, 0), kind)
     of = [merged(each.of(moved, coordinates), -2, -1) for each in springs]
     parts = [merged(each.sizes(spread, coordinates), -2, -1) for each in springs]
-    of += kinematics.openings(coordinates, moved)
-    parts += kinematics.opening_sizes(coordinates, spread)
+    of += kinematics.relative_displacements(coordinates, moved)
+    parts += kinematics.displacement_sizes(coordinates, spread)
     return _together([none, *of]), _together([none, *parts])
 
 

@@ -47,9 +47,9 @@ class Springs:
         rounded elastic centre does the bending into the shear: where b_j acts b_i does, and elsewhere, too.
     balanced
         Whether a rigid motion costs nothing: else something outside the frame holds the member, or it carries a force.
-    hung
-        1 where the end hangs on the start, -1 where the start on the end, 0 where neither (n,): the coordinates of what
-        hangs are its displacement relative to the rigid motion of the other, and alone deform the member.
+    determinate
+        1 where the start carries the end, -1 where the end carries the start, 0 where neither (n,): the coordinates of
+        what is carried are its displacement relative to the rigid motion of the other, and alone deform the member.
     """
 
     nodes: Index
@@ -62,7 +62,7 @@ class Springs:
     roundings: float
     mixed: tuple[tuple[int, int], ...]
     balanced: bool
-    hung: Index
+    determinate: Index
 
     def mapped(self, change: Change) -> Springs:
         """A copy with `change`, given the number of trailing axes, applied to every array of the batch."""
@@ -100,21 +100,21 @@ class Springs:
             out[..., bend] += lean * found[..., shear]
         return out
 
-    def work(self, pulls: Real) -> Real:
+    def work(self, generalised_forces: Real) -> Real:
         """Square of the greatest work that forces (..., n, springs) do on a motion of unit energy norm, (...)."""
         stiff = self.stiffness > 0.0
-        shares = np.where(stiff, pulls * pulls / np.where(stiff, self.stiffness, 1.0), 0.0)
+        shares = np.where(stiff, generalised_forces * generalised_forces / np.where(stiff, self.stiffness, 1.0), 0.0)
         out: Real = np.sum(shares, axis=(-1, -2))
         return out
 
-    def spread_forces(self, pulls: Real, count: int) -> Real:
+    def spread_forces(self, generalised_forces: Real, count: int) -> Real:
         """Sum of the sizes of what the forces (..., count, 6) on the nodes are made of, in double precision."""
         rows = np.abs(self.rows).astype(np.float64)
-        return self.gathered(np.einsum("...nij,...ni->...nj", rows, pulls.astype(np.float64)), count)
+        return self.gathered(np.einsum("...nij,...ni->...nj", rows, generalised_forces.astype(np.float64)), count)
 
-    def forces(self, pulls: Real, count: int) -> Real:
+    def forces(self, generalised_forces: Real, count: int) -> Real:
         """Forces (..., count, 6) on the nodes for forces (..., n, springs) that work on the deformations."""
-        return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, pulls), count)
+        return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, generalised_forces), count)
 
     def gathered(self, acting: Real, count: int) -> Real:
         """Sum on the nodes, (..., count, 6), of forces on both ends of the members (..., n, 12), global."""
@@ -137,9 +137,9 @@ class Springs:
 
     def _ends(self, displacements: Real, coordinates: Real) -> Real:
         taken = displacements[..., self.nodes, :]
-        if self.hung.any():
-            which = np.flatnonzero(self.hung)
-            side = (self.hung[which] > 0).astype(np.int64)
+        if self.determinate.any():
+            which = np.flatnonzero(self.determinate)
+            side = (self.determinate[which] > 0).astype(np.int64)
             taken[..., which, 1 - side, :] = 0.0
             taken[..., which, side, :] = coordinates[..., self.nodes[which, side], :]
         ends: Real = taken.reshape(*taken.shape[:-2], 12)

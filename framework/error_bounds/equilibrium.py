@@ -18,8 +18,8 @@ from ..structure.parts import Extended
 from .applied import AppliedLoads
 from .deformations import Springs, springs
 from .force_sizes import reduced_sizes
-from .hanging import MEMBER, hanging
 from .kinematics import Change, FrameKinematics, KinematicEdge, Real, extended
+from .tree_members import MEMBER, tree_members
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 # Roundings of extended precision in a deformation or a force, for the size of what it is made of.
@@ -42,14 +42,14 @@ class Statics:
     ----------
     plan
         The compiled frame.
-    hung
-        Whether one end of a member is to hang on the other where that makes a tree: what is stiff and short then
+    determinate
+        Whether one end of a member is to carry the other where that makes a tree: what is stiff and short then
         stands alone on coordinates of its own, as a joint does.
     """
 
-    def __init__(self, plan: Plan, *, hung: bool = False) -> None:
+    def __init__(self, plan: Plan, *, determinate: bool = False) -> None:
         self.plan = plan
-        members, links = hanging(plan, springs(plan)) if hung else (springs(plan), [])
+        members, links = tree_members(plan, springs(plan)) if determinate else (springs(plan), [])
         self.kinematics = FrameKinematics.of(plan, links)
         self.springs = members
         self.loads = AppliedLoads.of(plan, self.springs)
@@ -79,9 +79,9 @@ class EquilibriumResidual:
     ----------
     displacements
         Of the nodes, global, (..., nodes, 6).
-    openings
+    relative_displacements
         By link: relative displacement in its axes, (..., 6).
-    pulls, member_pulls
+    generalised_forces, member_forces
         Forces in springs: by link (..., 6), by kind of member (..., n, 6).
     residual
         Unbalanced force on every coordinate, (..., nodes, 6); on an ideal component the force that holds it.
@@ -104,18 +104,25 @@ class EquilibriumResidual:
         kinematics = self.kinematics
         self.coordinates = kinematics.coordinates(self.unknowns, self.values, self.imposed)
         self.displacements = kinematics.displacements(self.coordinates)
-        self.openings = kinematics.openings(self.coordinates, self.displacements)
-        self.pulls = [
-            k * (opening if offset is None else opening - offset)
-            for k, opening, offset in zip(self.stiffness, self.openings, self.imposed, strict=True)
+        self.relative_displacements = kinematics.relative_displacements(self.coordinates, self.displacements)
+        self.generalised_forces = [
+            k * (relative_displacement if offset is None else relative_displacement - offset)
+            for k, relative_displacement, offset in zip(
+                self.stiffness, self.relative_displacements, self.imposed, strict=True
+            )
         ]
         self.deformations = [each.of(self.displacements, self.coordinates) for each in self.springs]
-        self.member_pulls = [each.stiffness * e for each, e in zip(self.springs, self.deformations, strict=True)]
+        self.member_forces = [each.stiffness * e for each, e in zip(self.springs, self.deformations, strict=True)]
         inner = sum(
-            (each.forces(pull, kinematics.count) for each, pull in zip(self.springs, self.member_pulls, strict=True)),
+            (
+                each.forces(generalised_force, kinematics.count)
+                for each, generalised_force in zip(self.springs, self.member_forces, strict=True)
+            ),
             extended(np.zeros((kinematics.count, 6))),
         )
-        self.residual = kinematics.generalised(self.loads.forces - inner, [-pull for pull in self.pulls])
+        self.residual = kinematics.generalised(
+            self.loads.forces - inner, [-generalised_force for generalised_force in self.generalised_forces]
+        )
 
     def corrected(self, compliance: Solver) -> EquilibriumResidual:
         """The solution after one step of iterative refinement."""
@@ -131,10 +138,10 @@ class EquilibriumResidual:
     def absolute(self) -> Real:
         """Values of the unknowns as the frame's own coordinates have them, (..., n)."""
         out = self.values.copy()
-        hung = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
+        determinate = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
         for index, unknown in enumerate(self.unknowns):
             node, component = divmod(unknown, 6)
-            if node in hung:
+            if node in determinate:
                 out[..., index] = self.displacements[..., node, component]
         return out
 
@@ -160,14 +167,14 @@ class EquilibriumResidual:
         return [extended(each.sizes(self.sizes, self.coordinates)) for each in self.springs]
 
     @cached_property
-    def opening_sizes(self) -> list[Array]:
-        """The same of the openings, by link, (..., 6)."""
-        found = self.kinematics.opening_sizes(self.coordinates, self.sizes)
+    def displacement_sizes(self) -> list[Array]:
+        """The same of the relative displacements, by link, (..., 6)."""
+        found = self.kinematics.displacement_sizes(self.coordinates, self.sizes)
         given = [0.0 if each is None else np.abs(each) for each in self.imposed]
         return [extended(size + more) for size, more in zip(found, given, strict=True)]
 
     @cached_property
-    def pull_doubts(self) -> list[Real]:
+    def force_error_bounds(self) -> list[Real]:
         """By kind of member: what the spring forces may be off at these displacements, (..., n, 6).
 
         By the rounding of the stiffness, for the deformation that there is, and by that of the deformation, for what
@@ -180,19 +187,22 @@ class EquilibriumResidual:
     def unbalanced(self) -> Real:
         """What the loads, and the sums of forces in `balance`, may be off, on the unknowns, (..., n)."""
         count = self.kinematics.count
-        forces = self.loads.doubt + self.fine * np.abs(self.loads.forces).astype(np.float64)
-        for each, pull in zip(self.springs, self.member_pulls, strict=True):
-            forces = forces + each.spread_forces(self.fine * np.abs(pull), count)
-        pulls = [(self.fine * np.abs(pull)).astype(np.float64) for pull in self.pulls]
-        return reduced_sizes(self.double, self.unknowns, forces, pulls)
+        forces = self.loads.error_bound + self.fine * np.abs(self.loads.forces).astype(np.float64)
+        for each, generalised_force in zip(self.springs, self.member_forces, strict=True):
+            forces = forces + each.spread_forces(self.fine * np.abs(generalised_force), count)
+        generalised_forces = [
+            (self.fine * np.abs(generalised_force)).astype(np.float64) for generalised_force in self.generalised_forces
+        ]
+        return reduced_sizes(self.double, self.unknowns, forces, generalised_forces)
 
     @cached_property
     def doubted(self) -> Real:
         """Greatest work of what the spring forces may be off on a motion of unit energy norm, (...)."""
         members = sum(
-            (each.work(doubt) for each, doubt in zip(self.springs, self.pull_doubts, strict=True)), extended(0.0)
+            (each.work(error_bound) for each, error_bound in zip(self.springs, self.force_error_bounds, strict=True)),
+            extended(0.0),
         )
-        links = zip(self.stiffness, self.opening_sizes, strict=True)
+        links = zip(self.stiffness, self.displacement_sizes, strict=True)
         joints = sum((np.sum(k * (self.fine * size) ** 2, axis=-1) for k, size in links), extended(0.0))
         out: Real = np.sqrt(members + joints)
         return out

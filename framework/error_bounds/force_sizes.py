@@ -1,7 +1,7 @@
 """Sizes of what the forces on coordinates are made of: rounding is a share of these, not of what is left of their sum.
 
-A member whose two ends hang on one node pulls it to both sides; a force along a held component does no work on the
-others. Such parts cancel, but their rounding does not, and it counts where the coordinate is soft.
+A member whose two ends one node carries pulls it to both sides; a force along a constrained component does no work on
+the others. Such parts cancel, but their rounding does not, and it counts where the coordinate is soft.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .kinematics import FrameKinematics, KinematicEdge, Real, sheared, sizes_of
 
 
 def reduced_sizes(
-    kinematics: FrameKinematics, unknowns: Sequence[int], forces: Real, pulls: Sequence[Real | None]
+    kinematics: FrameKinematics, unknowns: Sequence[int], forces: Real, generalised_forces: Sequence[Real | None]
 ) -> Real:
     """Sum of the sizes of what the forces on the free coordinates are made of, (..., n).
 
@@ -28,10 +28,10 @@ def reduced_sizes(
         Numbers of the free coordinates (n,).
     forces
         Sizes of the forces on the nodes, global, (..., nodes, 6).
-    pulls
-        By link: size of the force (..., 6) that works on its opening; None for none.
+    generalised_forces
+        By link: size of the force (..., 6) that works on its relative displacement; None for none.
     """
-    flat = merged(_on_coordinates(kinematics, forces, pulls), -2, -1)
+    flat = merged(_on_coordinates(kinematics, forces, generalised_forces), -2, -1)
     if kinematics.dependents:
         flat = flat + merged(
             _on_coordinates(kinematics, np.zeros((kinematics.count, 6)), _closing(kinematics, flat)), -2, -1
@@ -48,31 +48,31 @@ def _closing(kinematics: FrameKinematics, flat: Real) -> list[Real | None]:
     out: list[Real | None] = [None] * len(kinematics.links)
     for key, (_, by) in kinematics.dependents.items():
         for (k, component), factor in by.items():
-            pull = (sizes_of(factor) * flat[..., key])[..., None] * np.eye(6)[component]
+            generalised_force = (sizes_of(factor) * flat[..., key])[..., None] * np.eye(6)[component]
             before = out[k]
-            out[k] = pull if before is None else before + pull
+            out[k] = generalised_force if before is None else before + generalised_force
     return out
 
 
-def _on_coordinates(kinematics: FrameKinematics, forces: Real, pulls: Sequence[Real | None]) -> Real:
+def _on_coordinates(kinematics: FrameKinematics, forces: Real, generalised_forces: Sequence[Real | None]) -> Real:
     """The same on all coordinates, (..., nodes, 6)."""
-    shapes = [pull.shape[:-1] for pull in pulls if pull is not None]
+    shapes = [generalised_force.shape[:-1] for generalised_force in generalised_forces if generalised_force is not None]
     shape = np.broadcast_shapes(forces.shape[:-2], kinematics.shape, *shapes)
     out = np.array(np.broadcast_to(forces, (*shape, kinematics.count, 6)), dtype=np.float64)
-    for link, pull in zip(kinematics.links, pulls, strict=True):
-        if not link.sign and pull is not None:
-            force = _out(link, _exerted(link, pull))
+    for link, generalised_force in zip(kinematics.links, generalised_forces, strict=True):
+        if not link.sign and generalised_force is not None:
+            force = _out(link, _exerted(link, generalised_force))
             out[..., link.second, :] += force
             if link.first != GROUND:
                 out[..., link.first, :] += _moved(force, link.arm)
-    for link, pull in zip(reversed(kinematics.links), reversed(list(pulls)), strict=True):
+    for link, generalised_force in zip(reversed(kinematics.links), reversed(list(generalised_forces)), strict=True):
         if link.sign:
             force = out[..., link.child, :]
             if link.parent != GROUND:
                 out[..., link.parent, :] += _moved(force, link.arm)
             own = _into(link, force)
-            if pull is not None:
-                own = own + _into(link, _out(link, _exerted(link, pull)))
+            if generalised_force is not None:
+                own = own + _into(link, _out(link, _exerted(link, generalised_force)))
             own = _worked(link, own)
             out[..., link.child, :] = own + _of_held(link, own)
     for nodes, axes in kinematics.bodies:

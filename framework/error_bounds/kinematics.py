@@ -1,7 +1,7 @@
 """Displacements of all nodes from joint-relative coordinates, and forces the other way, in any precision.
 
 The coordinates of a node are those of `linkframe.framework.structure.tree`: its own displacement in its axes, or that
-of the joint, rigid link, tie or support on which it hangs, ideal components included. A virtual displacement that opens
+of the joint, rigid link, tie or support that carries it, ideal components included. A virtual displacement that opens
 an ideal component by one is then as good as any other, and the work that it does is the force there.
 """
 
@@ -38,7 +38,7 @@ class KinematicEdge:
     first, second
         Node numbers.
     sign
-        Of an edge of the tree: 1 where its second node hangs on the first, -1 where the first on the second; 0 where
+        Of an edge of the tree: 1 where the first node carries the second, -1 where the second the first; 0 where
         the edge closes a loop.
     axes
         (..., 3, 3) as columns, None for the global ones.
@@ -58,12 +58,12 @@ class KinematicEdge:
 
     @property
     def child(self) -> int:
-        """The node that hangs on the other."""
+        """The carried node."""
         return self.second if self.sign > 0 else self.first
 
     @property
     def parent(self) -> int:
-        """The node on which the other hangs."""
+        """The node that carries the other."""
         return self.first if self.sign > 0 else self.second
 
     @property
@@ -128,25 +128,25 @@ class FrameKinematics:
     dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
 
     @classmethod
-    def of(cls, plan: Plan, hung: Sequence[KinematicEdge] = ()) -> FrameKinematics:
+    def of(cls, plan: Plan, determinate: Sequence[KinematicEdge] = ()) -> FrameKinematics:
         """Kinematics of a frame in extended precision.
 
         Parameters
         ----------
         plan
             The compiled frame.
-        hung
-            Members of which one end is to hang on the other, as links.
+        determinate
+            Members of which one end is to carry the other, as links.
         """
         tree, topology = plan.tree, plan.topology
-        hanging = {branch.child for branch in tree.branches} | {link.child for link in hung}
+        carried = {branch.child for branch in tree.branches} | {link.child for link in determinate}
         own: dict[str, list[int]] = {}
         for node, body in enumerate(topology.bodies):
-            if body is not None and node not in hanging:
+            if body is not None and node not in carried:
                 own.setdefault(body, []).append(node)
         bodies = [(np.array(nodes), extended(topology.axes(nodes[0]))[..., None, :, :]) for nodes in own.values()]
         links = [_link(plan, branch.edge, branch.sign) for branch in tree.branches]
-        links = _parents_first([*links, *hung]) if hung else links
+        links = _parents_first([*links, *determinate]) if determinate else links
         links += [_link(plan, edge, 0.0) for edge, _ in tree.closing]
         numbers = {link.edge: index for index, link in enumerate(links)}
         given = [(numbers[each.edge], each.component) for each in tree.elimination.given]
@@ -236,16 +236,16 @@ class FrameKinematics:
 
     def _corrected_forces(self, forces: Real) -> Real:
         """The transpose of `_correct`, for forces (..., nodes, 6) on the coordinates."""
-        pulls: list[Real | None] = [None] * len(self.links)
+        generalised_forces: list[Real | None] = [None] * len(self.links)
         flat = merged(forces, -2, -1)
         for key, (_, by) in self.dependents.items():
             for (k, component), factor in by.items():
-                pull = -(factor * flat[..., key])[..., None] * np.eye(6)[component]
-                before = pulls[k]
-                pulls[k] = pull if before is None else before + pull
+                generalised_force = -(factor * flat[..., key])[..., None] * np.eye(6)[component]
+                before = generalised_forces[k]
+                generalised_forces[k] = generalised_force if before is None else before + generalised_force
         out = np.array(forces)
         if self.dependents:
-            out = out + self.generalised(np.zeros((self.count, 6), forces.dtype), pulls)
+            out = out + self.generalised(np.zeros((self.count, 6), forces.dtype), generalised_forces)
         for _, link in self._turned:
             held = np.where(np.isin(np.arange(6), link.edge.ideal), out[..., link.child, :], 0.0)
             out[..., link.child, :] -= link.worked(link.into(link.out(link.exerted(held)))) - held
@@ -261,11 +261,11 @@ class FrameKinematics:
             coordinates[..., link.child, held] -= gap
         if not self.dependents:
             return
-        openings = self.openings(coordinates, self.displacements(coordinates))
+        relative_displacements = self.relative_displacements(coordinates, self.displacements(coordinates))
         gaps = {}
         for k, component in {where for _, by in self.dependents.values() for where in by}:
             wanted = imposed[k]
-            gap = openings[k][..., component]
+            gap = relative_displacements[k][..., component]
             gaps[k, component] = gap if wanted is None else gap - wanted[..., component]
         flat = merged(coordinates, -2, -1)
         for key, (_, by) in self.dependents.items():
@@ -288,7 +288,7 @@ class FrameKinematics:
                 out[..., link.child, :] = own
         return out
 
-    def openings(self, coordinates: Real, displacements: Real) -> list[Real]:
+    def relative_displacements(self, coordinates: Real, displacements: Real) -> list[Real]:
         """By link: displacement (..., 6) of its second node by the first, in its axes, less a screw's advance."""
         out = []
         for link in self.links:
@@ -306,20 +306,20 @@ class FrameKinematics:
         """Sum of the sizes of what the displacements are made of, (..., nodes, 6), in double precision."""
         return self._sizes(self._magnitudes(coordinates))
 
-    def opening_sizes(self, coordinates: Real, sizes: Real) -> list[Real]:
-        """By link: the same for the openings, (..., 6)."""
-        return self._opening_sizes(self._magnitudes(coordinates), sizes)
+    def displacement_sizes(self, coordinates: Real, sizes: Real) -> list[Real]:
+        """By link: the same for the relative displacements, (..., 6)."""
+        return self._displacement_sizes(self._magnitudes(coordinates), sizes)
 
     def _magnitudes(self, coordinates: Real) -> Real:
         """Sizes of the coordinates, of those that constraints determine with what they are determined by."""
         shape = np.broadcast_shapes(coordinates.shape[:-2], self.shape)
         out = np.array(np.broadcast_to(np.abs(coordinates).astype(np.float64), (*shape, self.count, 6)))
         if self.dependents:
-            openings = self._opening_sizes(out, self._sizes(out))
+            relative_displacements = self._displacement_sizes(out, self._sizes(out))
             flat = merged(out, -2, -1)
             for key, (_, by) in self.dependents.items():
                 for (k, component), factor in by.items():
-                    flat[..., key] += sizes_of(factor) * openings[k][..., component]
+                    flat[..., key] += sizes_of(factor) * relative_displacements[k][..., component]
         return out
 
     def _sizes(self, magnitudes: Real) -> Real:
@@ -335,7 +335,7 @@ class FrameKinematics:
                 out[..., link.child, :] = own
         return out
 
-    def _opening_sizes(self, magnitudes: Real, sizes: Real) -> list[Real]:
+    def _displacement_sizes(self, magnitudes: Real, sizes: Real) -> list[Real]:
         out = []
         for link in self.links:
             if link.sign:
@@ -350,33 +350,35 @@ class FrameKinematics:
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
-    def generalised(self, forces: Real, pulls: Sequence[Real | None]) -> Real:
+    def generalised(self, forces: Real, generalised_forces: Sequence[Real | None]) -> Real:
         """Forces (..., nodes, 6) on the coordinates.
 
         Parameters
         ----------
         forces
             On the nodes, global, (..., nodes, 6).
-        pulls
-            By link: force (..., 6) that works on its opening; None for none.
+        generalised_forces
+            By link: force (..., 6) that works on its relative displacement; None for none.
         """
-        shapes = [pull.shape[:-1] for pull in pulls if pull is not None]
+        shapes = [
+            generalised_force.shape[:-1] for generalised_force in generalised_forces if generalised_force is not None
+        ]
         shape = np.broadcast_shapes(forces.shape[:-2], self.shape, *shapes)
         out = np.array(np.broadcast_to(forces, (*shape, self.count, 6)))
-        for link, pull in zip(self.links, pulls, strict=True):
-            if not link.sign and pull is not None:
-                force = link.out(link.exerted(pull))
+        for link, generalised_force in zip(self.links, generalised_forces, strict=True):
+            if not link.sign and generalised_force is not None:
+                force = link.out(link.exerted(generalised_force))
                 out[..., link.second, :] += force
                 if link.first != GROUND:
                     out[..., link.first, :] -= _moved(force, link.arm, 1.0)
-        for link, pull in zip(reversed(self.links), reversed(list(pulls)), strict=True):
+        for link, generalised_force in zip(reversed(self.links), reversed(list(generalised_forces)), strict=True):
             if link.sign:
                 force = out[..., link.child, :]
                 if link.parent != GROUND:
                     out[..., link.parent, :] += _moved(force, link.arm, link.sign)
                 own = link.sign * link.into(force)
-                if pull is not None:
-                    own = own + link.into(link.out(link.exerted(pull)))
+                if generalised_force is not None:
+                    own = own + link.into(link.out(link.exerted(generalised_force)))
                 out[..., link.child, :] = link.worked(own)
         for nodes, axes in self.bodies:
             out[..., nodes, :] = turned(np.swapaxes(axes, -1, -2), out[..., nodes, :])

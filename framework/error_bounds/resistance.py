@@ -39,8 +39,10 @@ def resisted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
         (each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count) for each in frame.springs),
         extended(np.zeros((kinematics.count, 6))),
     )
-    pulls = [k * each for k, each in zip(frame.stiffness, kinematics.openings(coordinates, moved), strict=True)]
-    return kinematics.reduced(unknowns, kinematics.generalised(inner, pulls))
+    generalised_forces = [
+        k * each for k, each in zip(frame.stiffness, kinematics.relative_displacements(coordinates, moved), strict=True)
+    ]
+    return kinematics.reduced(unknowns, kinematics.generalised(inner, generalised_forces))
 
 
 def weighed(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Real]:
@@ -49,5 +51,7 @@ def weighed(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Re
     coordinates, moved = displaced(frame, unknowns, motions)
     for each in frame.springs:
         yield np.sqrt(each.stiffness) * each.of(moved, coordinates)
-    for k, opening in zip(frame.stiffness, frame.kinematics.openings(coordinates, moved), strict=True):
-        yield np.sqrt(k) * opening
+    for k, relative_displacement in zip(
+        frame.stiffness, frame.kinematics.relative_displacements(coordinates, moved), strict=True
+    ):
+        yield np.sqrt(k) * relative_displacement

@@ -71,7 +71,7 @@ class Resolved:
         self.unknowns = excited(plan)
         self.mask = np.zeros(plan.frame.shape, dtype=bool)
         self._values = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
-        statics = Statics(plan, hung=True)
+        statics = Statics(plan, determinate=True)
         with np.errstate(all="ignore"):
             for index in groups(suspects):
                 self._solve(statics, index)
@@ -204,7 +204,7 @@ def resting(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
     out = np.zeros(plan.frame.shape, dtype=bool)
     if not suspects.any() or len(unknowns) > MOST:
         return out
-    statics = Statics(plan, hung=True)
+    statics = Statics(plan, determinate=True)
     with np.errstate(all="ignore"):
         for index in groups(suspects):
             state = hard_state(statics, index, unknowns)

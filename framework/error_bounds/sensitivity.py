@@ -97,7 +97,7 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
                 raise FrameError(
                     f"sensitivity: parts of member {member!r} have different numbers of springs: divide it into members"
                 )
-            total = total - adjoint.deformations[group][index][..., at, :] * state.member_pulls[group][..., at, :]
+            total = total - adjoint.deformations[group][index][..., at, :] * state.member_forces[group][..., at, :]
         yield ("members", member), total
     held = adjoint.held(index)
     for k, link in enumerate(links):
@@ -107,14 +107,14 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
         if edge.kind == "support":
             yield ("supports", edge.name), held[k]
             continue
-        stiffness, opening = state.stiffness[k], adjoint.openings[k][index]
+        stiffness, relative_displacement = state.stiffness[k], adjoint.relative_displacements[k][index]
         offset = state.imposed[k]
-        stretch = state.openings[k] if offset is None else state.openings[k] - offset
+        stretch = state.relative_displacements[k] if offset is None else state.relative_displacements[k] - offset
         own = np.zeros(6)
         if kind == "joint_force" and edge.name == name:
             unit = np.eye(6).reshape(6, *(1,) * state.ndim, 6)
             own = np.moveaxis(link.exerted(unit)[..., index], 0, -1)
         sprung = ~np.isin(np.arange(6), edge.ideal)
-        yield ("joints", edge.name), np.where(sprung, (own - opening) * stretch, 0.0)
-        imposed = np.where(sprung, stiffness * (opening - own), held[k])
+        yield ("joints", edge.name), np.where(sprung, (own - relative_displacement) * stretch, 0.0)
+        imposed = np.where(sprung, stiffness * (relative_displacement - own), held[k])
         yield ("offsets", edge.name), imposed

@@ -22,9 +22,9 @@ _BALANCED = 1e-6
 def contact(solution: LargeResults, name: str, number: int) -> Contact:
     """Where a joint (of this number) is in contact, and how hard it is pressed; its axes turned with its first node."""
     frame, joint = solution.frame, solution.frame.joints[name]
-    play = list(joint.element.play)
-    gap = _vector(solution, play, _beyond(solution, number)[play])
-    force = _vector(solution, play, -solution.linear.own[play, number])
+    directions = list(joint.element.clearance_directions)
+    gap = _vector(solution, directions, _beyond(solution, number)[directions])
+    force = _vector(solution, directions, -solution.linear.own[directions, number])
     radius = np.broadcast_to(joint.element.clearance, frame.shape)
     length, press = (np.hypot.reduce(vector, axis=-1) for vector in (gap, force))
     largest = np.abs(solution.linear.nodal[:3]).max(axis=(0, 1)).reshape(press.shape)
@@ -49,17 +49,17 @@ def touched(equations: EquilibriumEquations, state: DisplacedState) -> Displaced
     """The state, and journals whose springs give way to a small force by less than rounding on their circles."""
     model, forces = equations.model, None
     for number, joint in enumerate(model.joints):
-        if not joint.play or joint.rigid:
+        if not joint.clearance_directions or joint.rigid:
             continue
-        play, radius = list(joint.play), joint.clearance.at(equations.where)
-        beyond = state.own[play, number] - equations.factor * joint.offset.at(equations.where)[play]
+        directions, radius = list(joint.clearance_directions), joint.clearance.at(equations.where)
+        beyond = state.own[directions, number] - equations.factor * joint.offset.at(equations.where)[directions]
         length = np.hypot.reduce(beyond, axis=0)
         near = (length <= radius) & (length >= radius * (1.0 - TOUCHING)) & (radius > 0.0)
         if near.any():
             forces = equations.linearised(state) if forces is None else forces
-            pressed = np.hypot.reduce(forces.own[play, number], axis=0)
+            pressed = np.hypot.reduce(forces.own[directions, number], axis=0)
             near &= pressed > UNLOADED * np.abs(forces.nodal[:3]).max(axis=(0, 1))
-            state.own[play, number] += np.where(near, 2.0 * TOUCHING * beyond, 0.0)
+            state.own[directions, number] += np.where(near, 2.0 * TOUCHING * beyond, 0.0)
     if forces is not None:
         equations.follow(state)
     return state
@@ -78,9 +78,11 @@ def unbalanced(solution: LargeResults) -> NDArray[np.bool_]:
     # what is wrong is what is unbalanced, and the rounding in it
     more: NDArray[np.bool_] = (2.0 * np.abs(trust.at.forces) > trust.wrong)[own].any(axis=0)
     for number, joint in enumerate(model.edges):
-        if joint.play:
-            play = list(joint.play)
-            length, press = (np.hypot.reduce(v[play], axis=0) for v in (_beyond(solution, number), at.own[:, number]))
+        if joint.clearance_directions:
+            directions = list(joint.clearance_directions)
+            length, press = (
+                np.hypot.reduce(v[directions], axis=0) for v in (_beyond(solution, number), at.own[:, number])
+            )
             more |= length < joint.clearance.at(solution.equations.where) * (1.0 - TOUCHING)
             more |= press <= UNLOADED * np.abs(at.nodal[:3]).max(axis=(0, 1))
     return poor & more
@@ -93,7 +95,7 @@ def _beyond(solution: LargeResults, number: int) -> Array:
 
 
 def _closed(solution: LargeResults, number: int, beyond: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether a joint is pressed: a rigid one by its force, one with a stiffness where it is `beyond` its play."""
+    """Whether a joint is pressed: a rigid one by its force, one with a stiffness where it is `beyond` its clearance."""
     if number not in solution.model.contacts:
         return beyond
     force = solution.displaced.grip.force[:, solution.model.contacts[number]]
@@ -102,10 +104,10 @@ def _closed(solution: LargeResults, number: int, beyond: NDArray[np.bool_]) -> N
     return pressed.reshape(beyond.shape)
 
 
-def _vector(solution: LargeResults, play: list[int], values: Array) -> Array:
-    """Values by component with play, (n, m), as vectors in the joint's axes, (..., 3)."""
+def _vector(solution: LargeResults, directions: list[int], values: Array) -> Array:
+    """Values by clearance direction, (n, m), as vectors in the joint's axes, (..., 3)."""
     out = np.zeros((3, values.shape[-1]))
-    out[[k % 3 for k in play]] = values
+    out[[k % 3 for k in directions]] = values
     return batch_first(out, solution.shape, 1)
 
 

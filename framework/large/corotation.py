@@ -128,14 +128,14 @@ def stress(pieces: Pieces, deformation: Array) -> Array:
     return out
 
 
-def stiffness(pieces: Pieces, deformation: Array, pull: Array) -> Array:
-    """Derivative of `stress` (7, 7, n, m); `pull` is the elongating force that resists further bowing."""
+def stiffness(pieces: Pieces, deformation: Array, generalised_force: Array) -> Array:
+    """Derivative of `stress` (7, 7, n, m); `generalised_force` is the elongating force that resists further bowing."""
     strain, bent = _strain(pieces, deformation)
     k = pieces.stiffness if pieces.law is None else pieces.law(strain)[2]
-    rows = k + 0.0 * pull
+    rows = k + 0.0 * generalised_force
     rows[1:] += bent[:, None] * k[0]
     rows[:, 1:] += rows[:, :1] * bent[None]
-    rows[1:, 1:] += pull * pieces.bow
+    rows[1:, 1:] += generalised_force * pieces.bow
     return rows
 
 
@@ -207,8 +207,8 @@ class Response:
 
     def local_forces(self, stress: Array) -> Array:
         """Forces on the ends in the moving axes (12, n, m)."""
-        pull, torque, _ = self._loaded(stress)
-        out: Array = np.einsum("ji...,j...->i...", self.change, pull)
+        generalised_force, torque, _ = self._loaded(stress)
+        out: Array = np.einsum("ji...,j...->i...", self.change, generalised_force)
         return out if torque is None else out - np.einsum("ji...,j...->i...", self.lever, torque)
 
     def forces(self, stress: Array) -> Array:
@@ -221,11 +221,13 @@ class Response:
         `stress` may differ from that of the deformation: it is what the geometric stiffness is made of.
         """
         change, lever = self.change, self.lever
-        pull, torque, turning = self._loaded(stress)
+        generalised_force, torque, turning = self._loaded(stress)
         out = _congruent(change, stiffness(self.pieces, self.at.deformation, stress[0]))
-        moments = [times(transposed(back), pull[k : k + 3]) for back, k in zip(self.back, (1, 4), strict=True)]
+        moments = [
+            times(transposed(back), generalised_force[k : k + 3]) for back, k in zip(self.back, (1, 4), strict=True)
+        ]
         for end, k in enumerate((1, 4)):
-            slope = rotation.inverse_tangent_slope(self.at.deformation[k : k + 3], pull[k : k + 3])
+            slope = rotation.inverse_tangent_slope(self.at.deformation[k : k + 3], generalised_force[k : k + 3])
             out += _congruent(self.beyond[end], times(slope, self.back[end]))
         total = moments[0] + moments[1]
         if torque is not None:

@@ -39,9 +39,13 @@ class EquilibriumEquations(Configuration):
                 free = (1.0 - share) * self.factor * stack.free.at(self.where)
                 total -= 0.5 * dot(at[0] + at[1], free + np.zeros_like(at[0])).sum(axis=0)
         for number, joint in enumerate(self.model.joints):
-            pulls = [part.resistance(s, number, s.own[:, number])[1] for part, s in ((before, old), (self, new))]
+            generalised_forces = [
+                part.resistance(s, number, s.own[:, number])[1] for part, s in ((before, old), (self, new))
+            ]
             offset = (1.0 - share) * self.factor * joint.offset.at(self.where)
-            total -= 0.5 * dot(pulls[0] + pulls[1], offset + np.zeros_like(pulls[0]))
+            total -= 0.5 * dot(
+                generalised_forces[0] + generalised_forces[1], offset + np.zeros_like(generalised_forces[0])
+            )
         return total
 
     # -- derivatives ------------------------------------------------------------------------------------------------

@@ -29,8 +29,8 @@ class TreeJoint:
     ----------
     law
         What replaces its springs, None for nothing.
-    play, clearance
-        Components with play, none where clearance is left out, and its radius.
+    clearance_directions, clearance
+        Clearance directions, none where clearance is left out, and its radius.
     rigid
         Whether contact is rigid.
     lead
@@ -46,7 +46,7 @@ class TreeJoint:
     offset: Numbers
     stiffness: Numbers
     law: JointElement | None
-    play: tuple[int, ...]
+    clearance_directions: tuple[int, ...]
     clearance: Numbers
     ndim: int
     rigid: bool
@@ -66,7 +66,7 @@ class TreeJoint:
         element = frame.joints[edge.name].element if edge.kind == "joint" and edge.name is not None else None
         law = None if element is None else law_of(element, clearance)
         loose = law is not None and bool(law.clearance.any())
-        play = law.play if law is not None and loose else ()
+        directions = law.clearance_directions if law is not None and loose else ()
         radius = law.clearance if law is not None and loose else np.zeros(())
         return cls(
             edge,
@@ -78,10 +78,10 @@ class TreeJoint:
             Numbers.of(np.stack(whole, axis=-1), ndim, 1),
             Numbers.of(np.stack(springs, axis=-1), ndim, 1),
             law,
-            play,
+            directions,
             Numbers.of(radius, ndim, 0),
             ndim,
-            any(k in edge.ideal for k in play),
+            any(k in edge.ideal for k in directions),
             Numbers.of(element.pitch / (2.0 * np.pi), ndim, 0) if element is not None and element.pitch.any() else None,
         )
 
@@ -109,16 +109,16 @@ class TreeJoint:
         energy, given, slope = self.law.resistance(beyond.T, pick)
         force, tangent = given.T, np.moveaxis(slope, 0, -1)
         if contact is not None:
-            play, radius = list(self.play), self.clearance.at(where)
-            more = press(beyond[play], radius, grip.force[play, contact], grip.stiffness[contact])
-            energy, force[play] = energy + more[0], force[play] + more[1]
-            tangent[np.ix_(play, play)] += more[2]
+            directions, radius = list(self.clearance_directions), self.clearance.at(where)
+            more = press(beyond[directions], radius, grip.force[directions, contact], grip.stiffness[contact])
+            energy, force[directions] = energy + more[0], force[directions] + more[1]
+            tangent[np.ix_(directions, directions)] += more[2]
         return energy, force, tangent
 
     @cached_property
     def ideal(self) -> tuple[int, ...]:
         """Components that are held, whatever the load."""
-        return tuple(k for k in self.edge.ideal if k not in self.play)
+        return tuple(k for k in self.edge.ideal if k not in self.clearance_directions)
 
     @cached_property
     def loose(self) -> NDArray[np.bool_]:

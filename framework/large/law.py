@@ -1,8 +1,8 @@
 """How the force in a joint depends on its displacement, beyond six springs: contact, and laws of its own.
 
-Rigid contact (stiffness inf where the joint has play) has no law: its force p holds the displacement d in the ball of
-radius e. It is found by augmented Lagrangians (Rockafellar, J. Optim. Theory Appl. 12 (1973) 555-562): with a guess of
-p and a stiffness k, the energy ::
+Rigid contact (stiffness inf where the joint has clearance) has no law: its force p holds the displacement d in the ball
+of radius e. It is found by augmented Lagrangians (Rockafellar, J. Optim. Theory Appl. 12 (1973) 555-562): with a guess
+of p and a stiffness k, the energy ::
 
     W(d) = k/2 dist(d + p/k, ball)^2 - p^2 / 2k,    f = k (z - the point of the ball nearest to z),  z = d + p/k
 
@@ -62,7 +62,7 @@ class Grip:
 
 
 def press(displacement: Array, radius: Array, force: Array, stiffness: Array) -> tuple[Array, Array, Array]:
-    """Energy (m,), force (n, m) and tangent (n, n, m) of a rigid contact at a displacement (n, m) in its play."""
+    """Energy (m,), force (n, m) and tangent (n, n, m) of a rigid contact at a displacement (n, m) in its clearance."""
     lean = displacement + force / stiffness
-    pull, tangent, stored = law(lean.T, radius, stiffness)
-    return stored - 0.5 * (force**2).sum(axis=0) / stiffness, pull.T, np.moveaxis(tangent, 0, -1)
+    generalised_force, tangent, stored = law(lean.T, radius, stiffness)
+    return stored - 0.5 * (force**2).sum(axis=0) / stiffness, generalised_force.T, np.moveaxis(tangent, 0, -1)

@@ -145,8 +145,8 @@ class Loads:
             tension = _tension(group)
             if tension is not None:  # exerted by the member, wherever it turns: not by the loads
                 along = tension[..., None] * group.level[..., 0, :]
-                for ends, pull in zip(topology.ends[group.pieces].tolist(), along, strict=True):
-                    for node, force in zip(ends, (-pull, pull), strict=True):
+                for ends, generalised_force in zip(topology.ends[group.pieces].tolist(), along, strict=True):
+                    for node, force in zip(ends, (-generalised_force, generalised_force), strict=True):
                         put(node, np.concatenate([force, np.zeros_like(force)], axis=-1))
         shape = np.broadcast_shapes(*(force.shape[:-1] for force in at.values())) if at else ()
         out = np.zeros((len(topology.number), *shape, 6))

@@ -129,7 +129,11 @@ class Model:
             return self.frame.size
         given = [_largest(values.array) for (_, k), values in self.targets.items() if k < 3]
         given += [_largest(joint.offset.array[:3]) for joint in self.edges]
-        given += [_largest(joint.clearance.array) for joint in self.edges if joint.play and joint.play[0] < 3]
+        given += [
+            _largest(joint.clearance.array)
+            for joint in self.edges
+            if joint.clearance_directions and joint.clearance_directions[0] < 3
+        ]
         springs = [joint.stiffness.array[:3] for joint in self.edges]
         springs = [each[(each > 0.0) & np.isfinite(each)] for each in springs]
         softest = min((float(each.min()) for each in springs if each.size), default=np.inf)

@@ -2,7 +2,7 @@
 
 Unknowns and load factor go together along the path: a step along the tangent, then Newton's method in the plane across
 it (Riks, J. Appl. Mech. 39 (1972) 1060-1065; Ramm 1981), its length following the number of iterations. Where the frame
-gives way at rest without resistance, as within clearances, there is no tangent there: the path goes on from the
+is kinematically unstable at rest, as within clearances, there is no tangent there: the path goes on from the
 equilibrium under the first share of the load.
 """
 
@@ -119,8 +119,8 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
         raise FrameError(f"path of {node!r}: nothing in the frame can move; free or prescribe a displacement")
     for number in model.contacts:
         raise FrameError(
-            f"joint {model.edges[number].edge.name!r} is ideal (inf) where it has play: for a path give it a contact "
-            "stiffness, such as 2e11, or no clearance"
+            f"joint {model.edges[number].edge.name!r} is ideal (inf) where it has clearance: for a path give it a "
+            "contact stiffness, such as 2e11, or no clearance"
         )
     tracer = _Tracer(model, (node, component(name), to), first)
     for _ in range(steps):
@@ -199,7 +199,7 @@ class _Tracer:
         return bool(self.going.any())
 
     def _gives_way(self) -> bool:
-        """Whether some entry moves at rest without resistance."""
+        """Whether some entry is kinematically unstable at rest."""
         at, _ = self._linear(self.state, None, self.factor)
         return not bool((self.newton.factor(at).pivots[:, self.going] > self.newton.zero).all())
 

@@ -172,10 +172,10 @@ class FlatEquations:
             (c, s), chord, stiffness = at.changes[k]
             x, y = nodal[:2, second] - nodal[:2, first]
             swing = (c * y - s * x) / chord
-            pull, one, two = c * x + s * y, nodal[2, first] - swing, nodal[2, second] - swing
+            generalised_force, one, two = c * x + s * y, nodal[2, first] - swing, nodal[2, second] - swing
             k00, k01, k02, k11, k12, k22 = stiffness
-            change = [k00 * pull + k01 * one + k02 * two, k01 * pull + k11 * one + k12 * two]
-            out.append(at.stresses[k] + np.stack([*change, k02 * pull + k12 * one + k22 * two]))
+            change = [k00 * generalised_force + k01 * one + k02 * two, k01 * generalised_force + k11 * one + k12 * two]
+            out.append(at.stresses[k] + np.stack([*change, k02 * generalised_force + k12 * one + k22 * two]))
         return out
 
     def _linked(self, state: FlatState) -> list[tuple[FlatJoint, FlatLink, Array]]:

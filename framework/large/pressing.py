@@ -71,12 +71,12 @@ class Pressing:
         force, off = np.zeros_like(state.grip.force), np.zeros_like(state.grip.stiffness)
         for number, place in self.model.contacts.items():
             joint = self.model.edges[number]
-            play = list(joint.play)
+            directions = list(joint.clearance_directions)
             own = equations.own(state, number)
-            force[play, place] = equations.resistance(state, number, own)[1][play]
-            change = _length(force[play, place] - state.grip.force[play, place])
-            reach = _length(own[play]) + joint.clearance.at(where)
-            rounding = _EPS * (reach * state.grip.stiffness[place] + _length(force[play, place]))
+            force[directions, place] = equations.resistance(state, number, own)[1][directions]
+            change = _length(force[directions, place] - state.grip.force[directions, place])
+            reach = _length(own[directions]) + joint.clearance.at(where)
+            rounding = _EPS * (reach * state.grip.stiffness[place] + _length(force[directions, place]))
             off[place] = change / np.where(rounding > 0.0, rounding, 1.0)
         return Grip(force, state.grip.stiffness.copy()), off
 

@@ -44,20 +44,22 @@ class Saddle:
         found = FoundEquilibria.nothing(state)
         found.left[:] = True
         waiting: Mask = np.asarray(np.isfinite(mode).all(axis=0))
-        state, done, pull = state.taken(np.arange(count)), np.zeros(count), np.zeros(count)
+        state, done, generalised_force = state.taken(np.arange(count)), np.zeros(count), np.zeros(count)
         more = np.full(count, _BEGIN)
         for _ in range(_STEPS):
-            ahead, force, held = self._held(balance, state, mode, np.where(waiting, more, 0.0), pull, found)
+            ahead, force, held = self._held(
+                balance, state, mode, np.where(waiting, more, 0.0), generalised_force, found
+            )
             on = np.flatnonzero(waiting & held)
-            before = pull.copy()
+            before = generalised_force.copy()
             state.put(on, ahead.taken(on))
-            done[on], pull[on] = done[on] + more[on], force[on]
-            turned = on[pull[on] > 0.0]
+            done[on], generalised_force[on] = done[on] + more[on], force[on]
+            turned = on[generalised_force[on] > 0.0]
             waiting[turned] = False
             if len(turned):
                 there = tuple(k[turned] for k in where)
                 near = self._between(there, state.taken(turned), mode[:, turned], more[turned],
-                                     (before[turned], pull[turned]), factor)  # fmt: skip
+                                     (before[turned], generalised_force[turned]), factor)  # fmt: skip
                 end = self.newton.solve(there, near, factor)
                 bad = np.flatnonzero(~end.good)
                 if len(bad):
@@ -71,14 +73,21 @@ class Saddle:
         return found
 
     def _between(
-        self, where: Where, state: Place, mode: Array, step: Array, pulls: tuple[Array, Array], factor: float
+        self,
+        where: Where,
+        state: Place,
+        mode: Array,
+        step: Array,
+        generalised_forces: tuple[Array, Array],
+        factor: float,
     ) -> Place:
-        """Back to where the force along the mode is nearly zero, between its values `pulls` a `step` ago and now.
+        """Back to where the force along the mode is nearly zero, between its values `generalised_forces` a `step` ago
+        and now.
 
         Newton's method from farther away may end on the other side.
         """
         balance = self.newton.equations(where, len(step), factor)
-        before, now = pulls
+        before, now = generalised_forces
         for _ in range(_SECANTS):
             change = now - before
             step = np.where(change != 0.0, -step * now / np.where(change != 0.0, change, 1.0), 0.0)
@@ -106,26 +115,26 @@ class Saddle:
         return np.asarray(mode / amount(self.newton, balance, state, mode))
 
     def _held(
-        self, balance: Balance, state: Place, mode: Array, more: Array, pull: Array, found: FoundEquilibria
+        self, balance: Balance, state: Place, mode: Array, more: Array, generalised_force: Array, found: FoundEquilibria
     ) -> tuple[Place, Array, Mask]:
-        """Equilibria with `more` of the mode, the force `pull` along it, and whether they were found."""
+        """Equilibria with `more` of the mode, the force `generalised_force` along it, and whether they were found."""
         weight = self.newton.elimination.diagonal(self._start(balance, state)) * mode
         weight = weight / np.einsum("im,im->m", weight, mode)
         left, stresses = more, None
-        held = np.zeros(len(pull), dtype=bool)
+        held = np.zeros(len(generalised_force), dtype=bool)
         for _ in range(_ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.newton.factor(at)
-            free = factors.solve(pull * weight - at.forces[: self.model.free])
+            free = factors.solve(generalised_force * weight - at.forces[: self.model.free])
             along = factors.solve(weight)
             change = (left - np.einsum("im,im->m", weight, free)) / np.einsum("im,im->m", weight, along)
-            step = np.zeros((self.model.size, len(pull)))
+            step = np.zeros((self.model.size, len(generalised_force)))
             step[: self.model.free] = free + change * along
             step = np.where(held | ~np.isfinite(step).all(axis=0), 0.0, step)
             unbalanced = at.forces.copy()
-            unbalanced[: self.model.free] -= pull * weight
+            unbalanced[: self.model.free] -= generalised_force * weight
             work = np.abs(np.einsum("im,im->m", unbalanced, step))
-            pull = np.where(held | ~np.isfinite(change), pull, pull + change)
+            generalised_force = np.where(held | ~np.isfinite(change), generalised_force, generalised_force + change)
             left = left - np.einsum("im,im->m", weight, step[: self.model.free])
             state = balance.advanced(state, step)
             stresses = balance.step_stresses(at, step)
@@ -133,7 +142,7 @@ class Saddle:
             held |= (work <= CLOSE**0.5 * at.energy) & (np.abs(left) < 1e-6)
             if held.all():
                 break
-        return state, pull, held
+        return state, generalised_force, held
 
     @staticmethod
     def _start(balance: Balance, state: Place) -> Array:

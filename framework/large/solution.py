@@ -263,7 +263,7 @@ class LargeSolution(SavedResults):
     def converged(self) -> NDArray[np.bool_]:
         """Whether an equilibrium was found, (...)."""
         found = self._found.converged
-        if found.any() and any(joint.play for joint in self.model.edges):
+        if found.any() and any(joint.clearance_directions for joint in self.model.edges):
             found = found & ~unbalanced(self)
         return found.reshape(self.shape)
 

@@ -26,7 +26,7 @@ _SMALL = 1e-9
 def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     """The state in which a search at a share `factor` of the loads had better begin."""
     model = newton.model
-    loose = [number for number, joint in enumerate(model.edges) if joint.play]
+    loose = [number for number, joint in enumerate(model.edges) if joint.clearance_directions]
     if not loose:
         return newton.start(count)
     tight = Newton(Model(model.plan, clearance=False))
@@ -35,7 +35,7 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     own = EquilibriumEquations(tight.model, where, count, factor).linearised(state).own
     known = found.converged & np.isfinite(own).all(axis=(0, 1))
     forces = np.where(known, -own, 0.0)
-    # what held these loops in the components that now have play
+    # what held these loops in the components that now have clearance
     state.own[:, len(model.joints) :] *= (model.multipliers >= 0)[..., None]
     state.grip = DisplacedState.start(model, count).grip
     for number in loose:
@@ -49,13 +49,13 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
 
 
 def _place(state: DisplacedState, number: int, joint: TreeJoint, forces: Array, radius: Array) -> None:
-    play = list(joint.play)
-    push = forces[play, number]
+    directions = list(joint.clearance_directions)
+    push = forces[directions, number]
     size = np.hypot.reduce(push, axis=0)
     if not joint.rigid:
         # in contact, though the springs give way to a small force by less than rounding
         radius = radius * (1.0 + TOUCHING)
-    state.own[play, number] += radius * (push / np.where(size > 0.0, size, 1.0))
+    state.own[directions, number] += radius * (push / np.where(size > 0.0, size, 1.0))
 
 
 def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedState, forces: Array) -> Grip:
@@ -65,9 +65,9 @@ def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedStat
     met = _met(model, equations.linearised(state).values)
     for number, place in model.contacts.items():
         joint = model.edges[number]
-        play = list(joint.play)
-        force[play, place] = forces[play, number]
-        turns = play[0] >= 3
+        directions = list(joint.clearance_directions)
+        force[directions, place] = forces[directions, number]
+        turns = directions[0] >= 3
         radius = np.maximum(joint.clearance.at(equations.where), _SMALL * (1.0 if turns else newton.size))
         nodes = [joint.child] if number < len(model.joints) else slice(None)
         columns = model.columns[3:] if turns else model.columns[:3]

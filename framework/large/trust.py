@@ -104,7 +104,7 @@ class Trust:
         joint, loop = model.edges[number], number - len(model.joints)
         own = equations.own(state, number)
         reach = np.abs(own) + np.abs(joint.offset.at(equations.where))
-        reach[list(joint.play)] += joint.clearance.at(equations.where)
+        reach[list(joint.clearance_directions)] += joint.clearance.at(equations.where)
         if loop >= 0:
             reach = reach + self._apart(loop)
         tangent = np.abs(equations.resistance(state, number, own)[2])

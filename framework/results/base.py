@@ -92,8 +92,8 @@ class Results(ABC):
 
     @property
     def is_singular(self) -> NDArray[np.bool_]:
-        """Where the frame can move without resistance, whether a load makes it or not, (...)."""
-        return among(self.state, SolutionState.MECHANISM, SolutionState.IDLE)
+        """Where the frame is a mechanism, statically consistent or kinematically unstable, (...)."""
+        return among(self.state, SolutionState.MECHANISM, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
 
     @abstractmethod
     def displacement(self, node: str) -> Array:

@@ -98,7 +98,7 @@ def _dense(solution: Solution) -> tuple[Array, Array]:
     pushed = np.isnan(half).any(axis=(-2, -1)) & (False if absent is None else ~absent)
     if pushed.any():
         at = f" at batch entry {np.argwhere(pushed)[0].tolist()}" if pushed.ndim else ""
-        raise FrameError(f"buckling: the frame is unstable even without the load{at}: springs that push at rest do it")
+        raise FrameError(f"buckling: the frame is unstable even without the load{at}, by the preload of its springs")
     if absent is not None:
         left = absent[..., None, None]
         half, taken = np.where(left, np.eye(len(plan.unknowns)), half), np.where(left, 0.0, taken)

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned
 from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
-from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resistance import displaced, resisted
 from ..error_bounds.resolved import excited, groups, hard_state, rest
+from ..error_bounds.tree_members import MEMBER
 from ..solvers.freedom import held_unknowns
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended
@@ -208,12 +208,12 @@ def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
     # a rounded position is off by a rotation's share of the distance from the origin
     off = np.max(np.abs(moved[..., 3:]), axis=-1) * state.change(_extent(state.statics), 0)[..., None]
     could = np.sum(np.abs(moved) * forces, axis=(-1, -2)) + np.sum(off[..., None] * forces[..., :3], axis=(-1, -2))
-    noise = np.sum(spread * (state.loads.doubt + state.fine * forces), axis=(-1, -2))
+    noise = np.sum(spread * (state.loads.error_bound + state.fine * forces), axis=(-1, -2))
     for springs, found in zip(state.double_springs, state.deformation_sizes, strict=True):
         sizes = springs.sizes(spread, coordinates)
         noise = noise + state.fine * np.sum(sizes * springs.stiffness * found, axis=(-1, -2))
-    opened = state.double.opening_sizes(coordinates, spread)
-    for k, own, size in zip(state.stiffness, opened, state.opening_sizes, strict=True):
+    opened = state.double.displacement_sizes(coordinates, spread)
+    for k, own, size in zip(state.stiffness, opened, state.displacement_sizes, strict=True):
         noise = noise + state.fine * np.sum(own * k * size, axis=-1)
     return np.asarray(np.any(~(work <= _GIVEN * could + _COMPUTED * noise), axis=0))
 
@@ -228,10 +228,10 @@ def _extent(statics: Statics) -> Real:
 def _absolute(state: EquilibriumResidual, motions: Real) -> Real:
     """The unknowns in motions as the frame's own coordinates have them."""
     out, moved = motions.copy(), displaced(state, state.unknowns, motions)[1]
-    hung = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
+    determinate = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
     for index, unknown in enumerate(state.unknowns):
         node, component = divmod(unknown, 6)
-        if node in hung:
+        if node in determinate:
             out[..., index] = moved[..., node, component]
     return out
 

@@ -44,7 +44,7 @@ def idle(
     elif len(plan.unknowns) > MOST:
         return None
     else:
-        found = ConsistentMechanisms(plan, excited(plan), small(Statics(plan, hung=True), suspects))
+        found = ConsistentMechanisms(plan, excited(plan), small(Statics(plan, determinate=True), suspects))
     return found if found.mask.any() else None
 
 

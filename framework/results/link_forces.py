@@ -12,7 +12,7 @@ from ..structure.edge import GROUND
 
 
 def link_forces(state: EquilibriumResidual) -> list[Array]:
-    """Force and moment of each link on its first node, in its axes, (..., 6): they work on its opening.
+    """Force and moment of each link on its first node, in its axes, (..., 6): they work on its relative displacement.
 
     Of springs by their displacement, of what is held by equilibrium; in the order of ``state.kinematics.links``.
 
@@ -22,26 +22,30 @@ def link_forces(state: EquilibriumResidual) -> list[Array]:
         The solution in its equations of equilibrium.
     """
     kinematics = state.double
-    pulls = [np.asarray(pull, dtype=np.float64) for pull in state.pulls]
+    generalised_forces = [
+        np.asarray(generalised_force, dtype=np.float64) for generalised_force in state.generalised_forces
+    ]
     residual = np.asarray(state.residual, dtype=np.float64)
     if kinematics.dependents:
         multipliers = _multipliers(kinematics, residual)
-        pulls = [pull + multipliers.get(k, 0.0) for k, pull in enumerate(pulls)]
+        generalised_forces = [
+            generalised_force + multipliers.get(k, 0.0) for k, generalised_force in enumerate(generalised_forces)
+        ]
         # What holds the loops closed acts on the links of the tree as well.
-        held: list[Real | None] = [multipliers.get(k) for k in range(len(pulls))]
+        held: list[Real | None] = [multipliers.get(k) for k in range(len(generalised_forces))]
         nothing = np.zeros((kinematics.count, 6))
         residual = residual - kinematics.generalised(nothing, held)
     out = []
-    for link, pull in zip(kinematics.links, pulls, strict=True):
+    for link, generalised_force in zip(kinematics.links, generalised_forces, strict=True):
         if link.sign and link.edge.ideal:
             ideal = np.isin(np.arange(6), link.edge.ideal)
-            pull = np.where(ideal, residual[..., link.child, :], pull)
-        out.append(np.asarray(link.exerted(pull), dtype=np.float64))
+            generalised_force = np.where(ideal, residual[..., link.child, :], generalised_force)
+        out.append(np.asarray(link.exerted(generalised_force), dtype=np.float64))
     return out
 
 
 def _multipliers(kinematics: FrameKinematics, residual: Array) -> dict[int, Array]:
-    """By number of a link that closes a loop, the forces (..., 6) of what it holds on its opening."""
+    """By number of a link that closes a loop, the forces (..., 6) of what it holds on its relative displacement."""
     flat = residual.reshape(*residual.shape[:-2], -1)
     out: dict[int, Array] = {}
     for key, (_, by) in kinematics.dependents.items():
@@ -95,7 +99,7 @@ def _gathered(springs: Springs, ends: Array, count: int) -> Array:
 
 
 def _passed_on(kinematics: FrameKinematics, nodal: Array) -> Array:
-    """Sizes (..., nodes, 2) with those of all that hangs on a node."""
+    """Sizes (..., nodes, 2) with those of all that a node carries."""
     links = [link for link in kinematics.links if link.sign]
     arms = [link.arm.shape[:-1] for link in links if link.arm is not None]
     shape = np.broadcast_shapes(nodal.shape[:-2], *arms)

@@ -67,7 +67,7 @@ def _at_ends(topology: Topology, group: Group, at: Index, x: Array, ends: Array)
     last = x >= length * (1.0 - _AT)
     if not np.all(last | (x <= length * _AT)):
         raise FrameError(
-            f"{_named(topology, group, at)} resists rigid motion, as what is held between its ends does: its "
+            f"{_named(topology, group, at)} resists rigid motion, as what is supported between its ends does: its "
             "forces are known at the ends of its segments alone: give it more of them, and stations there"
         )
     return np.where(last[..., None], ends[..., 6:], -ends[..., :6])
@@ -124,7 +124,7 @@ def _check_held_between(topology: Topology, group: Group, at: Index, x: Array) -
     length = group.length[at]
     if group.element.exact and np.any((x > length * _AT) & (x < length * (1.0 - _AT))):
         raise FrameError(
-            f"{_named(topology, group, at)} resists rigid motion, as what is held between its ends does, and is "
+            f"{_named(topology, group, at)} resists rigid motion, as what is supported between its ends does, and is "
             "loaded there: its displacement is known at its ends alone: divide it into members, and read their nodes"
         )
 

@@ -107,7 +107,7 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
 def _unstable(where: NDArray[np.bool_]) -> str:
     first = f", the first {np.argwhere(where)[0].tolist()}," if where.ndim else ""
     return (
-        f"{where.sum()} of {where.size} batch entries{first} are unstable: springs that push at rest push them over, "
+        f"{where.sum()} of {where.size} batch entries{first} are unstable by the preload of their springs, "
         "and their frequencies are NaN"
     )
 

@@ -236,7 +236,7 @@ class Recovery:
         return vector if edge.axes is None else turned(np.swapaxes(edge.axes, -1, -2), vector)
 
     def _carried_force(self, node: int, *, closed: bool) -> Array:
-        """Inner minus outer forces at a node and all that hangs on it, global, (..., 6)."""
+        """Inner minus outer forces at a node and all that it carries, global, (..., 6)."""
         total = self._residual(node, closed=closed)
         for branch in self._children.get(node, []):
             force = self._carried_force(branch.child, closed=closed)

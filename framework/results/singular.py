@@ -84,10 +84,10 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
     if len(shapes):
         largest = np.abs(moved * size).max(axis=(-1, -2), keepdims=True)
         coordinates, moved = coordinates / largest, moved / largest
-    openings = state.kinematics.openings(coordinates, moved)
+    relative_displacements = state.kinematics.relative_displacements(coordinates, moved)
     joints = {
-        link.edge.name: np.broadcast_to(link.whole(opening), (len(shapes), 6)).astype(np.float64)
-        for link, opening in zip(state.kinematics.links, openings, strict=True)
+        link.edge.name: np.broadcast_to(link.whole(relative_displacement), (len(shapes), 6)).astype(np.float64)
+        for link, relative_displacement in zip(state.kinematics.links, relative_displacements, strict=True)
         if link.edge.kind == "joint" and link.edge.name is not None
     }
     number, forces, frame = plan.topology.number, state.loads.forces, plan.frame

@@ -108,7 +108,7 @@ class SparsePencil:
             np.linalg.inv(upper)
         except np.linalg.LinAlgError:
             raise FrameError(
-                "the frame is unstable, pushed by springs at rest, or a free motion of it moves no mass: "
+                "the frame is unstable by the preload of its springs, or a free motion of it moves no mass: "
                 "support it, or give its nodes mass"
             ) from None
         return upper

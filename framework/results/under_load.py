@@ -12,7 +12,7 @@ from ..batched.plan import Plan
 from ..error_bounds.bounds import Cut
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.hanging import MEMBER
+from ..error_bounds.tree_members import MEMBER
 from ..structure.assembly import hung_weights
 from ..structure.edge import GROUND
 from ..structure.member_loads import applied_forces, weight_forces
@@ -40,9 +40,9 @@ def geometric_stacks(state: EquilibriumResidual) -> list[Stack]:
     topology = _part(state)
     out, roundings = [], []
     for group, springs, number in zip(topology.groups, state.double_springs, range(len(state.springs)), strict=True):
-        ends, doubt = _ends(state, springs, number)
-        roundings.append(_greatest(doubt))
-        ends = np.where(np.abs(ends) < doubt, 0.0, ends)
+        ends, error_bound = _ends(state, springs, number)
+        roundings.append(_greatest(error_bound))
+        ends = np.where(np.abs(ends) < error_bound, 0.0, ends)
         matrices = _members(topology, group, np.moveaxis(ends, -2, 0))
         out.append((group.nodes, group.turned(matrices)))
     return [*out, *_links(state, roundings), *_weights(state)]
@@ -101,15 +101,15 @@ def summed_stacks(plan: Plan, stacks: list[Stack], entries: dense.Entries = dens
 def _ends(state: EquilibriumResidual, springs: Springs, number: int) -> tuple[Array, Array]:
     """Forces on both ends of members in local axes, and what rounding may make of them, (..., n, 12)."""
     rows = np.asarray(springs.local_rows, dtype=np.float64)
-    pulls = np.asarray(state.member_pulls[number], dtype=np.float64)
+    generalised_forces = np.asarray(state.member_forces[number], dtype=np.float64)
     sizes = np.asarray(springs.stiffness * state.deformation_sizes[number], dtype=np.float64)
-    ends = np.einsum("...nij,...ni->...nj", rows, pulls)
-    doubt = _ROUNDINGS * _EPS * np.einsum("...nij,...ni->...nj", np.abs(rows), sizes)
+    ends = np.einsum("...nij,...ni->...nj", rows, generalised_forces)
+    error_bound = _ROUNDINGS * _EPS * np.einsum("...nij,...ni->...nj", np.abs(rows), sizes)
     if state.loads.by_piece:
         given = [state.loads.ends(piece) for piece in springs.pieces.tolist()]
         ends = ends - _stacked([np.asarray(force, dtype=np.float64) for force, _ in given])
-        doubt = doubt + _stacked([about for _, about in given])
-    return ends, doubt
+        error_bound = error_bound + _stacked([about for _, about in given])
+    return ends, error_bound
 
 
 def _stacked(each: list[Array]) -> Array:
@@ -118,9 +118,9 @@ def _stacked(each: list[Array]) -> Array:
     return np.stack([np.broadcast_to(array, shape) for array in each], axis=-2)
 
 
-def _greatest(doubt: Array) -> Array:
+def _greatest(error_bound: Array) -> Array:
     """The greatest force and the greatest moment on both ends, (..., n, 2, 2)."""
-    out: Array = doubt.reshape(*doubt.shape[:-1], 2, 2, 3).max(axis=-1)
+    out: Array = error_bound.reshape(*error_bound.shape[:-1], 2, 2, 3).max(axis=-1)
     return out
 
 
@@ -158,11 +158,11 @@ def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, A
 def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:
     """Joints, rigid links and ties that pass on forces."""
     nodes, matrices = [], []
-    forces, doubts = link_forces(state), link_roundings(state, roundings)
-    for link, force, doubt in zip(state.kinematics.links, forces, doubts, strict=True):
+    forces, error_bounds = link_forces(state), link_roundings(state, roundings)
+    for link, force, error_bound in zip(state.kinematics.links, forces, error_bounds, strict=True):
         if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
             continue
-        force = np.where(np.abs(force) < np.repeat(doubt, 3, axis=-1), 0.0, force)
+        force = np.where(np.abs(force) < np.repeat(error_bound, 3, axis=-1), 0.0, force)
         matrix = of_link(link, force)
         if np.any(matrix):
             nodes.append((link.first, link.second))

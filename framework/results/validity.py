@@ -24,8 +24,8 @@ from ..batch import Array, aligned
 from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.hanging import MEMBER
 from ..error_bounds.kinematics import Real
+from ..error_bounds.tree_members import MEMBER
 from ..member_law import deformation_rows
 from ..states import SolutionState
 from ..structure.edge import GROUND
@@ -63,10 +63,10 @@ def _of(part: BatchPart) -> Real:
     largest: Any = 0.0
     energy: Any = 0.0
     ndim, groups = len(state.plan.frame.shape), state.plan.topology.groups
-    stacks = zip(groups, state.springs, state.member_pulls, state.deformations, strict=True)
-    for group, springs, pull, found in stacks:
+    stacks = zip(groups, state.springs, state.member_forces, state.deformations, strict=True)
+    for group, springs, generalised_force, found in stacks:
         turn = _rotation(springs, state.displacements)
-        forces = np.einsum("...nij,...ni->...nj", springs.rows, pull)
+        forces = np.einsum("...nij,...ni->...nj", springs.rows, generalised_force)
         tension = state.change(aligned(group.element.tension, ndim), 0)[..., None, None]
         along = tension * springs.level[..., 0, :]
         forces[..., :3], forces[..., 6:9] = forces[..., :3] - along, forces[..., 6:9] + along
@@ -78,9 +78,11 @@ def _of(part: BatchPart) -> Real:
             swung = swung + _beyond_stiffness(state, group, springs)
         unbalanced = unbalanced - springs.gathered(swung, count)
         largest = np.maximum(largest, np.sum(turn * turn, axis=-1).max(axis=-1))
-        energy = energy + np.sum(pull * found, axis=(-1, -2))
-    for k, pull in zip(state.stiffness, state.pulls, strict=True):
-        energy = energy + np.sum(np.where(k > 0.0, pull * pull / np.where(k > 0.0, k, 1.0), 0.0), axis=-1)
+        energy = energy + np.sum(generalised_force * found, axis=(-1, -2))
+    for k, generalised_force in zip(state.stiffness, state.generalised_forces, strict=True):
+        energy = energy + np.sum(
+            np.where(k > 0.0, generalised_force * generalised_force / np.where(k > 0.0, k, 1.0), 0.0), axis=-1
+        )
     swung, turns = _links(state)
     unbalanced, largest = unbalanced + swung, np.maximum(largest, turns)
     more = [_beyond_springs(state, number) for number in range(len(state.kinematics.links))]
@@ -144,7 +146,10 @@ def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
     if not element.has_law:
         return None
     offset, whole = state.imposed[number], len(state.plan.frame.shape)
-    stretch = np.asarray(state.openings[number] if offset is None else state.openings[number] - offset, np.float64)
+    stretch = np.asarray(
+        state.relative_displacements[number] if offset is None else state.relative_displacements[number] - offset,
+        np.float64,
+    )
     own = state.change(aligned(np.empty(element.shape), whole), 0).shape
     shape = np.broadcast_shapes(stretch.shape[:-1], own)
 
@@ -155,7 +160,7 @@ def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
 
     _, force, _ = element.resistance(np.broadcast_to(stretch, (*shape, 6)).reshape(-1, 6), pick)
     held = np.isin(np.arange(6), edge.ideal)
-    out: Real = np.where(held, 0.0, state.pulls[number] - force.reshape(*shape, 6))
+    out: Real = np.where(held, 0.0, state.generalised_forces[number] - force.reshape(*shape, 6))
     return out
 
 

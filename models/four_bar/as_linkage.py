@@ -38,7 +38,7 @@ def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Lin
     parts = [pins] if on_pin else None
     found.link("coupler", "B", "P", "D", beam=four_bar.link_beam("coupler"), beams=parts)
     found.link("rocker", "D", "E", beam=four_bar.link_beam("rocker"))
-    found.revolute("A", "ground", "crank", drive=True, at=drawn.theta)
+    found.revolute("A", "ground", "crank", drive=True, reference=drawn.theta)
     for joint in JOINTS:
         stiffness = four_bar.joint_stiffness(joint)
         found.revolute(joint, *JOINT_LINKS[joint], stiffness=stiffness, clearance=clearance.get(joint))

@@ -61,8 +61,8 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
     _coupler(built, motion)
     built.add("rocker", four_bar.link_beam("rocker"), "D.rocker", "E.rocker")
     for joint, nodes in JOINT_NODES.items():
-        stiffness, play = four_bar.joint_stiffness(joint), ("ux", "uy") if joint in gaps else None
-        built.add(joint, Joint(stiffness, clearance=gaps.get(joint, 0.0), play=play), *nodes)
+        stiffness, across = four_bar.joint_stiffness(joint), ("ux", "uy") if joint in gaps else None
+        built.add(joint, Joint(stiffness, clearance=gaps.get(joint, 0.0), clearance_directions=across), *nodes)
     built.fix("A")
     built.fix("E")
     return built

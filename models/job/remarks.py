@@ -22,8 +22,8 @@ def beyond_linear(error: float) -> str:
         Its estimated relative error; inf where the equilibrium is unstable.
     """
     if np.isinf(error):
-        return "beyond linear: unstable under its load"
-    return f"beyond linear: off by {100.0 * error:.2g} %"
+        return "outside the linear range: unstable under its load"
+    return f"outside the linear range: estimated error {100.0 * error:.2g} %"
 
 
 def beyond_size(point: str, displacement: Array, size: float, where: Sequence[str]) -> list[str]:

@@ -29,7 +29,7 @@ class Linkage(LinkageDescription):
     Attributes
     ----------
     points
-        Coordinates (..., 3) as drawn, by name.
+        Coordinates (..., 3) in the reference configuration, by name.
     links
         Links by name; the ground, ``"ground"``, is not among them and has every point.
     joints
@@ -80,7 +80,7 @@ class Linkage(LinkageDescription):
         was drawn: not on the other poses of the batch, nor on any order. It is what the linkage comes to as its drives
         go there from their reference values on a straight line, all at once. A drive that turns goes the whole way, to
         370° through 360°; where it moves alone and cannot turn fully, it goes round the other way to what lies beyond
-        an end of its range. Of a batch of dimensions each member starts from its own drawing.
+        an end of its range. Of a batch of dimensions each member starts from its own reference configuration.
 
         Where that path ends before, or crosses a singular pose behind which it could go on in several ways, positions
         are NaN and the status says whether the pose lies in another assembly mode or cannot be assembled at all; a
@@ -94,7 +94,7 @@ class Linkage(LinkageDescription):
         ----------
         drives
             Values of the driven coordinates by joint, (...), or (..., f) where f of a joint are driven, for names
-            that are no Python identifiers. A drive without values stays as drawn.
+            that are no Python identifiers. A drive without values keeps its reference value.
         rates, accelerations
             First and second time derivatives of these values by joint, (...) or (..., f); 0 where not given. Those of a
             spherical joint are its angular velocity and acceleration, in the joint's axes on the first link.
@@ -113,13 +113,14 @@ class Linkage(LinkageDescription):
         Returns
         -------
         Motion
-            Where everything is, batch shape the broadcast of drives and drawing.
+            Where everything is, batch shape the broadcast of drives and points.
 
         Raises
         ------
         FrameError
-            If a drive is unknown or given twice, shapes do not broadcast, the linkage hangs in the air, its drawing
-            cannot be assembled, its drives leave points free to move, or a stiffness is inf where a joint is free.
+            If a drive is unknown or given twice, shapes do not broadcast, the linkage is not connected to ground, its
+            reference configuration cannot be assembled, its drives leave points free to move, or a stiffness is inf
+            where a joint is free.
 
         Examples
         --------
@@ -145,14 +146,14 @@ class Linkage(LinkageDescription):
         return Motion.of(self, *numbers, branch, tolerance, other_modes)
 
     def mobility(self, tolerance: float = 0.0, entry: int | tuple[int, ...] | None = None) -> Mobility:
-        """How many freedoms the linkage has, by counting and in truth; see `mobility.mobility`.
+        """Degrees of freedom of the linkage: counted by Grübler and Kutzbach, and actual; see `mobility.mobility`.
 
         Parameters
         ----------
         tolerance
             As for `move`.
         entry
-            Which entry is meant where the drawing carries a batch: one index an axis; the first where None.
+            Which entry is meant where the points carry a batch: one index an axis; the first where None.
 
         Returns
         -------
@@ -162,11 +163,11 @@ class Linkage(LinkageDescription):
         Raises
         ------
         FrameError
-            If the drawing cannot be assembled.
+            If the reference configuration cannot be assembled.
 
         Examples
         --------
-        Flat, a parallelogram can begin to move in two ways; it has one freedom all the same.
+        Flat, a parallelogram can begin to move in two ways; it has one degree of freedom all the same.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(3, 0), D=(2, 0))
@@ -176,9 +177,9 @@ class Linkage(LinkageDescription):
         >>> for k, pin in enumerate("ABCD"):
         ...     linkage.revolute(pin, links[k], links[k + 1])
         >>> print(linkage.mobility())
-        mobility 1; 1 by count in the plane, -2 by count in space
-        as drawn it is singular: velocities have 2 freedoms
-        3 constraints too many: C (uz rx ry)
+        mobility 1 (Grübler-Kutzbach: 1 planar, -2 spatial)
+        singular in the reference configuration: 2 degrees of freedom of velocity
+        3 redundant constraints: C (uz rx ry)
         """
         return mobility(self, tolerance, entry)
 
@@ -189,7 +190,7 @@ class Linkage(LinkageDescription):
         tolerance: float = 0.0,
         entry: int | tuple[int, ...] | None = None,
     ) -> tuple[DeadPoint, ...]:
-        """Dead points and change points on the way through the drawing; see `dead_points.dead_points`.
+        """Dead points and change points on the way through the reference configuration; see `dead_points.dead_points`.
 
         Parameters
         ----------
@@ -220,7 +221,7 @@ class Linkage(LinkageDescription):
         >>> linkage.revolute("A", "ground", "crank")
         >>> linkage.revolute("B", "crank", "rod")
         >>> linkage.revolute("C", "rod", "piston")
-        >>> linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), at=8**0.5, name="slide", drive=True)
+        >>> linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), reference=8**0.5, name="slide", drive=True)
         >>> [(round(point.value, 12), point.joint) for point in linkage.dead_points("slide")]
         [(2.0, 'B'), (4.0, 'B')]
         """
@@ -233,7 +234,7 @@ class Linkage(LinkageDescription):
         tolerance: float = 0.0,
         entry: int | tuple[int, ...] | None = None,
     ) -> DriveRange:
-        """How far a drive can go from the drawing; see `dead_points.drive_range`.
+        """How far a drive can go from the reference configuration; see `dead_points.drive_range`.
 
         Parameters
         ----------

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
 from ...framework.frame import Frame
+from ...framework.renamed import RenamedAttribute
 from .poses.coordinates import coordinate_of, rates_of_coordinate
-from .statics.accuracy import PointAccuracy, Stress, accuracy, flexibility, frequencies, stiffness, stress
+from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
 from .statics.actions import kinetic_energy
 from .statics.frame import FramedPoses, frame
 from .statics.free import free_accelerations
@@ -106,7 +107,7 @@ class Motion(FramedPoses):
         Returns
         -------
         ndarray
-            In the order of the kind's coordinates, lengths and radians, (..., f); ``at`` in the reference
+            In the order of the kind's coordinates, lengths and radians, (..., f); ``reference`` in the reference
             configuration. Angles go on beyond a turn: they count the turns that the joint makes while the drives go to
             the pose from their reference values. Of a ball: the rotation vector, of length at most π.
 
@@ -181,15 +182,15 @@ class Motion(FramedPoses):
         Inertia forces (Eq. 1 and 2 of the accuracy paper), gravity, loads, springs and dampers are in equilibrium with
         what the joints hold and the drives push. Where equilibrium alone does not tell all reactions, those follow
         from the compliance of links and joints; if these are rigid, the reactions with the least sum of squares are
-        given (moments divided by half of what the drawing spans). ``.method`` says which.
+        given (moments divided by half of what the linkage spans). ``.method`` says which.
 
         Loads that were given to a frame of the motion alone are not among them.
 
         Returns
         -------
         Reactions
-            Force and moment in every joint, (..., 6), and of every drive, (..., f); NaN where no finite forces hold the
-            linkage.
+            Force and moment in every joint, (..., 6), and of every drive, (..., f); NaN where no finite forces keep
+            the linkage in equilibrium.
 
         Raises
         ------
@@ -297,8 +298,9 @@ class Motion(FramedPoses):
 
         The frame is linear about the linkage without loads: its links, joints and springs resist with their stiffness
         alone, and what springs exert at rest is one of the loads. That forces turn with the links, joints and springs
-        that carry them (geometric stiffness) is in `flexibility`, `stiffness` and `frequencies` of the motion, and of
-        the frame in ``buckling`` and ``solve(large=True)``, where springs pull along their line wherever they are.
+        that carry them (geometric stiffness) is in `compliance_matrix`, `stiffness` and `frequencies` of the motion,
+        and of the frame in ``buckling`` and ``solve(large=True)``, where springs pull along their line wherever they
+        are.
 
         Parameters
         ----------
@@ -426,8 +428,8 @@ class Motion(FramedPoses):
         """
         return accuracy(self, point, link, load, inertia=inertia)
 
-    def flexibility(self, point: str, link: str | None = None) -> Array:
-        """Displacement and rotation of a point by unit forces and moments on it, drives held, clearances closed.
+    def compliance_matrix(self, point: str, link: str | None = None) -> Array:
+        """Displacement and rotation of a point by unit forces and moments on it, drives locked, clearances closed.
 
         About the pose under the linkage's springs, loads and weights: these make links stiffer or softer as they turn
         (geometric stiffness), rigid ones as well. On a linkage of one degree of freedom whose drive has a stiffness k
@@ -459,10 +461,12 @@ class Motion(FramedPoses):
         >>> float(linkage.move(A=0.0).flexibility("B")[1, 1].round(12))
         0.00025
         """
-        return flexibility(self, point, link)
+        return compliance_matrix(self, point, link)
+
+    flexibility = RenamedAttribute("compliance_matrix")
 
     def stiffness(self, point: str, link: str | None = None) -> Array:
-        """Force and moment at a point by unit displacements and rotations of it: the inverse of `flexibility`.
+        """Force and moment at a point by unit displacements and rotations of it: the inverse of `compliance_matrix`.
 
         Parameters
         ----------
@@ -480,7 +484,7 @@ class Motion(FramedPoses):
         Raises
         ------
         FrameError
-            If links and joints are rigid on the way to the point, so that it cannot give way in some direction.
+            If links and joints are rigid on the way to the point, so that it cannot deflect in some direction.
 
         Examples
         --------
@@ -497,7 +501,7 @@ class Motion(FramedPoses):
         return stiffness(self, point, link)
 
     def frequencies(self, count: int) -> Array:
-        """The lowest natural frequencies at every pose, under springs, loads and weights; drives held, no clearances.
+        """The lowest natural frequencies at every pose, under springs, loads and weights; drives locked, no clearances.
 
         Parameters
         ----------

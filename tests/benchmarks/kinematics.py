@@ -217,7 +217,7 @@ def stewart(poses: int) -> tuple[Linkage, Drives]:
         linkage.link(f"cylinder {k}", f"B{k}", f"M{k}")
         linkage.link(f"piston {k}", f"M{k}", f"C{k}")
         linkage.universal(f"B{k}", "ground", f"cylinder {k}", axis=across, second=np.cross(across, leg))
-        linkage.prismatic(f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, at=np.linalg.norm(leg))
+        linkage.prismatic(f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, reference=np.linalg.norm(leg))
         linkage.spherical(f"C{k}", f"piston {k}", "platform")
     wave = np.sin(np.outer(np.linspace(0.0, 2.0 * np.pi, poses), [1, 2, 3]))
     turn = Rotation.from_rotvec(wave[:, ::-1] * (0.2, 0.15, 0.3)).as_matrix()

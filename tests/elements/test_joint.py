@@ -86,4 +86,4 @@ def test_what_cannot_be_is_refused(stiffness: object, axes: object, told: str) -
 
 
 def test_play_in_one_component_needs_no_tuple() -> None:
-    assert Joint(stiffness=(1e8,) * 6, clearance=1e-3, play="uy").play == (1,)
+    assert Joint(stiffness=(1e8,) * 6, clearance=1e-3, clearance_directions="uy").clearance_directions == (1,)

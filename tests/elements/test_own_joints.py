@@ -105,7 +105,7 @@ def test_a_law_beside_joints_with_clearance() -> None:
     """Below the bushing a journal is thrown across its play first."""
     frame = _stub(Bushing())
     frame.node("D", (1.0, 0.0, 0.0))
-    frame.add("loose", Joint((1e9, 1e9, 1e9, 1e9, 1e9, 1e9), clearance=1e-3, play="uz"), "C", "D")
+    frame.add("loose", Joint((1e9, 1e9, 1e9, 1e9, 1e9, 1e9), clearance=1e-3, clearance_directions="uz"), "C", "D")
     frame.load("D", fz=1e-3)
     solution = frame.solve(large=True)
     assert_allclose(solution.displacement("B")[1], 0.002, rtol=1e-6)
@@ -137,9 +137,9 @@ def test_a_law_that_linear_solutions_cannot_follow_is_refused() -> None:
         with pytest.raises(FrameError, match="joint 'rubber': Stiff has a law of its own, resistance, that is not its"):
             ask(_stub(Stiff()))
     with pytest.raises(FrameError, match=r"Bushing has a law of its own, resistance, and clearance"):
-        _stub(Bushing(clearance=1e-3, play="uy")).solve()
+        _stub(Bushing(clearance=1e-3, clearance_directions="uy")).solve()
     with pytest.raises(FrameError, match="joint 'rubber' has a law of its own, which contains its clearance"):
-        _stub(Bushing(clearance=1e-3, play="uy")).solve(large=True, clearance=False)
+        _stub(Bushing(clearance=1e-3, clearance_directions="uy")).solve(large=True, clearance=False)
     assert_allclose(_stub(Stiff()).solve(large=True).joint_force("rubber")[1], 100.0, rtol=1e-9)
 
 
@@ -153,9 +153,9 @@ def test_a_law_that_linear_solutions_cannot_follow_is_refused() -> None:
         ("stiffness", np.ones((4, 6)), r"within its shape \(\)"),
         ("axes", 2.0 * np.eye(3), "axes are not right-handed and orthonormal"),
         ("clearance", np.array(-1.0), "clearance is -1"),
-        ("clearance", np.array(1.0), "clearance is given and play is empty"),
-        ("play", (0, 4), "play is"),
-        ("play", (0, 1), "free or of unequal stiffness"),
+        ("clearance", np.array(1.0), "clearance is given and clearance_directions are empty"),
+        ("clearance_directions", (0, 4), "clearance_directions are"),
+        ("clearance_directions", (0, 1), "free or of unequal stiffness"),
         ("pitch", np.array(np.inf), "pitch contains nan or inf"),
     ],
 )

@@ -24,7 +24,7 @@ def rows(array: np.ndarray, trailing: int) -> np.ndarray:
 @settings(max_examples=50)
 @given(st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6), st.floats(0.1, 1.0))
 def test_resistance_derives_from_its_energy(displacement: list[float], clearance: float) -> None:
-    joint = Joint((3.0, 3.0, INF, 2.0, 0.0, 5.0), clearance=clearance, play=("ux", "uy"))
+    joint = Joint((3.0, 3.0, INF, 2.0, 0.0, 5.0), clearance=clearance, clearance_directions=("ux", "uy"))
     x = np.array([displacement])
     if abs(np.hypot(x[0, 0], x[0, 1]) - clearance) < 1e-3:
         return
@@ -41,7 +41,9 @@ def hung(force: np.ndarray, clearance: float, stiffness: float) -> Frame:
     frame.node("A", (0.0, 0.0, 0.0))
     frame.node("A1", (0.0, 0.0, 0.0))
     frame.node("B", (0.5, 0.0, 0.0))
-    frame.add("pin", Joint((stiffness,) * 5 + (1e-3,), clearance=clearance, play=("ux", "uy")), "A", "A1")
+    frame.add(
+        "pin", Joint((stiffness,) * 5 + (1e-3,), clearance=clearance, clearance_directions=("ux", "uy")), "A", "A1"
+    )
     frame.add("bar", BAR, "A1", "B")
     frame.fix("A")
     frame.load("B", fx=force[0], fy=force[1])

@@ -19,7 +19,7 @@ def bearing(stiffness: tuple[float, ...], clearance: object, play: tuple[str, ..
     frame = Frame()
     for name in ("ground", "journal"):
         frame.node(name, (place, 0.0, 0.0))
-    frame.add("pin", Joint(stiffness=stiffness, clearance=clearance, play=play), "ground", "journal")  # type: ignore[arg-type]
+    frame.add("pin", Joint(stiffness=stiffness, clearance=clearance, clearance_directions=play), "ground", "journal")  # type: ignore[arg-type]
     frame.fix("ground")
     return frame
 

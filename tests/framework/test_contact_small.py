@@ -21,7 +21,7 @@ def pulled(stiffness: float, held: tuple[str, ...], force: object) -> Frame:
         frame.node(name, (x, 0.0, 0.0))
     frame.add("AB", BAR, "A", "B")
     spring = (stiffness, stiffness, INF, INF, INF, 0.0)
-    frame.add("pin", Joint(stiffness=spring, clearance=1e-3, play=("ux", "uy")), "B", "C")
+    frame.add("pin", Joint(stiffness=spring, clearance=1e-3, clearance_directions=("ux", "uy")), "B", "C")
     frame.fix("A")
     if held:
         frame.fix("C", *held)

@@ -21,7 +21,7 @@ def leaning(rise: float, clearance: object, force: float) -> Frame:
     frame = Frame()
     for name, place in {"bearing": (0, 0, 0), "foot": (0, 0, 0), "top": (1.0, rise, 0)}.items():
         frame.node(name, place)
-    pin = Joint(stiffness=(INF,) * 5 + (0.0,), clearance=clearance, play=("ux", "uy"))  # type: ignore[arg-type]
+    pin = Joint(stiffness=(INF,) * 5 + (0.0,), clearance=clearance, clearance_directions=("ux", "uy"))  # type: ignore[arg-type]
     frame.add("pin", pin, "bearing", "foot")
     frame.add("rod", BAR, "foot", "top")
     frame.fix("bearing")

@@ -104,7 +104,7 @@ def test_closed_loops_are_told() -> None:
     frame.fix("C", "uy")
     frame.load("B", fy=1.0)
     text = frame.explain()
-    assert numbers(text, r"(\d+) held components are absent") != []
+    assert numbers(text, r"(\d+) constrained components are absent") != []
     assert "batch shape (), 1 entries" in text
 
 

@@ -120,5 +120,5 @@ def test_an_empty_batch_and_a_frame_at_rest() -> None:
 
 
 def test_what_is_read_of_an_unstable_equilibrium() -> None:
-    assert beyond_linear(INF) == "beyond linear: unstable under its load"
-    assert beyond_linear(0.123) == "beyond linear: off by 12 %"
+    assert beyond_linear(INF) == "outside the linear range: unstable under its load"
+    assert beyond_linear(0.123) == "outside the linear range: estimated error 12 %"

@@ -164,7 +164,9 @@ def test_a_free_rod_spins_alike_alone_and_in_a_batch():
         for name, link in drawn.links.items():
             linkage.link(name, *link.points, length=rod if name == "rod" else None)
         for name, pair in drawn.joints.items():
-            hinge = {} if pair.kind.name == "spherical" else {"axis": pair.axes[:, 2], "at": pair.at[..., 0]}
+            hinge = (
+                {} if pair.kind.name == "spherical" else {"axis": pair.axes[:, 2], "reference": pair.reference[..., 0]}
+            )
             getattr(linkage, pair.kind.name)(name, pair.first, pair.second, drive=name in drawn.drives, **hinge)
         return linkage
 

@@ -32,7 +32,11 @@ def test_solutions() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         solution = frame.solve()
-        assert solution.state.tolist() == [SolutionState.MECHANISM, SolutionState.IDLE, SolutionState.ABSENT]
+        assert solution.state.tolist() == [
+            SolutionState.MECHANISM,
+            SolutionState.STATICALLY_CONSISTENT_MECHANISM,
+            SolutionState.ABSENT,
+        ]
     assert solution.status.tolist() == [SolutionState(k).text for k in solution.state]
     assert solution.is_singular.tolist() == [True, True, False]
     assert not solution.is_regular.any()
@@ -68,8 +72,8 @@ def four_bar(rocker: float = 0.2) -> Linkage:
 WORDS = {
     PoseState.REGULAR: "regular",
     PoseState.NEAR_DEAD_POINT: "near dead point",
-    PoseState.SINGULAR_DIRECT: "singular: output, joint ",
-    PoseState.SINGULAR_INVERSE: "singular: input, joint ",
+    PoseState.SINGULAR_DIRECT: "singular (direct-kinematic, type II; ",
+    PoseState.SINGULAR_INVERSE: "singular (inverse-kinematic, type I; ",
     PoseState.NOT_ASSEMBLED: "not assembled: gap ",
 }
 

@@ -29,7 +29,7 @@ def hung(force: np.ndarray, clearance: object, stiffness: object = INF, play: tu
     frame.node("B", (LENGTH, 0.0, 0.0))
     soft = (INF, INF, 1e-3) if len(play) == 2 else (1e-3,) * 3
     springs = (stiffness, stiffness, INF if len(play) == 2 else stiffness, *soft)
-    frame.add("bearing", Joint(springs, clearance=clearance, play=play), "A", "A1")  # type: ignore[arg-type]
+    frame.add("bearing", Joint(springs, clearance=clearance, clearance_directions=play), "A", "A1")  # type: ignore[arg-type]
     frame.add("bar", BAR, "A1", "B")
     frame.fix("A")
     frame.load("B", fx=force[..., 0], fy=force[..., 1], fz=force[..., 2])
@@ -46,7 +46,7 @@ def four_bar(clearances: dict[str, object], force: object, theta: object, **opti
 def off(frame: Frame, joint: str, moved: np.ndarray) -> np.ndarray:
     """By how much the displacement in the play exceeds the clearance, relative."""
     element = frame.joints[joint].element
-    return np.asarray(np.linalg.norm(moved[..., list(element.play)], axis=-1) / element.clearance - 1.0)
+    return np.asarray(np.linalg.norm(moved[..., list(element.clearance_directions)], axis=-1) / element.clearance - 1.0)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 5.0, 60.0, 120.0])
@@ -256,7 +256,9 @@ def test_bounds_hold(clearance: float, stiffness: float, load: float, angle: flo
     if loop:
         frame.add("spring", Joint((k, k, INF, INF, INF, INF)), "A", "B")
     rest = 0.0 if loop else INF
-    frame.add("stop", Joint((INF, INF, rest, rest, rest, rest), clearance=radius, play=("ux", "uy")), "A", "B")
+    frame.add(
+        "stop", Joint((INF, INF, rest, rest, rest, rest), clearance=radius, clearance_directions=("ux", "uy")), "A", "B"
+    )
     frame.rigid("B", "C")
     frame.load("C", fx=force[0], fy=force[1])
     solution = frame.solve(large=True)
@@ -277,7 +279,7 @@ def test_play_in_a_rotation() -> None:
         frame.node(name, (x, 0.0, 0.0))
     frame.fix("A")
     angle = np.array([0.05, 0.5, 1.2])
-    frame.add("hinge", Joint((INF,) * 6, clearance=angle, play=("rz",)), "A", "A1")
+    frame.add("hinge", Joint((INF,) * 6, clearance=angle, clearance_directions=("rz",)), "A", "A1")
     frame.add("lever", BAR, "A1", "B")
     frame.load("B", fy=20.0)
     solution = frame.solve(large=True)

@@ -62,7 +62,7 @@ unit = "deg"
 
 [tolerances.load]
 of = ["loads.0.fz"]
-law = "norm"
+distribution = "norm"
 scale = "5 %"
 """
 # F l³ / (3 E I), I = b h³ / 12 with the height of the section across the plane.

@@ -71,14 +71,14 @@ def squeezer(q) -> Linkage:
     linkage.point("H", A + U * direction(epsilon - 0.5 * np.pi))
     for name, ends in zip("1234567", ("OK", "KM", "BM", "GM", "AG", "HM", "AH"), strict=True):
         linkage.link(name, *ends)
-    linkage.revolute("O", "ground", "1", drive=True, at=beta)
-    linkage.revolute("K", "1", "2", at=theta)
+    linkage.revolute("O", "ground", "1", drive=True, reference=beta)
+    linkage.revolute("K", "1", "2", reference=theta)
     linkage.revolute("M", "2", "3", "4", "6")
-    linkage.revolute("B", "ground", "3", at=gamma)
-    linkage.revolute("A", "ground", "5", at=delta)
-    linkage.revolute("A", "ground", "7", at=epsilon, name="A.7")
-    linkage.revolute("G", "5", "4", at=phi)
-    linkage.revolute("H", "7", "6", at=omega)
+    linkage.revolute("B", "ground", "3", reference=gamma)
+    linkage.revolute("A", "ground", "5", reference=delta)
+    linkage.revolute("A", "ground", "7", reference=epsilon, name="A.7")
+    linkage.revolute("G", "5", "4", reference=phi)
+    linkage.revolute("H", "7", "6", reference=omega)
     return linkage
 
 

@@ -44,7 +44,7 @@ WRONG = {
     "axis of joint 'B' is [0.0, 0.0, 0.0]": lambda k: k.revolute("B", "arm", "hand", axis=(0, 0, 0)),
     "not perpendicular": lambda k: k.universal("B", "arm", "hand", axis=(0, 0, 1), second=(1, 0, 1)),
     "joint 'A' joins 'ground' and 'arm' by a revolute joint at 'A' already": lambda k: k.revolute("A", "arm", "ground"),
-    "at of joint 'B' has shape (2,)": lambda k: k.spherical("B", "arm", "hand", at=(1, 2)),
+    "reference value of joint 'B' has shape (2,)": lambda k: k.spherical("B", "arm", "hand", reference=(1, 2)),
     "give six springs": lambda k: k.revolute("B", "arm", "hand", stiffness=(1, 2, 3)),
     "clearance of joint 'B' is -0.1": lambda k: k.revolute("B", "arm", "hand", clearance=-0.1),
     "joint 'B' has no coordinate 'ux': choose of rz": lambda k: k.revolute("B", "arm", "hand", drive="ux"),
@@ -56,7 +56,7 @@ WRONG = {
     "spring: both ends are 'B' on 'arm': give two": lambda k: k.spring("B", ("arm", "B"), stiffness=1.0, length=1.0),
     "torque: there is no link 'leg'": lambda k: k.torque("leg", mz=1.0),
     "stiffness of the spring A-B is -1": lambda k: k.spring("A", "B", stiffness=-1.0, length=1.0),
-    "link 'hand' hangs on nothing": lambda k: k.move(),
+    "link 'hand' is not connected to ground": lambda k: k.move(),
     "joint 'A' is given twice": lambda k: k.move({"A": 1.0}, A=2.0),
     "rates is 1.0: give numbers by joint, such as rates={'A': 1.0}": lambda k: k.move(A=2.0, rates=1.0),
     "drives is 2.0: give numbers by joint": lambda k: k.move(2.0),
@@ -97,7 +97,7 @@ def test_singular_drawing_is_refused():
     for joint, links in {"A": ("ground", "crank"), "B": ("crank", "coupler"), "D": ("coupler", "rocker")}.items():
         flat.revolute(joint, *links, drive=joint == "A")
     flat.revolute("E", "rocker", "ground")
-    with pytest.raises(FrameError, match="drawn in a singular pose"):
+    with pytest.raises(FrameError, match="the reference configuration is singular"):
         flat.move(A=0.1)
 
 

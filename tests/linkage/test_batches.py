@@ -21,7 +21,7 @@ def tolerant(count, spread=1e-2, seed=0):
     linkage.link("crank", "A", "B", length=a)
     linkage.link("coupler", "B", "D", length=b)
     linkage.link("rocker", "D", "E", length=c)
-    linkage.revolute("A", "ground", "crank", drive=True, at=np.pi / 3)
+    linkage.revolute("A", "ground", "crank", drive=True, reference=np.pi / 3)
     linkage.revolute("B", "crank", "coupler")
     linkage.revolute("D", "coupler", "rocker")
     linkage.revolute("E", "rocker", "ground")
@@ -80,7 +80,7 @@ def test_blocks_cover_the_batch_once():
 )
 def test_a_pose_alone_is_the_pose_of_the_sweep(linkage):
     (joint,) = linkage.drives
-    values = float(linkage.joint(joint).at[0]) + np.linspace(-0.4, 0.4, 9)
+    values = float(linkage.joint(joint).reference[0]) + np.linspace(-0.4, 0.4, 9)
     sweep = linkage.move({joint: values})
     for k, value in enumerate(values):
         alone = linkage.move({joint: value})
@@ -120,7 +120,7 @@ def test_members_reach_further_than_the_one_that_leads():
     for (name, link), length in zip(drawn.links.items(), (crank, coupler, rocker), strict=True):
         linkage.link(name, *link.points, length=length)
     for name, joint in drawn.joints.items():
-        linkage.revolute(name, joint.first, joint.second, drive=name in drawn.drives, at=joint.at[..., 0])
+        linkage.revolute(name, joint.first, joint.second, drive=name in drawn.drives, reference=joint.reference[..., 0])
     theta = np.radians(np.arange(120.0, 154.0, 3.0))[:, None]
     motion = linkage.move(A=theta)
     diagonal = np.abs(4.0 - crank * np.exp(1j * theta))
@@ -151,7 +151,7 @@ def test_members_of_a_spatial_linkage_reach_as_far_as_their_quadratic(universal)
             joint.second,
             axis=joint.axes[:, 2],
             drive=name == "O",
-            at=joint.at[..., 0] if joint.kind.freedom == 1 else 0.0,
+            reference=joint.reference[..., 0] if joint.kind.freedom == 1 else 0.0,
             **second,
         )
     theta = np.linspace(-1.0, 0.9, 39)[:, None]

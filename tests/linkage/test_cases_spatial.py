@@ -49,7 +49,7 @@ def test_rccc_of_duffy():
         assert_allclose(closure(guess, t), 0.0, atol=1e-11)
         found = [motion.coordinate(f"P{j}")[k] for j in (1, 2, 3)]
         assert_allclose(found, [[guess[3], guess[0]], [guess[4], guess[1]], [guess[5], guess[2]]], atol=1e-10)
-    assert linkage.mobility().true == 1
+    assert linkage.mobility().actual == 1
     audit(linkage, lambda t: {"P0": t + t**2})
 
 
@@ -75,14 +75,14 @@ def test_rssr_with_a_slide_by_its_quadratic():
     linkage.link("crank", "A", "B", mass=1.0, inertia=INERTIA)
     linkage.link("rod", "B", "C", mass=0.7)
     linkage.link("slide", "C", mass=2.0)
-    linkage.revolute("A", "ground", "crank", axis=crank_axis, drive=True, at=start)
+    linkage.revolute("A", "ground", "crank", axis=crank_axis, drive=True, reference=start)
     linkage.spherical("B", "crank", "rod")
     linkage.spherical("C", "rod", "slide")
-    linkage.prismatic("C", "ground", "slide", axis=along, at=slide(start))
+    linkage.prismatic("C", "ground", "slide", axis=along, reference=slide(start))
     motion = linkage.move(A=start + TURN)
     assert_allclose(motion.coordinate("C.prismatic")[:, 0], slide(start + TURN), atol=1e-13)
     assert linkage.mobility().idle == ("rod",)
-    assert linkage.mobility().true == 2
+    assert linkage.mobility().actual == 2
     audit(linkage, lambda t: {"A": start - 2 * t}, without=("rod",))
 
 
@@ -102,7 +102,7 @@ def test_sarrus_goes_straight():
         linkage.link(name, *ends, mass=1.0, inertia=INERTIA)
     linkage.link("top", "C", "F", mass=2.0)
     start = np.arcsin(lift)
-    linkage.revolute("A", "ground", "ab", axis=(0, -1, 0), drive=True, at=start)
+    linkage.revolute("A", "ground", "ab", axis=(0, -1, 0), drive=True, reference=start)
     linkage.revolute("B", "ab", "bc", axis=(0, 1, 0))
     linkage.revolute("C", "bc", "top", axis=(0, 1, 0))
     linkage.revolute("D", "ground", "de", axis=(1, 0, 0))
@@ -114,7 +114,7 @@ def test_sarrus_goes_straight():
     assert_allclose(motion.position("C"), np.stack([0 * t, 0 * t, 2 * np.sin(t)], -1), atol=1e-13)
     assert_allclose(motion.axes("top"), np.broadcast_to(np.eye(3), (21, 3, 3)), atol=1e-13)
     m = linkage.mobility()
-    assert (m.true, m.by_count, len(m.redundant)) == (1, 0, 1)
+    assert (m.actual, m.kutzbach, len(m.redundant)) == (1, 0, 1)
     static = motion.reactions()
     # d(potential) / dt: plates' middles rise by 1/2 and 3/2 cos t, the top by 2 cos t
     assert_allclose(static.drive("A")[:, 0], 10.0 * np.cos(t) * (2 * (0.5 + 1.5) + 4.0), rtol=1e-11)
@@ -148,7 +148,7 @@ def dh_linkage(lengths, twists, offsets, angles):
     for k in range(1, n):
         linkage.link(names[k], f"H{k - 1}", f"H{k}", mass=1.0, inertia=INERTIA)
     for k in range(n):
-        linkage.revolute(f"H{k}", names[k], names[k + 1], axis=axes[k], at=angles[k], drive=k == 0)
+        linkage.revolute(f"H{k}", names[k], names[k + 1], axis=axes[k], reference=angles[k], drive=k == 0)
     linkage.gravity((1.0, 2.0, -9.81))
     return linkage
 
@@ -188,7 +188,7 @@ def test_overconstrained_loops_of_hinges(name):
     linkage = dh_linkage(lengths, twists, offsets, start.x)
     n = len(lengths)
     m = linkage.mobility()
-    assert (m.true, m.by_count, len(m.redundant)) == (1, n - 6, 7 - n)
+    assert (m.actual, m.kutzbach, len(m.redundant)) == (1, n - 6, 7 - n)
     theta = start.x[0] + np.linspace(0.0, 0.6, 13)
     motion = linkage.move(H0=theta)
     assert np.all(motion.is_assembled)
@@ -265,7 +265,7 @@ def test_three_upu_moves_straight():
         linkage.link(f"lower {k}", f"B{k}", f"M{k}", mass=0.5)
         linkage.link(f"upper {k}", f"M{k}", f"T{k}", mass=0.5)
         linkage.universal(f"B{k}", "ground", f"lower {k}", axis=tangent[k], second=inner)
-        linkage.prismatic(f"M{k}", f"lower {k}", f"upper {k}", axis=leg, drive=True, at=start[k])
+        linkage.prismatic(f"M{k}", f"lower {k}", f"upper {k}", axis=leg, drive=True, reference=start[k])
         linkage.universal(f"T{k}", f"upper {k}", "platform", axis=inner, second=tangent[k])
     linkage.gravity((0, 0, -9.81))
     s = np.linspace(0, 1, 15)
@@ -273,7 +273,7 @@ def test_three_upu_moves_straight():
     legs = np.linalg.norm(wanted[:, None] + (top - base) * out, axis=-1)
     motion = linkage.move({f"M{k}": legs[:, k] for k in range(3)})
     assert_allclose(motion.position("P"), wanted, atol=1e-12)
-    assert linkage.mobility().true == 3
+    assert linkage.mobility().actual == 3
 
     def path(t):
         place = home + np.stack([0.2 * np.sin(t), 0.1 * t, -0.1 * t], -1)
@@ -306,7 +306,13 @@ def test_three_rpr_by_leg_lengths():
         linkage.link(f"piston {k}", f"C{k}", mass=0.2)
         linkage.revolute(f"B{k}", "ground", f"barrel {k}")
         linkage.prismatic(
-            f"C{k}", f"barrel {k}", f"piston {k}", axis=(*chord, 0), at=np.hypot(*chord), drive=True, name=f"leg {k}"
+            f"C{k}",
+            f"barrel {k}",
+            f"piston {k}",
+            axis=(*chord, 0),
+            reference=np.hypot(*chord),
+            drive=True,
+            name=f"leg {k}",
         )
         linkage.revolute(f"C{k}", f"piston {k}", "platform")
     linkage.gravity((0, -9.81))
@@ -498,14 +504,14 @@ def test_spherical_four_bar_in_any_plane(turn):
     for name in ("AB", "BC", "CD"):
         linkage.link(name, *name, mass=1.0, inertia=INERTIA)
     hinge = {k: linkage.points[k] for k in "ABCD"}
-    linkage.revolute("A", "ground", "AB", axis=hinge["A"], drive=True, at=start)
+    linkage.revolute("A", "ground", "AB", axis=hinge["A"], drive=True, reference=start)
     linkage.revolute("B", "AB", "BC", axis=hinge["B"])
     linkage.revolute("C", "BC", "CD", axis=hinge["C"])
-    linkage.revolute("D", "ground", "CD", axis=hinge["D"], at=psi)
+    linkage.revolute("D", "ground", "CD", axis=hinge["D"], reference=psi)
     motion = linkage.move(A=start + TURN)
     _, _, wanted, place = ends(start + TURN)
     assert_allclose(motion.coordinate("D")[:, 0], np.unwrap(wanted), atol=1e-12)
     assert_allclose(motion.position("C"), turn.apply(place), atol=1e-12)
     m = linkage.mobility()
-    assert (m.true, m.by_count, len(m.redundant)) == (1, -2, 3)
+    assert (m.actual, m.kutzbach, len(m.redundant)) == (1, -2, 3)
     audit(linkage, lambda t: {"A": start + t})

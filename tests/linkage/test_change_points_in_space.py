@@ -30,7 +30,7 @@ def sarrus(theta: float, legs: int, upper: float, turned: Rotation = TURNED) -> 
         axis = turned.apply(heading[k].apply((0.0, -1.0, 0.0)))
         linkage.link(f"low {k}", f"A{k}", f"B{k}")
         linkage.link(f"up {k}", f"B{k}", f"C{k}")
-        linkage.revolute(f"A{k}", "ground", f"low {k}", axis=axis, drive=k == 0, at=theta)
+        linkage.revolute(f"A{k}", "ground", f"low {k}", axis=axis, drive=k == 0, reference=theta)
         linkage.revolute(f"B{k}", f"low {k}", f"up {k}", axis=axis)
         linkage.revolute(f"C{k}", f"up {k}", "top", axis=axis)
     return linkage
@@ -55,7 +55,7 @@ def miura(alpha: float, rho: float, turned: Rotation = TURNED) -> Linkage:
         linkage.link(f"panel {k}", "V", f"E{k}", f"E{k + 1}")
     names = ["ground", "panel 0", "panel 1", "panel 2", "ground"]
     for k, crease in enumerate(creases):
-        linkage.revolute("V", *names[k : k + 2], axis=crease, name=f"crease {k}", drive=k == 0, at=angles[k])
+        linkage.revolute("V", *names[k : k + 2], axis=crease, name=f"crease {k}", drive=k == 0, reference=angles[k])
     return linkage
 
 

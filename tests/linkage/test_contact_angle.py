@@ -41,7 +41,7 @@ def drawn(contact: float | np.ndarray | None = None, **more: object) -> Linkage:
     linkage = Linkage(A=(0, 0), B=(0.05, height), P=(0.15, height), D=(0.25, height), E=(0.2, 0))
     for name, points in (("crank", "AB"), ("coupler", "BPD"), ("rocker", "DE")):
         linkage.link(name, *points, beam=BAR)
-    linkage.revolute("A", "ground", "crank", drive=True, at=np.radians(60.0))
+    linkage.revolute("A", "ground", "crank", drive=True, reference=np.radians(60.0))
     for point, *links in (("B", "crank", "coupler"), ("D", "coupler", "rocker"), ("E", "rocker", "ground")):
         linkage.revolute(point, *links, stiffness=(2e11,) * 5 + (0.0,), clearance=GAP, contact=contact, **more)  # type: ignore[arg-type]
     return linkage
@@ -106,7 +106,7 @@ def test_without_contact_angles_the_file_is_the_contact_in_equilibrium(tmp_path:
     kept = theirs.status == "regular"
     assert_allclose(result.spread["P"].samples[kept], theirs.samples[kept], rtol=1e-6, atol=1e-12)
     told = report(result).text({}, [], {})
-    assert "Contact of the clearances where equilibrium under the load presses it: B, D, E." in told
+    assert "Contact of the clearances by equilibrium under the load: B, D, E." in told
 
 
 # -- the description --------------------------------------------------------------------------------------------------
@@ -126,7 +126,7 @@ def test_a_contact_angle_is_an_offset_that_does_not_turn_with_the_linkage() -> N
 def test_what_holds_with_closed_clearances_knows_of_no_contact_angle() -> None:
     theta = np.radians([30.0, 100.0])
     given, ideal = (drawn(contact).move(A=theta) for contact in (0.7, None))
-    assert_allclose(given.flexibility("P"), ideal.flexibility("P"), rtol=1e-12, atol=1e-20)
+    assert_allclose(given.compliance_matrix("P"), ideal.compliance_matrix("P"), rtol=1e-12, atol=1e-20)
     for motion in (given, ideal):
         motion.linkage.load("P", fy=100.0)
     assert_allclose(given.stress("coupler").values, ideal.stress("coupler").values, rtol=1e-9, atol=1e-3)

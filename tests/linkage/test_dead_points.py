@@ -75,7 +75,7 @@ def slider_crank(crank: float, rod: float, offset: float, theta: float, unit: fl
     linkage.revolute("A", "ground", "crank")
     linkage.revolute("B", "crank", "rod")
     linkage.revolute("C", "rod", "piston")
-    linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), at=unit * place, name="slide", drive=True)
+    linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), reference=unit * place, name="slide", drive=True)
     return linkage
 
 
@@ -165,8 +165,8 @@ def five_bar(left: float, right: float) -> Linkage:
     )
     for name, ends in {"left": "AB", "left rod": "BP", "right rod": "DP", "right": "ED"}.items():
         linkage.link(name, *ends)
-    linkage.revolute("A", "ground", "left", drive=True, at=left)
-    linkage.revolute("E", "ground", "right", drive=True, at=right)
+    linkage.revolute("A", "ground", "left", drive=True, reference=left)
+    linkage.revolute("E", "ground", "right", drive=True, reference=right)
     linkage.revolute("B", "left", "left rod")
     linkage.revolute("D", "right", "right rod")
     linkage.revolute("P", "left rod", "right rod")
@@ -224,13 +224,13 @@ def test_entries_of_a_batch() -> None:
         linkage.link(name, *points)
     for joint, links in {"A": ("ground", "crank"), "B": ("crank", "rod"), "C": ("rod", "piston")}.items():
         linkage.revolute(joint, *links)
-    linkage.prismatic("C", "ground", "piston", axis=(1, 0), at=np.sqrt(rods**2 - 1.0), name="slide", drive=True)
+    linkage.prismatic("C", "ground", "piston", axis=(1, 0), reference=np.sqrt(rods**2 - 1.0), name="slide", drive=True)
     for entry in ((0, 0), (1, 0), (-1, 1)):
         ends = [rods[entry] - 1.0, rods[entry] + 1.0]
         assert_allclose([point.value for point in linkage.dead_points("slide", entry=entry)], ends, rtol=1e-12)
         found = linkage.drive_range("slide", entry=entry)
         assert_allclose([found.lower, found.upper], ends, rtol=1e-12)
-        assert linkage.mobility(entry=entry).true == 1
+        assert linkage.mobility(entry=entry).actual == 1
     assert_allclose(linkage.drive_range("slide").upper, rods[0, 0] + 1.0, rtol=1e-12)
     for wrong in (0, (0, 2), (0, 0, 0)):
         with pytest.raises(FrameError, match="give one index for each of the batch axes"):

@@ -18,7 +18,7 @@ def peaucellier(theta: float, radius: float, long: float, short: float) -> Linka
     linkage = Linkage({name: (z.real, z.imag) for name, z in places.items()})
     for name in ("QP", "OA", "OB", "AP", "BP", "AR", "BR"):
         linkage.link(name, *name)
-    linkage.revolute("Q", "ground", "QP", drive=True, at=theta)
+    linkage.revolute("Q", "ground", "QP", drive=True, reference=theta)
     linkage.revolute("O", "ground", "OA", "OB")
     linkage.revolute("P", "QP", "AP", "BP")
     linkage.revolute("A", "OA", "AP", "AR")

@@ -122,11 +122,11 @@ def linkages(draw: st.DrawFn) -> Linkage:
     springs = draw(st.tuples(*[st.sampled_from([0.0, 1.5, np.inf])] * 6))
     axis = draw(st.tuples(*[st.floats(0.1, 1.0)] * 3))
     linkage.revolute(names[0], "ground", "one", "two", axis=axis, stiffness=springs, clearance=draw(SIZES))
-    linkage.screw(names[1], "one", "two", axis=axis, pitch=draw(FLOATS), at=draw(FLOATS), drive=True)
+    linkage.screw(names[1], "one", "two", axis=axis, pitch=draw(FLOATS), reference=draw(FLOATS), drive=True)
     linkage.universal(names[1], "two", "one", axis=axis, second=(-axis[1], axis[0], 0.0))
     linkage.spring(("one", names[0]), ("ground", names[2]), stiffness=draw(SIZES), length=draw(SIZES))
     linkage.load(names[0], link="two", fx=draw(FLOATS), mz=draw(FLOATS))
-    linkage.torque("one", my=draw(FLOATS), follows=draw(st.booleans()))
+    linkage.torque("one", my=draw(FLOATS), follower=draw(st.booleans()))
     linkage.gravity(draw(st.tuples(FLOATS, FLOATS, FLOATS)))
     return linkage
 
@@ -227,7 +227,7 @@ def test_what_the_file_says_is_what_is_described(tmp_path: Path) -> None:
         ('link = "rocker"', 'link = "crankshaft"', 57, "loads.1.link", "choose one of crank"),
         ("mz = 2.0", "fz = 2.0", 56, "loads.1", "at no point: give the point"),
         ("fy = 100.0", 'fy = "100"', 54, "loads.0.fy", "give a number"),
-        ("fy = 100.0", "fy = 100.0\nfollows = 1", 55, "loads.0.follows", "give true or false"),
+        ("fy = 100.0", "fy = 100.0\nfollower = 1", 55, "loads.0.follower", "give true or false"),
         ('shape = "rectangle"', 'shape = "square"', 65, "sections.flat.shape", "choose one of rectangle"),
         ("z = 0.00635", "z = 0.0", 67, "sections.flat.z", "above zero"),
         ("z = 0.00635", "", 64, "sections.flat", "missing .* 'z'"),

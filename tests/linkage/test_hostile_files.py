@@ -40,7 +40,7 @@ length = 0.1
 link = "arm"
 point = "B"
 fy = 1.0
-follows = true
+follower = true
 
 [run.drives.A]
 values = [0.0, 10.0]
@@ -49,7 +49,7 @@ rate = [1.0, 2.0]
 
 [tolerances.stiff]
 of = ["springs.0.stiffness", "points.B.x"]
-law = "norm"
+distribution = "norm"
 scale = "5 %"
 """
 VALUES = (
@@ -118,10 +118,10 @@ def refusal(path: Path) -> str | None:
         ("values = [0.0, 10.0]", "values = [0.0, inf]", 30, "give finite numbers, one a pose"),
         ("rate = [1.0, 2.0]", "start = 0.0", 32, "has no effect beside values"),
         ('scale = "5 %"', "scale = [1.0, 2.0]", 37, "tolerances.stiff.scale: is [1.0, 2.0]: give one number"),
-        ('law = "norm"', "[", 36, "this is not TOML"),
+        ('distribution = "norm"', "[", 36, "this is not TOML"),
         ('scale = "5 %"', "samples = [", 37, "this is not TOML"),
-        ("follows = true", "[run]\nsamples = 2\npose = " + "9" * 400, 29, "run.pose: is 999"),
-        ("follows = true", "[run]\nsamples = 2\npoint = 3", 29, "there is no such key here"),
+        ("follower = true", "[run]\nsamples = 2\npose = " + "9" * 400, 29, "run.pose: is 999"),
+        ("follower = true", "[run]\nsamples = 2\npoint = 3", 29, "there is no such key here"),
     ],
 )
 def test_what_no_float_can_hold_is_told_by_its_line(old: str, new: str, line: int, told: str, tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def puma(drawn: Array) -> Linkage:
         linkage.point(f"J{k + 1}", place)
         own = {"mass": mass, "centre": place + turn @ centre, "inertia": turn @ np.diag(inertia) @ turn.T}
         linkage.link(f"link {k + 1}", f"J{k}", f"J{k + 1}", **own)
-        linkage.revolute(f"J{k}", before, f"link {k + 1}", axis=axis, at=drawn[k], drive=True)
+        linkage.revolute(f"J{k}", before, f"link {k + 1}", axis=axis, reference=drawn[k], drive=True)
         before, axis = f"link {k + 1}", turn[:, 2]
     return linkage
 
@@ -242,7 +242,7 @@ def test_three_rrr_by_virtual_power() -> None:
     for k in range(3):
         linkage.link(f"upper {k}", f"A{k}", f"B{k}")
         linkage.link(f"lower {k}", f"B{k}", f"C{k}")
-        linkage.revolute(f"A{k}", "ground", f"upper {k}", drive=True, at=drives(first)[k, 0])
+        linkage.revolute(f"A{k}", "ground", f"upper {k}", drive=True, reference=drives(first)[k, 0])
         linkage.revolute(f"B{k}", f"upper {k}", f"lower {k}")
         linkage.revolute(f"C{k}", f"lower {k}", "platform")
     linkage.gravity((0, -G))
@@ -313,7 +313,9 @@ def test_stewart_platform_with_heavy_legs() -> None:
         )
         linkage.universal(f"B{k}", "ground", f"cylinder {k}", axis=(1, 0, 0), second=np.cross(axis, (1.0, 0.0, 0.0)))
         length = np.linalg.norm(legs(start)[k])
-        linkage.prismatic(f"B{k}", f"cylinder {k}", f"rod {k}", axis=axis, at=length, drive=True, name=f"leg {k}")
+        linkage.prismatic(
+            f"B{k}", f"cylinder {k}", f"rod {k}", axis=axis, reference=length, drive=True, name=f"leg {k}"
+        )
         linkage.spherical(f"P{k}", f"rod {k}", "platform")
     linkage.gravity(gravity)
     linkage.load("tool", link="platform", **dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), push, strict=True)))
@@ -321,7 +323,7 @@ def test_stewart_platform_with_heavy_legs() -> None:
     values, rates, gains = ({f"leg {k}": x[k] for k in range(6)} for x in lengths)
     motion = linkage.move(values, rates=rates, accelerations=gains)
     # As drawn, each rod's point at its foot stands on the foot, which makes no singular pose.
-    drawn_too = linkage.move({name: [linkage.joint(name).at[0], value] for name, value in values.items()})
+    drawn_too = linkage.move({name: [linkage.joint(name).reference[0], value] for name, value in values.items()})
     assert_array_equal(drawn_too.status, "regular")
     assert_allclose(motion.position("tool", "platform"), place(t), atol=1e-13)
 
@@ -401,8 +403,8 @@ def test_thrust_that_turns_with_its_link() -> None:
         linkage = Linkage(O=(0, 0), T=(2, 0))
         linkage.link("arm", "O", "T")
         linkage.revolute("O", "ground", "arm", drive=True)
-        linkage.load("T", fy=3.0, mx=1.0, follows=follows)
-        linkage.torque("arm", my=5.0, follows=follows)
+        linkage.load("T", fy=3.0, mx=1.0, follower=follows)
+        linkage.torque("arm", my=5.0, follower=follows)
         found = linkage.move(O=theta).reactions()
         turn = theta if follows else 0.0 * theta
         assert_allclose(found.drive("O")[:, 0], -6.0 * np.cos(theta - turn), atol=1e-13)

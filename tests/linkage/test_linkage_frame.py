@@ -28,7 +28,7 @@ def drawn(special: FourBar, **pin: object) -> Linkage:
     linkage.link("crank", "A", "B", beam=special.link_beam("crank"))
     linkage.link("coupler", "B", "P", "D", beam=special.link_beam("coupler"))
     linkage.link("rocker", "D", "E", beam=special.link_beam("rocker"))
-    linkage.revolute("A", "ground", "crank", drive=True, at=1.0)
+    linkage.revolute("A", "ground", "crank", drive=True, reference=1.0)
     linkage.revolute("B", "crank", "coupler", stiffness=PIN, **pin)  # type: ignore[arg-type]
     linkage.revolute("D", "coupler", "rocker", stiffness=PIN, **pin)  # type: ignore[arg-type]
     linkage.revolute("E", "rocker", "ground", stiffness=PIN, **pin)  # type: ignore[arg-type]
@@ -296,5 +296,5 @@ def test_unequal_springs_cannot_have_a_clearance() -> None:
     linkage = Linkage(A=(0, 0), B=(1, 0))
     linkage.link("arm", "A", "B", beam=ROD)
     linkage.revolute("A", "ground", "arm", drive=True, stiffness=(1e6, 2e6, 1e6, 1e6, 1e6, 0.0), clearance=1e-4)
-    with pytest.raises(FrameError, match="play in ux uy needs one contact stiffness"):
+    with pytest.raises(FrameError, match="clearance in ux uy needs one contact stiffness"):
         linkage.move(A=0.0).frame()

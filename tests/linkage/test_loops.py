@@ -22,7 +22,7 @@ def ring(points, axes, kinds, at=None):
     for k in range(count - 1):
         linkage.link(names[k + 1], f"P{k}", f"P{k + 1}")
     for k, kind in enumerate(kinds):
-        start = {} if at is None else {"at": at[k]}
+        start = {} if at is None else {"reference": at[k]}
         getattr(linkage, kind)(f"P{k}", names[k], names[k + 1], axis=axes[k], drive=k == 0, **start)
     return linkage
 

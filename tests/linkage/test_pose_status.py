@@ -23,7 +23,7 @@ def test_crank_rocker_is_regular_but_at_the_ends_of_its_swing(turn: Rotation) ->
     linkage = four_bar(0.1, 0.25, 0.2, 0.22, 0.7, turn=turn)
     outer, inner = angle((0.35, 0.22, 0.2)), angle((0.15, 0.22, 0.2)) + np.pi
     status = linkage.move(A=[0.0, 0.3, outer, 1.5, np.pi, inner]).status
-    still = "singular: input, joint D stands still"
+    still = "singular (inverse-kinematic, type I; joint D is stationary)"
     assert status.tolist() == ["regular", "regular", still, "regular", "regular", still]
     assert linkage.move(A=outer).status == still  # told at a single pose as well
 
@@ -32,7 +32,7 @@ def test_crank_rocker_is_regular_but_at_the_ends_of_its_swing(turn: Rotation) ->
 def test_parallelogram(branch: str) -> None:
     theta = np.radians([90.0, 170.0, 179.5, 180.0, 180.5, 190.0, 270.0])
     motion = four_bar(0.1, 0.2, 0.1, 0.2, 0.7).move(A=theta, branch=branch)
-    loose = "singular: output, joint D moves with the drives held"
+    loose = "singular (direct-kinematic, type II; dead point of D)"
     near = "near dead point"
     assert motion.status.tolist() == ["regular", "regular", near, loose, near, "regular", "regular"]
     b, d = motion.position("B"), motion.position("D")
@@ -45,7 +45,7 @@ def test_near_and_beyond_a_dead_point() -> None:
     end = angle((crank, ground, coupler + rocker))
     motion = four_bar(crank, coupler, rocker, ground, 0.9).move(A=[1.0, end - 1e-6, end, end + 0.1])
     assert motion.status[:2].tolist() == ["regular", "near dead point"]
-    assert motion.status[2] == "singular: output, joint D moves with the drives held"
+    assert motion.status[2] == "singular (direct-kinematic, type II; dead point of D)"
     assert motion.status[3].startswith("not assembled: gap ")
     assert motion.status[3].split(" at joint ")[1] in "ABDE"
     assert np.isnan(motion.position("D")[3]).all()
@@ -58,8 +58,8 @@ def five_bar() -> Linkage:
     linkage = Linkage(A=(-0.1, 0), B=(-0.3, 0.3), P=(0, 0.5), D=(0.3, 0.3), E=(0.1, 0))
     for name, ends in {"left": "AB", "left rod": "BP", "right rod": "DP", "right": "ED"}.items():
         linkage.link(name, *ends)
-    linkage.revolute("A", "ground", "left", drive=True, at=np.arctan2(0.3, -0.2))
-    linkage.revolute("E", "ground", "right", drive=True, at=np.arctan2(0.3, 0.2))
+    linkage.revolute("A", "ground", "left", drive=True, reference=np.arctan2(0.3, -0.2))
+    linkage.revolute("E", "ground", "right", drive=True, reference=np.arctan2(0.3, 0.2))
     linkage.revolute("B", "left", "left rod")
     linkage.revolute("P", "left rod", "right rod")
     linkage.revolute("D", "right", "right rod")
@@ -78,9 +78,9 @@ def test_two_drives() -> None:
     right = np.angle(away) - np.arccos((arm**2 + abs(away) ** 2 - rod**2) / (2 * arm * abs(away)))
     linkage = five_bar()
     apart = linkage.move(A=[2.0, np.pi - spread], E=[1.1, spread]).status.tolist()
-    assert apart == ["regular", "singular: output, joint P moves with the drives held"]
+    assert apart == ["regular", "singular (direct-kinematic, type II; dead point of P)"]
     stretched = linkage.move(A=[2.0, left], E=[1.1, right]).status.tolist()
-    assert stretched == ["regular", "singular: input, joint P has lost a direction"]
+    assert stretched == ["regular", "singular (inverse-kinematic, type I; joint P loses a degree of freedom)"]
 
 
 def test_stewart_platform_turned_by_a_right_angle() -> None:
@@ -110,7 +110,7 @@ def test_stewart_platform_turned_by_a_right_angle() -> None:
     lengths = np.linalg.norm(home + np.einsum("nij,kj->nki", turns, heads) - feet, axis=-1)
     motion = linkage.move({f"leg {k}": lengths[:, k] - lengths[0, k] for k in range(6)})
     assert motion.status[:4].tolist() == ["regular", "regular", "regular", "near dead point"]
-    assert motion.status[4].startswith("singular: output, joint C")
+    assert motion.status[4].startswith("singular (direct-kinematic, type II; dead point of C")
     assert (np.diff(motion.conditioning) < 0.0).all()
     assert_allclose(motion.axes("platform")[:4], turns[:4], rtol=0.0, atol=1e-12)
 
@@ -121,7 +121,7 @@ def slider_crank(unit: float) -> Linkage:
     linkage.link("crank", "A", "B")
     linkage.link("rod", "B", "C")
     linkage.link("piston", "C")
-    linkage.revolute("A", "ground", "crank", drive=True, at=np.pi / 2)
+    linkage.revolute("A", "ground", "crank", drive=True, reference=np.pi / 2)
     linkage.revolute("B", "crank", "rod")
     linkage.revolute("C", "rod", "piston")
     linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0))

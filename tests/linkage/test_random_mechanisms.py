@@ -41,7 +41,7 @@ def mechanism(seed: int) -> tuple[Linkage, list[tuple[str, str]]]:
             "universal": {"second": np.cross(axis, rng.normal(size=3))},
             "screw": {"pitch": rng.uniform(0.2, 1.0)},
         }.get(kind, {})
-        getattr(linkage, kind)(f"P{k}", first, second, axis=axis, at=at if count > 1 else at[0], **more)
+        getattr(linkage, kind)(f"P{k}", first, second, axis=axis, reference=at if count > 1 else at[0], **more)
     linkage.gravity(5.0 * rng.normal(size=3))
     single = (pair for pair in linkage.joints.values() if pair.kind.name != "spherical")
     free = [(pair.name, component) for pair in single for component in pair.kind.coordinates]
@@ -50,7 +50,7 @@ def mechanism(seed: int) -> tuple[Linkage, list[tuple[str, str]]]:
 
 def drive(linkage: Linkage, free: list[tuple[str, str]]) -> int:
     """Drive coordinates one by one, as long as each takes a freedom away; how many freedoms are left."""
-    left = linkage.mobility().true
+    left = linkage.mobility().actual
     for name, coordinate in free:
         before = dict(linkage.drives)
         linkage.drive(name, *before.get(name, ()), coordinate)
@@ -67,14 +67,14 @@ def drive(linkage: Linkage, free: list[tuple[str, str]]) -> int:
 def test_laws_hold(seed: int) -> None:
     linkage, free = mechanism(seed)
     found = linkage.mobility()
-    assert (found.true, found.idle, found.redundant) == (found.by_count, (), ())
+    assert (found.actual, found.idle, found.redundant) == (found.kutzbach, (), ())
     assert drive(linkage, free) == 0
 
     def path(t: Array) -> dict[str, Array]:
         out = {}
         for k, (name, those) in enumerate(linkage.drives.items()):
             pair = linkage.joint(name)
-            start = [pair.at[pair.kind.coordinates.index(component)] for component in those]
+            start = [pair.reference[pair.kind.coordinates.index(component)] for component in those]
             moved = [at + 0.05 * (np.sin(t + k + i) - np.sin(k + i)) for i, at in enumerate(start)]
             out[name] = np.stack(moved, axis=-1) if len(those) > 1 else moved[0]
         return out

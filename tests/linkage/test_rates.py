@@ -75,7 +75,7 @@ def test_rates_are_derivatives_of_positions(name):
     values, rates, accelerations = {}, {}, {}
     for joint, driven in linkage.drives.items():
         pair = linkage.joint(joint)
-        start = pair.at[..., pair.kind.coordinates.index(driven[0])]
+        start = pair.reference[..., pair.kind.coordinates.index(driven[0])]
         v, w = rng.uniform(0.2, 1.0, 2)
         values[joint] = start + 0.01 + v * t + 0.5 * w * t**2
         rates[joint], accelerations[joint] = v + w * t, w
@@ -106,7 +106,8 @@ def test_rates_are_derivatives_of_positions(name):
 def test_joints_hold_what_they_hold(name):
     linkage = LINKAGES[name]()
     values = {
-        joint: linkage.joint(joint).at[0 if len(driven) == len(linkage.joint(joint).at) else -1] + np.array([0.0, 0.02])
+        joint: linkage.joint(joint).reference[0 if len(driven) == len(linkage.joint(joint).reference) else -1]
+        + np.array([0.0, 0.02])
         for joint, driven in linkage.drives.items()
     }
     motion = linkage.move(values)

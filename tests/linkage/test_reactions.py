@@ -231,7 +231,7 @@ def test_equation_4_of_the_paper(lengths: tuple[float, float, float], theta: flo
     linkage = Linkage({point: drawn.position(point) for point in "ABDE"})
     for name, points in (("crank", "AB"), ("coupler", "BD"), ("rocker", "ED")):
         linkage.link(name, *points, mass=loads[name].mass, inertia=loads[name].inertia)
-    linkage.revolute("A", "ground", "crank", drive=True, at=1.0)
+    linkage.revolute("A", "ground", "crank", drive=True, reference=1.0)
     linkage.revolute("B", "crank", "coupler")
     linkage.revolute("D", "coupler", "rocker")
     linkage.revolute("E", "rocker", "ground")
@@ -421,12 +421,12 @@ def test_singular_poses_of_a_linkage_with_an_idle_rod() -> None:
     linkage = Linkage(A=(0, 0), B=(0.05, 0.08), D=(0.25, 0.08), E=(0.2, 0))
     for name, points in (("crank", "AB"), ("coupler", "BD"), ("rocker", "DE")):
         linkage.link(name, *points, mass=1.0, inertia=(0.1, 0.2, 0.3, 0, 0, 0))
-    linkage.revolute("A", "ground", "crank", drive=True, at=np.arctan2(0.08, 0.05))
+    linkage.revolute("A", "ground", "crank", drive=True, reference=np.arctan2(0.08, 0.05))
     linkage.spherical("B", "crank", "coupler")
     linkage.spherical("D", "coupler", "rocker")
     linkage.revolute("E", "rocker", "ground")
     linkage.load("D", fx=2.0, fy=1.0)
-    assert linkage.mobility().true == 2
+    assert linkage.mobility().actual == 2
     found = linkage.move(A=np.array([0.5, np.pi, 4.0]), rates={"A": 1.0}).reactions()
     assert found.method.tolist() == ["determinate", "none", "determinate"]
 

@@ -97,7 +97,7 @@ def squeezer() -> Linkage:
     ends = {"K1": "OF", "K2": "FE", "K3": "BED", "K4": "EG", "K5": "GA", "K6": "EH", "K7": "HA"}
     for (name, points), mass, inertia in zip(ends.items(), MASS, INERTIA, strict=True):
         linkage.link(name, *points, mass=mass, centre=centres(q)[name], inertia=inertia)
-    linkage.revolute("O", "ground", "K1", drive=True, at=q[0])
+    linkage.revolute("O", "ground", "K1", drive=True, reference=q[0])
     linkage.revolute("F", "K1", "K2")
     linkage.revolute("E", "K2", "K3", "K4", "K6")
     linkage.revolute("B", "ground", "K3")
@@ -118,7 +118,9 @@ def test_closure(at: dict[str, tuple[float, ...]]) -> None:
     motion = moved(at)
     assert motion.gap < 1e-15
     # At the beginning crank and rod lie in line, so that the crank does not move E.
-    assert motion.status == ("singular: input, joint E stands still" if at is START else "regular")
+    assert motion.status == (
+        "singular (inverse-kinematic, type I; joint E is stationary)" if at is START else "regular"
+    )
     for name, place in places(at["q"]).items():
         assert_allclose(motion.position(name)[:2], place, rtol=0.0, atol=2e-15)
 

@@ -21,7 +21,7 @@ def spatial_slider_crank() -> Linkage:
     linkage.revolute("A", "ground", "crank", axis=(1, 0, 0), drive=True)
     linkage.spherical("B", "crank", "rod")
     linkage.universal("C", "slider", "rod", axis=(0, 1, -0.5), second=np.cross((0, 1, -0.5), (-0.2, 0.1, 0.2)))
-    linkage.prismatic("C", "ground", "slider", axis=(1, 0, 0), name="slide", at=0.2)
+    linkage.prismatic("C", "ground", "slider", axis=(1, 0, 0), name="slide", reference=0.2)
     return linkage
 
 
@@ -41,7 +41,7 @@ def test_spatial_slider_crank() -> None:
 
 def test_spatial_slider_crank_mobility() -> None:
     found = spatial_slider_crank().mobility()
-    assert (found.true, found.by_count, found.idle, found.redundant) == (1, 1, (), ())
+    assert (found.actual, found.kutzbach, found.idle, found.redundant) == (1, 1, (), ())
 
 
 def test_rod_does_not_spin_about_itself() -> None:

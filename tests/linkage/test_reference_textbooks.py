@@ -50,7 +50,7 @@ def test_nikravesh_four_bar() -> None:
     linkage.link("crank", "O", "A")
     linkage.link("coupler", "A", "B", "P")
     linkage.link("rocker", "B", "Q")
-    linkage.revolute("O", "ground", "crank", drive=True, at=theta)
+    linkage.revolute("O", "ground", "crank", drive=True, reference=theta)
     linkage.revolute("A", "crank", "coupler")
     linkage.revolute("B", "coupler", "rocker")
     linkage.revolute("Q", "ground", "rocker")

@@ -107,7 +107,7 @@ for kind in JOINTS:
             make({"axis": v, **({} if kind != "universal" else {"second": (1, 0)})})
             for v in (*BAD, (0, 0, 0), SIX[:, :3])
         ),
-        *([] if kind == "fixed" else [make({"at": v}) for v in (*BAD, np.ones((5, 2, 4)))]),
+        *([] if kind == "fixed" else [make({"reference": v}) for v in (*BAD, np.ones((5, 2, 4)))]),
         *([] if kind == "fixed" else [make({"drive": v}) for v in ("up", 3, ["rz", "up"])]),
         *([make({"pitch": v, "axis": np.ones((3, 3))}) for v in (*BAD, TWO)] if kind == "screw" else []),
         make({}, links=("arm", "X")),

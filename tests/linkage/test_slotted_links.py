@@ -34,7 +34,7 @@ def shaper(order: str = "EBQ", reach: float = 0.7, turn: np.ndarray | None = Non
     linkage.link("block", "B")
     linkage.link("lever", *order, **({"beam": ROD} | lever))  # type: ignore[arg-type]
     z = turn[:, 2]
-    linkage.revolute("O", "ground", "crank", axis=z, drive=True, at=START)
+    linkage.revolute("O", "ground", "crank", axis=z, drive=True, reference=START)
     linkage.revolute("B", "crank", "block", axis=z)
     linkage.prismatic("B", "lever", "block", axis=turn @ u, name="slide")
     linkage.revolute("E", "ground", "lever", axis=z)
@@ -177,7 +177,7 @@ def test_two_sliders_pass_points_and_the_end(
     lower, upper = (np.array([f(pair) for pair in reach]) for f in (min, max))
     for tool, force, drawn, ways in (("one", 10.0, "P0", lower), ("two", -25.0, "Q", np.maximum(upper, lower + 1e-3))):
         linkage.link(tool, drawn)
-        linkage.prismatic(drawn, "bar", tool, axis=(1, 0), drive=True, at=points[drawn], name=f"{tool} slides")
+        linkage.prismatic(drawn, "bar", tool, axis=(1, 0), drive=True, reference=points[drawn], name=f"{tool} slides")
         linkage.load(drawn, link=tool, fy=force)
         drives[f"{tool} slides"] = np.array([points[drawn], *ways])
     stood = [{name for name, x in points.items() if any(abs(np.minimum(a, 1.0) - x) < 1e-7)} for a in drives.values()]
@@ -211,7 +211,7 @@ def test_a_slot_along_one_stretch_of_a_bent_link() -> None:
     linkage.link("bent", "A", "B", "C", "D", "S", beam=dict.fromkeys((("A", "B"), ("B", "C"), ("C", "D")), ROD))
     linkage.link("tool", "S")
     linkage.fixed("A", "ground", "bent")
-    linkage.prismatic("S", "bent", "tool", axis=(1, 0), drive=True, name="slot", at=0.2)
+    linkage.prismatic("S", "bent", "tool", axis=(1, 0), drive=True, name="slot", reference=0.2)
     linkage.load("S", link="tool", fy=-40.0)
     a = np.array([0.0, 0.1, 0.2, 0.5, 0.6, -0.1])
     found = linkage.move(slot=a).frame().solve().displacement("D")

@@ -134,7 +134,7 @@ def test_the_stiffness_of_the_frame_is_that_of_springs_without_force(seed: int, 
     motion = slack.move(A=turned)
     assert np.abs(motion.frame().solve().displacement("P")).max() < 1e-12
     for point in points:
-        wanted = motion.flexibility(point)
+        wanted = motion.compliance_matrix(point)
         units = frame.copy()
         unit = np.eye(6).reshape(6, 1, 6)
         units.load(point, **{name: unit[..., k] for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz"))})

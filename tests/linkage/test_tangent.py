@@ -47,7 +47,7 @@ def potential(angle: object, force: float) -> object:
 def test_the_tangent_stiffness_of_a_slider_crank(force: float) -> None:
     """Of spring, crank and rod together; it is negative where the potential has a top."""
     turned = np.array([0.0, 0.5, 1.0, 2.0, 3.0])
-    found = 1.0 / slider_crank(force=force).move(A=turned).flexibility("B", "crank")[:, 5, 5] - DRIVE
+    found = 1.0 / slider_crank(force=force).move(A=turned).compliance_matrix("B", "crank")[:, 5, 5] - DRIVE
     with mpmath.workdps(30):
         wanted = [float(mpmath.diff(lambda a: potential(a, force), DRAWN + t, 2)) for t in turned]
     assert min(wanted) < -1.0
@@ -56,11 +56,11 @@ def test_the_tangent_stiffness_of_a_slider_crank(force: float) -> None:
 
 def test_rigid_links_are_the_limit_of_stiff_beams() -> None:
     turned = np.array([0.0, 1.0, 2.0])
-    rigid = slider_crank(force=40.0).move(A=turned).flexibility("B", "crank")[:, 5, 5]
+    rigid = slider_crank(force=40.0).move(A=turned).compliance_matrix("B", "crank")[:, 5, 5]
     off = []
     for modulus in (1e13, 1e15):
         beam = Beam(Rectangle(y=0.02, z=0.02), Material(E=modulus, nu=0.3))
-        elastic = slider_crank(beam, 40.0).move(A=turned).flexibility("B", "crank")[:, 5, 5]
+        elastic = slider_crank(beam, 40.0).move(A=turned).compliance_matrix("B", "crank")[:, 5, 5]
         off.append(np.abs(elastic / rigid - 1.0).max())
     assert off[0] < 1e-4
     assert off[1] < 0.05 * off[0]
@@ -80,7 +80,7 @@ def test_a_pendulum_swings_by_its_weight(drive: float) -> None:
     angle = np.radians([0.0, 40.0, 120.0, 180.0])
     motion = pendulum(drive).move(A=angle)
     stiffness = drive + 2.0 * 9.81 * 0.5 * np.cos(angle)
-    assert_allclose(1.0 / motion.flexibility("B")[:, 5, 5], stiffness, rtol=1e-12)
+    assert_allclose(1.0 / motion.compliance_matrix("B")[:, 5, 5], stiffness, rtol=1e-12)
     wanted = np.where(stiffness > 0.0, np.sqrt(np.abs(stiffness) / 0.5) / (2.0 * np.pi), np.nan)
     assert_allclose(motion.frequencies(1)[:, 0], wanted, rtol=1e-9)
 
@@ -95,7 +95,7 @@ def test_a_balanced_arm_moves_freely_at_every_angle() -> None:
     linkage.spring("B", ("ground", "T"), stiffness=stiffness, length=0.0)
     motion = linkage.move(A=np.radians([-60.0, 0.0, 35.0, 80.0]))
     assert_allclose(motion.reactions().drive("A"), 0.0, atol=1e-12)
-    assert_allclose(1.0 / motion.flexibility("B")[:, 5, 5], 1e-3, rtol=1e-8)
+    assert_allclose(1.0 / motion.compliance_matrix("B")[:, 5, 5], 1e-3, rtol=1e-8)
 
 
 def test_an_elastic_arm_under_load_keeps_its_shape_of_results() -> None:
@@ -108,7 +108,7 @@ def test_an_elastic_arm_under_load_keeps_its_shape_of_results() -> None:
     euler = np.pi**2 / 4.0 * 200e9 * 0.02 * 0.01**3 / 12.0
     linkage.load("B", fx=-euler * np.array([1e-9, 0.5]))
     motion = linkage.move(A=np.zeros((3, 1)))
-    across = motion.flexibility("B")[..., 1, 1]
+    across = motion.compliance_matrix("B")[..., 1, 1]
     assert across.shape == (3, 2)
     assert_allclose(across[:, 1] / across[:, 0], 2.0, rtol=0.02)
     frequencies = motion.frequencies(2)

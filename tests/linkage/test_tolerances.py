@@ -44,7 +44,7 @@ kind = "cylindrical"
 point = "A"
 links = ["ground", "crank"]
 drive = ["rz", "uz"]
-at = [0.05, 0.7]
+reference = [0.05, 0.7]
 
 [joints.B]
 kind = "revolute"
@@ -105,7 +105,7 @@ NAMED = {
     "links.rod.mass": ("links", "rod", "mass"),
     "links.rod.centre.x": ("links", "rod", "centre", 0),
     "links.rod.inertia.zz": ("links", "rod", "inertia", 2),
-    "joints.A.at.rz": ("joints", "A", "at", 1),
+    "joints.A.reference.rz": ("joints", "A", "reference", 1),
     "joints.B.stiffness.ry": ("joints", "B", "stiffness", 4),
     "joints.B.clearance": ("joints", "B", "clearance"),
     "joints.B.axis.y": ("joints", "B", "axis", 1),
@@ -117,7 +117,7 @@ NAMED = {
 }
 
 
-def tolerance(of: str, numbers: str = 'law = "norm"\nscale = "5 %"', name: str = "t") -> str:
+def tolerance(of: str, numbers: str = 'distribution = "norm"\nscale = "5 %"', name: str = "t") -> str:
     return f"\n[tolerances.{name}]\nof = {of}\n{numbers}\n"
 
 
@@ -170,7 +170,7 @@ def test_a_percentage_of_a_list_scales_each_number_by_itself(tmp_path: Path) -> 
 
 def test_a_percentage_in_space_and_sign(tmp_path: Path) -> None:
     for scale, wanted in (("5 %", 0.05), ("± 5%", 0.05), (" 1e1 % ", 0.1), (".5 %", 0.005)):
-        given = inputs(tmp_path, LINKAGE + tolerance('["loads.0.fy"]', f'law = "norm"\nscale = "{scale}"'))
+        given = inputs(tmp_path, LINKAGE + tolerance('["loads.0.fy"]', f'distribution = "norm"\nscale = "{scale}"'))
         law: Any = given.tolerances["t"].law
         assert law.std() == pytest.approx(wanted)
         assert f"scale={100 * wanted:g} %" in given.tolerances["t"].told
@@ -189,8 +189,10 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
         r"joints.B.stiffness.0 is 2e\+08 and joints.B.stiffness.3 is 200: one draw of norm\(loc=2e\+08, scale=1e\+06\)"
     )
     with pytest.raises(FrameError, match=rf"{told} .*in percent"):
-        inputs(tmp_path, text + tolerance('["joints.B.stiffness"]', 'law = "norm"\nloc = 2e8\nscale = 1e6'))
-    result = compute(inputs(tmp_path, text + tolerance('["joints.B.stiffness"]', 'law = "norm"\nscale = "0.5 %"')))
+        inputs(tmp_path, text + tolerance('["joints.B.stiffness"]', 'distribution = "norm"\nloc = 2e8\nscale = 1e6'))
+    result = compute(
+        inputs(tmp_path, text + tolerance('["joints.B.stiffness"]', 'distribution = "norm"\nscale = "0.5 %"'))
+    )
     spread = result.spread["P"]
     good = np.isfinite(result.main.total[:, :3]).all(axis=-1)
     off = np.abs(spread.mean - result.main.total[:, :3])[good]
@@ -201,59 +203,89 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("of", "law", "key", "told"),
     [
-        ('["joints.B.stiffness"]', 'law = "norm"\nloc = 2e8\nscale = 1e6', "of", "one draw of norm"),
-        ('["points.B"]', 'law = "norm"\nloc = 0.1\nscale = 1e-3', "of", "points.B.0 is 0.1 and points.B.1 is 0.02"),
-        ('["points.B.x", "points.C.x"]', 'law = "norm"\nloc = 0.1\nscale = 1e-3', "of", "points.C.0 is 0.4"),
-        ('["links.rod.mass"]', 'law = "norm"\nloc = 2.0', "", "has no scale"),
-        ('["links.rod.mass"]', 'law = "norm"\nloc = "1 %"', "", "has no scale"),
+        ('["joints.B.stiffness"]', 'distribution = "norm"\nloc = 2e8\nscale = 1e6', "of", "one draw of norm"),
+        (
+            '["points.B"]',
+            'distribution = "norm"\nloc = 0.1\nscale = 1e-3',
+            "of",
+            "points.B.0 is 0.1 and points.B.1 is 0.02",
+        ),
+        ('["points.B.x", "points.C.x"]', 'distribution = "norm"\nloc = 0.1\nscale = 1e-3', "of", "points.C.0 is 0.4"),
+        ('["links.rod.mass"]', 'distribution = "norm"\nloc = 2.0', "", "has no scale"),
+        ('["links.rod.mass"]', 'distribution = "norm"\nloc = "1 %"', "", "has no scale"),
         (
             '["links.rod.mass"]',
-            'law = "norm"\nscale = 0.1',
+            'distribution = "norm"\nscale = 0.1',
             "",
             "has the mean 0 and spreads by 0.1, but links.rod.mass is 2",
         ),
-        ('["links.rod.mass"]', 'law = "norm"\nloc = 2.2\nscale = 0.1', "", "has the mean 2.2"),
-        ('["links.rod.mass"]', 'law = "uniform"\nloc = 2.1\nscale = 0.1', "", "has the mean 2.15"),
-        ('["links.rod.mass"]', 'law = "cauchy"\nloc = 3.0\nscale = 0.1', "", "has the mean 3"),
-        ('["links.rod.mass"]', 'law = "truncnorm"\na = -9\nb = 9\nloc = 2.5\nscale = 0.1', "", "has the mean 2.5"),
-        ('["links.rod.mass"]', 'law = "norm"\nloc = "100 %"\nscale = "5 %"', "", "deviates by 100 % on average"),
-        ('["links.rod.mass"]', 'law = "norm"\nloc = 2.0\nscale = "5 %"', "loc", "beside scale in percent"),
+        ('["links.rod.mass"]', 'distribution = "norm"\nloc = 2.2\nscale = 0.1', "", "has the mean 2.2"),
+        ('["links.rod.mass"]', 'distribution = "uniform"\nloc = 2.1\nscale = 0.1', "", "has the mean 2.15"),
+        ('["links.rod.mass"]', 'distribution = "cauchy"\nloc = 3.0\nscale = 0.1', "", "has the mean 3"),
         (
             '["links.rod.mass"]',
-            'law = "norm"\nscale = "5"',
+            'distribution = "truncnorm"\na = -9\nb = 9\nloc = 2.5\nscale = 0.1',
+            "",
+            "has the mean 2.5",
+        ),
+        (
+            '["links.rod.mass"]',
+            'distribution = "norm"\nloc = "100 %"\nscale = "5 %"',
+            "",
+            "deviates by 100 % on average",
+        ),
+        ('["links.rod.mass"]', 'distribution = "norm"\nloc = 2.0\nscale = "5 %"', "loc", "beside scale in percent"),
+        (
+            '["links.rod.mass"]',
+            'distribution = "norm"\nscale = "5"',
             "scale",
             "is '5': give a number, or loc and scale in percent",
         ),
-        ('["links.rod.mass"]', 'law = "lognorm"\ns = "5 %"\nscale = 2.0', "s", "is '5 %': give a number"),
-        ('["links.rod.mass"]', 'law = "norm"\nloc = 2.0\nscale = [0.1]', "scale", "give one number"),
-        ('["links.rod.mass", "links.rod.mass"]', 'law = "norm"\nscale = "5 %"', "of.1", "links.rod.mass a second time"),
-        ('["points.B", "points.B.y"]', 'law = "norm"\nscale = "5 %"', "of.1", "names points.B.1 a second time"),
-        ('["joints.B.axis"]', 'law = "norm"\nscale = "5 %"', "of.0", "is a direction, which has no size"),
-        ('["joints.B.stiffness.uz"]', 'law = "norm"\nscale = "5 %"', "of.0", "inf alone cannot vary"),
-        ('["loads.0.mz"]', 'law = "norm"\nscale = "5 %"', "of.0", "is 0, of which a percentage is 0"),
+        ('["links.rod.mass"]', 'distribution = "lognorm"\ns = "5 %"\nscale = 2.0', "s", "is '5 %': give a number"),
+        ('["links.rod.mass"]', 'distribution = "norm"\nloc = 2.0\nscale = [0.1]', "scale", "give one number"),
+        (
+            '["links.rod.mass", "links.rod.mass"]',
+            'distribution = "norm"\nscale = "5 %"',
+            "of.1",
+            "links.rod.mass a second time",
+        ),
+        (
+            '["points.B", "points.B.y"]',
+            'distribution = "norm"\nscale = "5 %"',
+            "of.1",
+            "names points.B.1 a second time",
+        ),
+        ('["joints.B.axis"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "is a direction, which has no size"),
+        ('["joints.B.stiffness.uz"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "inf alone cannot vary"),
+        ('["loads.0.mz"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "is 0, of which a percentage is 0"),
         (
             '["joints.B.stiffness.kx"]',
-            'law = "norm"\nscale = "5 %"',
+            'distribution = "norm"\nscale = "5 %"',
             "of.0",
             "has no 'kx': give one of ux, uy, uz, rx, ry, rz",
         ),
         (
             '["points.B.z"]',
-            'law = "norm"\nscale = "5 %"',
+            'distribution = "norm"\nscale = "5 %"',
             "of.0",
             "has no 'z': give one of x, y, or a number from 0 to 1",
         ),
-        ('["loads.1.fy"]', 'law = "norm"\nscale = "5 %"', "of.0", "loads has no '1'"),
-        ('["loads.first.fy"]', 'law = "norm"\nscale = "5 %"', "of.0", "loads has no 'first'"),
-        ('["loads.0"]', 'law = "norm"\nscale = "5 %"', "of.0", "name a number"),
-        ('["joints.B.kind"]', 'law = "norm"\nscale = "5 %"', "of.0", "name a number"),
+        ('["loads.1.fy"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "loads has no '1'"),
+        ('["loads.first.fy"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "loads has no 'first'"),
+        ('["loads.0"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "name a number"),
+        ('["joints.B.kind"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "name a number"),
         (
             '["sections.spare.diameter"]',
-            'law = "norm"\nscale = "5 %"',
+            'distribution = "norm"\nscale = "5 %"',
             "",
             "has no effect, as the linkage does not use",
         ),
-        ('["points.Q.x"]', 'law = "norm"\nscale = "5 %"', "", "has no effect, as the linkage does not use points.Q.0"),
+        (
+            '["points.Q.x"]',
+            'distribution = "norm"\nscale = "5 %"',
+            "",
+            "has no effect, as the linkage does not use points.Q.0",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_refused(of: str, law: str, key: str, told: str, tmp_path: Path) -> None:
@@ -270,13 +302,13 @@ def test_what_cannot_be_meant_is_refused(of: str, law: str, key: str, told: str,
 @pytest.mark.parametrize(
     "law",
     [
-        'law = "norm"\nloc = 1.95\nscale = 0.1',
-        'law = "uniform"\nloc = 2.0\nscale = 0.1',  # a tolerance on one side
-        'law = "uniform"\nloc = 1.9\nscale = 0.1',
-        'law = "lognorm"\ns = 0.05\nscale = 2.0',
-        'law = "cauchy"\nloc = 2.0\nscale = 0.1',
-        'law = "triang"\nc = 0.5\nloc = "-5 %"\nscale = "10 %"',
-        'law = "expon"\nloc = 2.0\nscale = 0.1',
+        'distribution = "norm"\nloc = 1.95\nscale = 0.1',
+        'distribution = "uniform"\nloc = 2.0\nscale = 0.1',  # a tolerance on one side
+        'distribution = "uniform"\nloc = 1.9\nscale = 0.1',
+        'distribution = "lognorm"\ns = 0.05\nscale = 2.0',
+        'distribution = "cauchy"\nloc = 2.0\nscale = 0.1',
+        'distribution = "triang"\nc = 0.5\nloc = "-5 %"\nscale = "10 %"',
+        'distribution = "expon"\nloc = 2.0\nscale = 0.1',
     ],
 )
 def test_laws_about_the_nominal_value_are_taken(law: str, tmp_path: Path) -> None:
@@ -290,13 +322,13 @@ def test_one_number_has_one_tolerance(tmp_path: Path) -> None:
 
 
 def test_samples_out_of_range_are_blamed_on_their_tolerance(tmp_path: Path) -> None:
-    law = 'law = "norm"\nloc = 1e-5\nscale = 1e-5'
+    law = 'distribution = "norm"\nloc = 1e-5\nscale = 1e-5'
     given = inputs(tmp_path, LINKAGE + tolerance('["joints.B.clearance"]', law))
     line = LINKAGE.count("\n") + 2
     told = r"tolerances\.t: samples of joints\.B\.clearance reach from -.* to .*give zero or above"
     with pytest.raises(FrameError, match=rf"line {line}, {told}"):
         _ = compute(given).spread
-    given = inputs(tmp_path, LINKAGE + tolerance('["joints.B.stiffness"]', 'law = "norm"\nscale = "60 %"'))
+    given = inputs(tmp_path, LINKAGE + tolerance('["joints.B.stiffness"]', 'distribution = "norm"\nscale = "60 %"'))
     with pytest.raises(
         FrameError, match=rf"line {line}, tolerances.t: samples of joints.B.stiffness.0 reach"
     ) as refused:

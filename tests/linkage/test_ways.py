@@ -45,7 +45,7 @@ def test_change_points_of_a_batch_of_parallelograms():
     for name, link in linkage.links.items():
         batch.link(name, *link.points)
     for name, pair in linkage.joints.items():
-        batch.revolute(name, pair.first, pair.second, at=pair.at[0], drive=name == "A")
+        batch.revolute(name, pair.first, pair.second, reference=pair.reference[0], drive=name == "A")
     motion = batch.move(A=theta, rates={"A": 1.0})
     closed = FourBar(size, 2 * size, size, 2 * size, branch="parallel").move(theta, rate=1.0)
     assert_array_equal(motion.closure_status, "regular")
@@ -106,7 +106,7 @@ def test_two_drives_behind_a_gap():
     linkage.revolute("A", "ground", "base", drive=True, name="turn")
     for name, joint in drawn.joints.items():
         links = ("base" if link == "ground" else link for link in (joint.first, joint.second))
-        linkage.revolute(name, *links, at=joint.at[..., 0], drive=name == "A")
+        linkage.revolute(name, *links, reference=joint.reference[..., 0], drive=name == "A")
     motion = linkage.move(A=theta, turn=base, other_modes=True)
     told = [text[:20] for text in motion.status.tolist()]
     assert told == ["regular", "regular", "not assembled: gap 0", OTHER[:20], OTHER[:20], "regular"]
@@ -149,7 +149,7 @@ def test_tolerances_of_a_parallelogram():
     for (name, link), length in zip(drawn.links.items(), lengths, strict=True):
         linkage.link(name, *link.points, length=length)
     for name, joint in drawn.joints.items():
-        linkage.revolute(name, joint.first, joint.second, drive=name == "A", at=joint.at[..., 0])
+        linkage.revolute(name, joint.first, joint.second, drive=name == "A", reference=joint.reference[..., 0])
     theta = np.linspace(0.0, 2.0 * np.pi, 25)[:, None]
     motion = linkage.move(A=theta)
     crank, coupler, rocker = lengths
@@ -179,7 +179,7 @@ def test_bars_that_are_equal_to_eight_digits_are_equal():
         motion = four_bar(crank, 2.0, 1.0, 2.0, np.radians(60.0)).move(A=theta)
         assert motion.is_assembled.all()
         assert motion.gap.max() < 1e-8
-        assert motion.status[2] == "singular: output, joint D moves with the drives held"
+        assert motion.status[2] == "singular (direct-kinematic, type II; dead point of D)"
         assert_allclose(motion.position("D"), exact.position("D"), atol=1e-6)
 
 
@@ -212,7 +212,7 @@ def three_rps(order: Sequence[int] = (0, 1, 2)) -> Linkage:
         linkage.link(f"cylinder {k}", f"F{k}", f"M{k}")
         linkage.link(f"piston {k}", f"M{k}", f"H{k}")
         linkage.revolute(f"F{k}", "ground", f"cylinder {k}", axis=turn[k][:, 1])
-        linkage.prismatic(f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, at=np.linalg.norm(leg))
+        linkage.prismatic(f"M{k}", f"cylinder {k}", f"piston {k}", axis=leg, drive=True, reference=np.linalg.norm(leg))
         linkage.spherical(f"H{k}", f"piston {k}", "platform")
     return linkage
 
@@ -273,7 +273,7 @@ def test_elbow_does_not_flip_behind_a_singular_pose():
             assert alone.status == motion.status[k]
             assert_allclose(alone.position("C"), motion.position("C")[k], atol=1e-9)
         if aside == 0.0:
-            assert motion.status[1] == "singular: output, joint C moves with the drives held"
+            assert motion.status[1] == "singular (direct-kinematic, type II; dead point of C)"
     assert told == {-1e-6: ["regular", OTHER], 0.0: ["regular", OTHER], 1e-6: ["regular", "regular"]}
 
 

@@ -24,11 +24,14 @@ def test_poses_beyond_linear_mechanics_are_marked() -> None:
     result = near_singular()
     marked = result.marked_status
     assert marked[0].startswith("singular")
-    assert all(status.startswith("beyond linear: off by") and status.endswith(" %") for status in marked[1:4])
+    assert all(
+        status.startswith("outside the linear range: estimated error") and status.endswith(" %")
+        for status in marked[1:4]
+    )
     assert all(status == "regular" or status.endswith("% of the spread") for status in marked[4:])
     assert marked[7] == "regular"
     lines = as_text(result).splitlines()
-    assert "beyond linear: off by 1.2e+02 %" in lines[2]
+    assert "outside the linear range: estimated error 1.2e+02 %" in lines[2]
     assert lines[8].endswith("regular")
 
 

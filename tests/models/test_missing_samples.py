@@ -190,7 +190,7 @@ unit = "deg"
 
 [tolerances.rod]
 of = ["links.rod.length"]
-law = "uniform"
+distribution = "uniform"
 loc = "-60 %"
 scale = "120 %"
 """

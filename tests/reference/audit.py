@@ -40,7 +40,7 @@ def joints_hold(linkage: Linkage, motion: Motion, tolerance: float = 1e-12) -> N
         for part in zero:
             assert_allclose(part, 0.0, atol=tolerance, err_msg=f"{joint.kind.name} {joint.name}")
         if joint.pitch is not None:
-            advance = motion.coordinate(joint.name)[..., 0] - joint.at[..., 0]
+            advance = motion.coordinate(joint.name)[..., 0] - joint.reference[..., 0]
             expected = joint.pitch * advance / (2.0 * np.pi) / size
             assert_allclose(along[..., 2], expected, atol=tolerance, err_msg=joint.name)
 

@@ -35,10 +35,10 @@ def four_bar(
     linkage.link("crank", "A", "B")
     linkage.link("coupler", "B", "D")
     linkage.link("rocker", "D", "E")
-    linkage.revolute("A", "ground", "crank", axis=axis, drive=True, at=theta)
+    linkage.revolute("A", "ground", "crank", axis=axis, drive=True, reference=theta)
     linkage.revolute("B", "crank", "coupler", axis=axis)
     linkage.revolute("D", "coupler", "rocker", axis=axis)
-    linkage.revolute("E", "ground", "rocker", axis=axis, at=float(np.angle(d - ground)))
+    linkage.revolute("E", "ground", "rocker", axis=axis, reference=float(np.angle(d - ground)))
     return linkage
 
 
@@ -49,7 +49,7 @@ def n_four_bar(n: int, theta: float) -> Linkage:
         linkage.point(f"A{k}", (k, 0.0))
         linkage.point(f"B{k}", (k + np.cos(theta), np.sin(theta)))
         linkage.link(f"rod {k}", f"A{k}", f"B{k}")
-        linkage.revolute(f"A{k}", "ground", f"rod {k}", drive=k == 0, at=theta)
+        linkage.revolute(f"A{k}", "ground", f"rod {k}", drive=k == 0, reference=theta)
     for k in range(n):
         linkage.link(f"bar {k}", f"B{k}", f"B{k + 1}")
     for k in range(n + 1):
@@ -75,7 +75,7 @@ def loop(lengths: Sequence[float], twists: Sequence[float], angles: Sequence[flo
     for k in range(last):
         linkage.link(names[k + 1], f"H{k}", f"H{k + 1}")
     for k, axis in enumerate(axes):
-        linkage.revolute(f"H{k}", names[k], names[k + 1], axis=axis, at=angles[k], drive=k == 0)
+        linkage.revolute(f"H{k}", names[k], names[k + 1], axis=axis, reference=angles[k], drive=k == 0)
     return linkage
 
 
@@ -100,12 +100,12 @@ def rssr(
     linkage.link("crank", "O", "B")
     linkage.link("rod", "B", "D")
     linkage.link("rocker", "D", "Q")
-    linkage.revolute("O", "ground", "crank", drive=True, at=theta)
+    linkage.revolute("O", "ground", "crank", drive=True, reference=theta)
     if universal:
         across = np.cross(d - b, (0.0, 0.0, 1.0))
         linkage.universal("B", "crank", "rod", axis=across, second=np.cross(across, d - b))
     else:
         linkage.spherical("B", "crank", "rod")
     linkage.spherical("D", "rod", "rocker")
-    linkage.revolute("Q", "ground", "rocker", axis=(1, 0, 0), at=phi)
+    linkage.revolute("Q", "ground", "rocker", axis=(1, 0, 0), reference=phi)
     return linkage

@@ -113,7 +113,7 @@ class RewrittenJoint(JointElement):
     def __init__(self, inner: JointElement) -> None:
         self.inner = inner
         self.stiffness, self.axes, self.clearance = inner.stiffness, inner.axes, inner.clearance
-        self.play, self.pitch = inner.play, inner.pitch
+        self.clearance_directions, self.pitch = inner.clearance_directions, inner.pitch
 
     @property
     def shape(self) -> tuple[int, ...]:

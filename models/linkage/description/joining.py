@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, finite, numbers
 from ....framework.errors import FrameError
+from ....framework.renamed import renamed_keywords
 from .joints import COMPONENTS, Kind
 from .parts import GROUND, Pair, joint_axes, kind_of
 from .sketch import Sketch
@@ -19,6 +20,7 @@ Z = (0.0, 0.0, 1.0)
 class Joining(Sketch):
     """A sketch whose links are joined; see `Linkage`."""
 
+    @renamed_keywords(at="reference")
     def revolute(
         self,
         point: str,
@@ -31,7 +33,7 @@ class Joining(Sketch):
         contact: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join links by a pin: the second turns about the axis, which the first carries.
 
@@ -43,28 +45,28 @@ class Joining(Sketch):
             Links that it joins; with several, `first` carries the pin and each other link has a joint of its own
             with it, named by the joint's name, and from the second on with ``.link`` behind it.
         axis
-            Direction of the axis as drawn, (..., 2 or 3).
+            Direction of the axis in the reference configuration, (..., 2 or 3).
         drive
             True where the angle is driven.
         stiffness
-            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint holds and on what is driven
+            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint constrains and on what is driven
             where None. On a coordinate that the joint leaves free it is that of a spring, which cannot be inf; on a
             driven one it is that of the drive, and with 0 nothing holds the frame there.
         clearance
             Radial clearance, (...).
         contact
             Direction in which the second link's pin centre lies from the first's, radians, (...): Eq. (11) of the
-            accuracy paper. It is measured about the axis from x of the joint as drawn, which is global x for an axis
-            along z, and stays where the linkage turns. The clearance then is an offset in the joint, which
-            ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not. Where None, each
-            journal lies where equilibrium presses it.
+            accuracy paper. It is measured about the axis from x of the joint in the reference configuration, which is
+            global x for an axis along z, and stays where the linkage turns. The clearance then is an offset in the
+            joint, which ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not.
+            Where None, the contact state follows from equilibrium.
         name
             The joint's name; its point, or ``point.kind`` where that is taken. A second joint of one kind between the
             same links at one point needs one.
         replace
             Whether it takes the place of the joint of that name, or where no name is given of that of its kind
             between the same links at the same point; it is new where there is none.
-        at
+        reference
             Angle in the reference configuration, radians, (...).
 
         Raises
@@ -94,12 +96,13 @@ class Joining(Sketch):
             stiffness,
             clearance,
             name,
-            at,
+            reference,
             0.0,
             replace,
             contact,
         )
 
+    @renamed_keywords(at="reference")
     def prismatic(
         self,
         point: str,
@@ -112,23 +115,23 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a slider: the second slides along the axis, which the first carries.
 
         Parameters
         ----------
         point
-            Where it is as drawn; the point must be on both links.
+            Where it is in the reference configuration; the point must be on both links.
         first, second
             Links that it joins.
         axis
-            Direction of sliding as drawn, (..., 2 or 3).
+            Direction of sliding in the reference configuration, (..., 2 or 3).
         drive
             True where the displacement is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Displacement in the reference configuration, length, (...).
 
         Raises
@@ -147,8 +150,11 @@ class Joining(Sketch):
         >>> linkage.move(A=[0.0, 0.25]).position("A", "carriage").tolist()
         [[0.0, 0.0, 0.0], [0.25, 0.0, 0.0]]
         """
-        self._add("prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add(
+            "prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
+        )
 
+    @renamed_keywords(at="reference")
     def cylindrical(
         self,
         point: str,
@@ -161,23 +167,23 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links so that the second slides along the axis and turns about it; the first carries it.
 
         Parameters
         ----------
         point
-            Where it is as drawn.
+            Where it is in the reference configuration.
         first, second
             Links that it joins.
         axis
-            Direction of the axis as drawn, (..., 2 or 3).
+            Direction of the axis in the reference configuration, (..., 2 or 3).
         drive
             True where both coordinates are driven, ``"uz"`` or ``"rz"`` where one is.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Displacement (length) and angle (radians) in the reference configuration, (..., 2).
 
         Raises
@@ -198,8 +204,9 @@ class Joining(Sketch):
         [0.0, 1.0, 0.1]
         """
         links = first, second
-        self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add("cylindrical", point, links, axis, None, drive, stiffness, clearance, name, reference, 0.0, replace)
 
+    @renamed_keywords(at="reference")
     def spherical(
         self,
         point: str,
@@ -212,7 +219,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a ball.
 
@@ -228,7 +235,7 @@ class Joining(Sketch):
             True where the rotation is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Rotation vector in the reference configuration, in the joint's axes, radians, (..., 3).
 
         Raises
@@ -248,8 +255,11 @@ class Joining(Sketch):
         >>> linkage.move(A=(0.0, np.pi / 2, 0.0)).position("B").round(12).tolist()
         [0.0, 0.0, -1.0]
         """
-        self._add("spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add(
+            "spherical", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
+        )
 
+    @renamed_keywords(at="reference")
     def universal(
         self,
         point: str,
@@ -263,7 +273,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a cross (Cardan, Hooke): it turns about an axis of each.
 
@@ -274,14 +284,15 @@ class Joining(Sketch):
         first, second_link
             Links that it joins.
         axis
-            Axis on the first link as drawn, (..., 2 or 3): z of the joint.
+            Axis on the first link in the reference configuration, (..., 2 or 3): z of the joint.
         second
-            Axis on the second link as drawn, (..., 2 or 3), perpendicular to `axis`: x of the joint.
+            Axis on the second link in the reference configuration, (..., 2 or 3), perpendicular to `axis`: x of the
+            joint.
         drive
             True where both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` where one is.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             The two angles in the reference configuration, radians, (..., 2).
 
         Raises
@@ -308,8 +319,9 @@ class Joining(Sketch):
         1.0
         """
         links = first, second_link
-        self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add("universal", point, links, axis, second, drive, stiffness, clearance, name, reference, 0.0, replace)
 
+    @renamed_keywords(at="reference")
     def planar(
         self,
         point: str,
@@ -322,7 +334,7 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a plane on which the second slides and turns; the first carries it.
 
@@ -333,12 +345,12 @@ class Joining(Sketch):
         first, second
             Links that it joins.
         axis
-            Normal of the plane as drawn, (..., 2 or 3).
+            Normal of the plane in the reference configuration, (..., 2 or 3).
         drive
             True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"``, or several, where these are.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Two displacements (length) and the angle (radians) in the reference configuration, (..., 3).
 
         Raises
@@ -358,8 +370,11 @@ class Joining(Sketch):
         >>> linkage.move(A=(1.0, 2.0, np.pi / 2)).position("B").round(12).tolist()
         [1.0, 3.0, 0.0]
         """
-        self._add("planar", point, (first, second), axis, None, drive, stiffness, clearance, name, at, 0.0, replace)
+        self._add(
+            "planar", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
+        )
 
+    @renamed_keywords(at="reference")
     def screw(
         self,
         point: str,
@@ -373,25 +388,25 @@ class Joining(Sketch):
         clearance: ArrayLike | None = None,
         name: str | None = None,
         replace: bool = False,
-        at: ArrayLike = 0.0,
+        reference: ArrayLike = 0.0,
     ) -> None:
         """Join two links by a screw: the second turns about the axis and advances with it; the first carries it.
 
         Parameters
         ----------
         point
-            Where it is as drawn.
+            Where it is in the reference configuration.
         first, second
             Links that it joins.
         axis
-            Direction of the axis as drawn, (..., 2 or 3).
+            Direction of the axis in the reference configuration, (..., 2 or 3).
         pitch
             Advance along the axis per turn, (...), length; below zero for a left-hand thread.
         drive
             True where the angle is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
-        at
+        reference
             Angle in the reference configuration, radians, (...).
 
         Raises
@@ -411,7 +426,9 @@ class Joining(Sketch):
         >>> linkage.move(A=np.pi).position("A", "nut").round(12).tolist()
         [0.0, 0.0, 0.001]
         """
-        self._add("screw", point, (first, second), axis, None, drive, stiffness, clearance, name, at, pitch, replace)
+        self._add(
+            "screw", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, pitch, replace
+        )
 
     def fixed(
         self,
@@ -495,7 +512,8 @@ class Joining(Sketch):
                 if np.any(np.isinf(pair.full_stiffness[..., COMPONENTS.index(coordinate)])):
                     raise FrameError(
                         f"stiffness of joint {name!r} is inf on {coordinate}, which a {pair.kind.name} joint leaves "
-                        "free: give 0 there, or the stiffness of a spring, or drive it, or take a joint that holds it"
+                        "free: give 0 there, or the stiffness of a spring, or drive it, or take a joint that "
+                        "constrains it"
                     )
 
     # -- adding -----------------------------------------------------------------------------------------------------
@@ -511,7 +529,7 @@ class Joining(Sketch):
         stiffness: ArrayLike | None,
         clearance: ArrayLike | None,
         name: str | None,
-        at: ArrayLike,
+        reference: ArrayLike,
         pitch: ArrayLike,
         replace: bool,
         contact: ArrayLike | None = None,
@@ -524,21 +542,21 @@ class Joining(Sketch):
         if driven and len(links) > 2:
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
         axes = joint_axes(name, axis, second_axis)
-        angles = self._coordinates(what, kind.freedom, at)
+        angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, stiffness)
-        play = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
+        gap = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
         touch = None if contact is None else finite(contact, f"contact of {what}")
-        if touch is not None and play is None:
+        if touch is not None and gap is None:
             raise FrameError(f"{what} has a contact angle and no clearance: give its clearance, too")
-        shapes = {"axis": axes.shape[:-2], "at": angles.shape[:-1], "pitch": () if turn is None else turn.shape}
+        shapes = {"axis": axes.shape[:-2], "reference": angles.shape[:-1], "pitch": () if turn is None else turn.shape}
         names = [name if index == 0 else f"{name}.{other}" for index, other in enumerate(links[1:])]
         taken = [own for own in names if own in self.joints]
         if taken and not replace:
             raise FrameError(f"joint {taken[0]!r} is there already: give this one another name=")
         self._join({f"{of} of {what}": shape for of, shape in shapes.items()}, instead=replace)
         for own, other in zip(names, links[1:], strict=True):
-            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, play, turn, touch)
+            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, gap, turn, touch)
             self.drives.pop(own, None)
         if driven:
             self.drives[name] = driven
@@ -580,14 +598,16 @@ class Joining(Sketch):
                     f"{', '.join(self.links[link].points)}"
                 )
 
-    def _coordinates(self, what: str, freedom: int, at: ArrayLike) -> Array:
-        given = finite(at, f"at of {what}")
+    def _coordinates(self, what: str, freedom: int, reference: ArrayLike) -> Array:
+        given = finite(reference, f"reference value of {what}")
         if freedom == 1:
             given = given[..., None]
         if given.ndim == 0:
             given = np.full(freedom, given)
         if given.shape[-1:] != (freedom,):
-            raise FrameError(f"at of {what} has shape {given.shape}: its last axis must hold {freedom} coordinates")
+            raise FrameError(
+                f"reference value of {what} has shape {given.shape}: its last axis must hold {freedom} coordinates"
+            )
         return given
 
 

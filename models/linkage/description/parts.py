@@ -32,10 +32,10 @@ class LinkageLink:
     beams
         Beam, or other line element, between each pair of points; empty for a rigid link.
     mass, centre, inertia
-        As given: mass (...), centre of mass as drawn (..., 3), inertia about it in drawn axes (..., 3, 3); None where
-        the beams decide.
+        As given: mass (...), centre of mass in the reference configuration (..., 3), inertia about it in global axes
+        then (..., 3, 3); None where the beams decide.
     length
-        True length of a link of two points, (...); None where the drawing has it.
+        True length of a link of two points, (...); None where the points give it.
     """
 
     name: str
@@ -62,9 +62,9 @@ class Pair:
     first, second
         Links that it joins; coordinates are of the second relative to the first.
     axes
-        Joint axes as drawn, as columns x y z, (..., 3, 3).
-    at
-        Coordinates in the drawing, (..., f).
+        Joint axes in the reference configuration, as columns x y z, (..., 3, 3).
+    reference
+        Coordinates in the reference configuration, (..., f).
     stiffness
         As given, (..., 6) in joint axes; None for an ideal joint.
     clearance
@@ -81,7 +81,7 @@ class Pair:
     first: str
     second: str
     axes: Array
-    at: Array
+    reference: Array
     stiffness: Array | None = None
     clearance: Array | None = None
     pitch: Array | None = None
@@ -110,13 +110,13 @@ class LinkageSpring:
 class Load:
     """Force and moment (..., 6), global, on a link at a point; at no point in particular for a torque.
 
-    Where it `follows`, it turns with the link; the components are those in the drawing.
+    Where it is a `follower` load, it turns with the link; the components are those in the reference configuration.
     """
 
     link: str
     point: str | None
     value: Array
-    follows: bool = False
+    follower: bool = False
 
 
 def beams_of(
@@ -124,7 +124,7 @@ def beams_of(
 ) -> dict[tuple[str, str], LineElement]:
     """The beams of a link by pair of points, from what the user gave as ``beam=`` and ``beams=``.
 
-    `places` tell where the points are as drawn.
+    `places` tell where the points are in the reference configuration.
     """
     if isinstance(beam, Mapping):
         given = {tuple(pair): value for pair, value in beam.items()}

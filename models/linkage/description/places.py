@@ -9,9 +9,9 @@ from .sketch import Sketch
 
 
 def place(linkage: Sketch, link: str, point: str) -> Array:
-    """Where a point of a link is in the link's own axes, which are the global ones as drawn, (..., 3).
+    """Where a point is in its link's axes, (..., 3), which are the global ones in the reference configuration.
 
-    It is the drawing, but for the second point of a link that was given its true length.
+    It is that of the reference configuration, but for the second point of a link that was given its true length.
     """
     drawn, given = linkage.points[point], linkage.links.get(link)
     if given is None or given.length is None or point == given.points[0]:

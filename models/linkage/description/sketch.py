@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,7 @@ from ....framework.batch import Array, Shape, finite, joined
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
 from ....framework.protocol import LineElement
+from ....framework.renamed import renamed_keywords
 from .parts import GROUND, LinkageLink, LinkageSpring, Load, Pair, beams_of, in_space, inertia_of
 
 End = str | tuple[str, str]
@@ -42,7 +43,7 @@ class Sketch:
 
     @property
     def shape(self) -> Shape:
-        """Batch shape of the drawing."""
+        """Batch shape of the description."""
         return self._shape
 
     # -- points and links -------------------------------------------------------------------------------------------
@@ -104,11 +105,12 @@ class Sketch:
         beams
             Pairs of points between which beams run, where they do not follow the points.
         mass, centre, inertia
-            Mass (...), centre of mass as drawn (..., 2 or 3), and inertia about it in drawn axes: a tensor
-            (..., 3, 3), six numbers xx yy zz xy yz zx, or one number about z. Where not given, those of the beams.
+            Mass (...), centre of mass in the reference configuration (..., 2 or 3), and inertia about it in global axes
+            then: a tensor (..., 3, 3), six numbers xx yy zz xy yz zx, or one number about z. Where not given, those of
+            the beams.
         length
-            True length (...) of a link of two points where the drawing does not have it: the second point then lies
-            this far from the first. The drawing is where the assembly starts.
+            True length (...) of a link of two points where the points do not give it: the second point then lies
+            this far from the first. Assembly starts from the reference configuration.
 
         Raises
         ------
@@ -218,6 +220,7 @@ class Sketch:
             )
         self.springs.append(new)
 
+    @renamed_keywords(follows="follower")
     def load(
         self,
         point: str,
@@ -229,7 +232,7 @@ class Sketch:
         mx: ArrayLike = 0.0,
         my: ArrayLike = 0.0,
         mz: ArrayLike = 0.0,
-        follows: bool = False,
+        follower: bool = False,
         replace: bool = False,
     ) -> None:
         """Load a point with a force and a moment, global; loads that differ add up.
@@ -245,8 +248,9 @@ class Sketch:
         fx, fy, fz, mx, my, mz
             Components of force and moment, (...); with as many entries as the motion has poses, they differ from pose
             to pose.
-        follows
-            Whether they turn with the link, as the thrust of an engine does; they are then as drawn.
+        follower
+            Whether they turn with the link, as the thrust of an engine does; their components are then
+            those in the reference configuration.
         replace
             Whether they take the place of all loads on this point of the link.
 
@@ -270,8 +274,9 @@ class Sketch:
         where = self.end(point if link is None else (link, point), "load")
         if link is None and where[0] == GROUND:
             raise FrameError(f"load: no link has point {point!r}: add it to the link that is loaded")
-        self._act(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follows), replace=replace)
+        self._act(Load(*where, _six(f"load on {point!r}", fx, fy, fz, mx, my, mz), follower), replace=replace)
 
+    @renamed_keywords(follows="follower")
     def torque(
         self,
         link: str,
@@ -279,7 +284,7 @@ class Sketch:
         mx: ArrayLike = 0.0,
         my: ArrayLike = 0.0,
         mz: ArrayLike = 0.0,
-        follows: bool = False,
+        follower: bool = False,
         replace: bool = False,
     ) -> None:
         """Load a link with a moment, global; moments that differ add up.
@@ -290,7 +295,7 @@ class Sketch:
             Name of the link.
         mx, my, mz
             Components of the moment, (...).
-        follows
+        follower
             As for `load`.
         replace
             Whether it takes the place of all torques on the link.
@@ -311,7 +316,7 @@ class Sketch:
         [-3.0]
         """
         self._link(link, "torque")
-        self._act(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follows), replace=replace)
+        self._act(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follower), replace=replace)
 
     def gravity(self, acceleration: ArrayLike) -> None:
         """Let gravity act on all links.
@@ -343,7 +348,7 @@ class Sketch:
         there = [old for old in self.loads if (old.link, old.point) == (new.link, new.point)]
         if replace:
             self.loads = [old for old in self.loads if old not in there]
-        elif any(old.follows == new.follows and _same((old.value,), (new.value,)) for old in there):
+        elif any(old.follower == new.follower and _same((old.value,), (new.value,)) for old in there):
             what = f"load on {new.point!r}" if new.point else f"torque on {new.link!r}"
             raise FrameError(
                 f"the same {what} is there already: give replace=True to put this one in its place, or one load of "
@@ -372,7 +377,7 @@ class Sketch:
             If there is none.
         """
         if name not in self.joints:
-            raise FrameError(f"the linkage has no joint {name!r}: choose one of {', '.join(self.joints) or 'none yet'}")
+            raise FrameError(f"the linkage has no joint {name!r}: {_known(self.joints, 'joints')}")
         return self.joints[name]
 
     def end(self, where: End, what: str = "the linkage") -> tuple[str, str]:
@@ -408,14 +413,12 @@ class Sketch:
 
     def _point(self, name: str, what: str) -> Array:
         if name not in self.points:
-            raise FrameError(
-                f"{what}: there is no point {name!r}: choose one of {', '.join(self.points) or 'none yet'}"
-            )
+            raise FrameError(f"{what}: there is no point {name!r}: {_known(self.points, 'points')}")
         return self.points[name]
 
     def _link(self, name: str, what: str) -> LinkageLink:
         if name not in self.links:
-            raise FrameError(f"{what}: there is no link {name!r}: choose one of {', '.join(self.links) or 'none yet'}")
+            raise FrameError(f"{what}: there is no link {name!r}: {_known(self.links, 'links')}")
         return self.links[name]
 
     def _join(self, given: Mapping[str, Shape], *, instead: bool = False) -> None:
@@ -456,3 +459,9 @@ def _six(what: str, *components: ArrayLike) -> Array:
         joined(name, value.shape, known)
         known[name] = value.shape
     return np.stack(np.broadcast_arrays(*given.values()), axis=-1)
+
+
+def _known(names: Iterable[str], kind: str) -> str:
+    """The remedy where a name is unknown."""
+    told = ", ".join(names)
+    return f"choose one of {told}" if told else f"no {kind} are defined yet"

@@ -46,7 +46,7 @@ def read_linkage(path: str | Path) -> Linkage:
         kind = "revolute"               # any kind of `Linkage`
         point = "A"
         links = ["ground", "crank"]
-        drive = true                    # or ["rz"]; axis, second, pitch, stiffness, clearance, contact, at
+        drive = true                    # or ["rz"]; axis, second, pitch, stiffness, clearance, contact, reference
 
         [[springs]]
         between = [["crank", "B"], ["ground", "E"]]
@@ -56,7 +56,7 @@ def read_linkage(path: str | Path) -> Linkage:
         [[loads]]
         link = "crank"
         point = "B"                     # without a point a torque: mx, my, mz
-        fy = 100.0                      # follows = true where it turns with the link
+        fy = 100.0                      # follower = true where it turns with the link
 
         [beams.bar]
         section = "flat"
@@ -78,13 +78,13 @@ def read_linkage(path: str | Path) -> Linkage:
 
         [tolerances.clearance]
         of = ["joints.B.clearance"]     # entries that share one draw: all of them must have one and the same number
-        law = "norm"                    # any continuous distribution of scipy.stats, and its numbers
+        distribution = "norm"           # any continuous distribution of scipy.stats, and its numbers
         loc = 1e-4                      # its mean may be off the number of the file by no more than it spreads
         scale = 5e-6
 
         [tolerances.stiffness]
         of = ["joints.B.stiffness"]     # a list: every number in it but 0 and inf; one of them: joints.B.stiffness.ux
-        law = "norm"
+        distribution = "norm"
         scale = "5 %"                   # loc and scale in percent are deviations: number * (1 + draw), here ± 5 %
 
     Components go by their names or from 0: ``ux uy uz rx ry rz`` of a stiffness, ``x y z`` of a point or direction,
@@ -223,12 +223,12 @@ def _link(source: Source, linkage: Linkage, name: str, beams: Mapping[str, Beam]
 
 def _joint(source: Source, linkage: Linkage, name: str) -> None:
     path = ("joints", name)
-    numbers = ("axis", "second", "pitch", "stiffness", "clearance", "contact", "at", "axes")
+    numbers = ("axis", "second", "pitch", "stiffness", "clearance", "contact", "reference", "axes")
     table = source.table(path, ("kind", "point", "links"), ("drive", *numbers))
     kind = source.text_at((*path, "kind"), KINDS)
     links = source.texts((*path, "links"))
     for key in table:
-        if OWN.get(key, kind) != kind or (kind == "fixed" and key in ("at", "drive")):
+        if OWN.get(key, kind) != kind or (kind == "fixed" and key in ("reference", "drive")):
             source.fail((*path, key), f"a {kind} joint has no {key}")
     given = {key: source.numbers((*path, key)) for key in numbers if key in table and key != "axes"}
     if "axes" in table:
@@ -284,12 +284,12 @@ def _spring(source: Source, linkage: Linkage, index: int) -> None:
 
 def _load(source: Source, linkage: Linkage, index: int) -> None:
     path = ("loads", index)
-    table = source.table(path, (), ("link", "point", "follows", *FORCES))
+    table = source.table(path, (), ("link", "point", "follower", *FORCES))
     force: dict[str, Any] = {key: source.numbers((*path, key)) for key in table if key in FORCES}
-    if "follows" in table:
-        if not isinstance(table["follows"], bool):
-            source.fail((*path, "follows"), f"is {told(table['follows'])}: give true or false")
-        force["follows"] = table["follows"]
+    if "follower" in table:
+        if not isinstance(table["follower"], bool):
+            source.fail((*path, "follower"), f"is {told(table['follower'])}: give true or false")
+        force["follower"] = table["follower"]
     if "point" not in table and "link" not in table:
         source.fail(path, "is nowhere: give a point, a link, or both")
     link = source.text_at((*path, "link"), (*linkage.links, GROUND)) if "link" in table else None

@@ -13,6 +13,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from .old_keys import renew
 from .parsing import Unreadable, parsed
 from .toml import Path, line_of
 
@@ -45,6 +46,7 @@ class Source:
             self.data = parsed(self.text)
         except Unreadable as error:
             raise FrameError(f"{self.file}, line {error.line}: {error}") from error
+        self.written = renew(self.data)
         self.samples: Mapping[Path, Array] = {}
         self.by: Mapping[Path, Path] = {}
 
@@ -88,6 +90,7 @@ class Source:
                 drawn = f"samples of {'.'.join(map(str, place))} reach from {values.min():g} to {values.max():g}"
                 path, message = self.by[place], f"{drawn}: {LONG_LIST.sub('[...]', message)}"
                 break
+        path = (*self.written.get(path[:3], path[:3]), *path[3:])
         key = ".".join(map(str, path))
         raise FrameError(f"{self.file}, line {line_of(self.text, path)}, {key}: {message}")
 
@@ -162,7 +165,8 @@ class Source:
         if not isinstance(value, str):
             self.fail(path, f"is {told(value)}: give a name in quotes")
         if among is not None and value not in among:
-            self.fail(path, f"is {told(value)}: choose one of {', '.join(among) or 'none, as none is described'}")
+            known = ", ".join(among)
+            self.fail(path, f"is {told(value)}: {f'choose one of {known}' if known else 'none is defined yet'}")
         return value
 
     def texts(self, path: Path) -> list[str]:

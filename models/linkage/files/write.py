@@ -145,8 +145,8 @@ def _joint(pair: Pair, driven: tuple[str, ...] | None) -> Table:
     table |= _axes(pair)
     if driven:
         table["drive"] = list(driven)
-    if np.any(pair.at):
-        table["at"] = pair.at[..., 0] if pair.kind.freedom == 1 else pair.at
+    if np.any(pair.reference):
+        table["reference"] = pair.reference[..., 0] if pair.kind.freedom == 1 else pair.reference
     given = {"pitch": pair.pitch, "stiffness": pair.stiffness, "clearance": pair.clearance, "contact": pair.contact}
     return table | {key: value for key, value in given.items() if value is not None}
 
@@ -168,5 +168,5 @@ def _spring(spring: LinkageSpring) -> Table:
 
 def _load(load: Load) -> Table:
     where: Table = {"link": load.link} | ({} if load.point is None else {"point": load.point})
-    where |= {"follows": True} if load.follows else {}
+    where |= {"follower": True} if load.follower else {}
     return where | {name: load.value[..., k] for k, name in enumerate(FORCES) if np.any(load.value[..., k])}

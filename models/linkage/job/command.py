@@ -16,7 +16,7 @@ Where the points of a linkage really go: rigid motion, reactions, compliance of 
 the spread of all of it under tolerances, at every pose. The linkage and what to do with it are read from a TOML file
 (its tables of points, links, joints, ... are described at linkframe.models.read_linkage), SI units. A joint with a
 clearance takes its contact angle from the file (contact = 3.14 in [joints.B], radians from global x, and tolerances of
-joints.B.contact); without one the journal lies where equilibrium under the load presses it:
+joints.B.contact); without one the contact is found by equilibrium under the load:
 
   [run]
   points = ["P"]                      points to report; those with a load by default
@@ -42,7 +42,7 @@ joints.B.contact); without one the journal lies where equilibrium under the load
 
   [tolerances.gap]                    any name
   of = ["joints.B.clearance"]         numbers of this file that share one draw
-  law = "norm"                        a distribution of scipy.stats, and its numbers
+  distribution = "norm"               a distribution of scipy.stats, and its numbers
   loc = 1e-3                          about the number that the file has
   scale = 5e-5
 
@@ -51,7 +51,7 @@ joints.B.contact); without one the journal lies where equilibrium under the load
 
   [tolerances.springs]
   of = ["joints.B.stiffness"]         all finite numbers of a list but 0, or one: joints.B.stiffness.ux, points.B.y
-  law = "norm"
+  distribution = "norm"
   scale = "5 %"                       loc and scale in percent: deviation, as a share of each number"""
 
 WRITES = """\

@@ -92,7 +92,7 @@ def _contacts(linkage: Linkage) -> Iterable[str]:
     if given:
         yield f"Contact angles of the clearances as the file gives them: {', '.join(given)}."
     if free:
-        yield f"Contact of the clearances where equilibrium under the load presses it: {', '.join(free)}."
+        yield f"Contact of the clearances by equilibrium under the load: {', '.join(free)}."
 
 
 def _degrees(angle: Array) -> str:
@@ -117,7 +117,7 @@ def _linkage(result: RunResult) -> Iterable[str]:
     yield markdown(["joint", "kind", "point", "links", "driven"], joints, left=5)
     if result.inputs.tolerances:
         yield markdown(
-            ["tolerance", "law", "of"],
+            ["tolerance", "distribution", "of"],
             [
                 [name, tolerance.told, ", ".join(".".join(map(str, path)) for path in tolerance.of)]
                 for name, tolerance in result.inputs.tolerances.items()

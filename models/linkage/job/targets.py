@@ -93,7 +93,7 @@ def _components(source: Source, place: Path) -> tuple[str, ...]:
     match place:
         case ("joints", _, "stiffness"):
             return COMPONENTS
-        case ("joints", name, "at"):
+        case ("joints", name, "reference"):
             kind = source.get(("joints", name, "kind"))
             return KINDS[kind].coordinates if kind in KINDS else ()
         case ("points", _) | ("gravity",) | (_, _, "axis" | "second" | "up" | "centre"):

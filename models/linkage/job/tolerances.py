@@ -85,8 +85,8 @@ def tolerance(source: Source, name: str) -> Tolerance:
     """Read and check one of the file's tolerances."""
     path = ("tolerances", name)
     found = source.get(path)
-    if not isinstance(found, dict) or "of" not in found or "law" not in found:
-        source.fail(path, "give a table with of, law and the law's numbers")
+    if not isinstance(found, dict) or "of" not in found or "distribution" not in found:
+        source.fail(path, "give a table with of, distribution and its numbers")
     law, relative, told = _law(source, path)
     of: list[Path] = []
     nominal: dict[Path, float] = {}
@@ -111,11 +111,12 @@ def _law(source: Source, path: tuple[str, str]) -> tuple[Distribution, bool, str
     """The distribution, whether it is relative, and how it reads."""
     from scipy import stats
 
-    law = source.text_at((*path, "law"))
+    law = source.text_at((*path, "distribution"))
     kind = getattr(stats, law, None)
     if not isinstance(kind, stats.rv_continuous):
         source.fail(
-            (*path, "law"), f"is {law!r}: give a continuous distribution of scipy.stats, such as norm or uniform"
+            (*path, "distribution"),
+            f"is {law!r}: give a continuous distribution of scipy.stats, such as norm or uniform",
         )
     numbers, relative = _numbers(source, path)
     try:
@@ -137,7 +138,7 @@ def _numbers(source: Source, path: tuple[str, str]) -> tuple[dict[str, float], t
     numbers: dict[str, float] = {}
     relative: list[str] = []
     for key in source.table(path, (), tuple(source.get(path))):
-        if key in ("of", "law"):
+        if key in ("of", "distribution"):
             continue
         value = source.get((*path, key))
         if not isinstance(value, str):

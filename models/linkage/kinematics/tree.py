@@ -71,10 +71,10 @@ def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tr
             reach(child)
     loose = [name for name in linkage.links if name not in depth]
     if loose:
+        links, are, them = ("links", "are", "them") if len(loose) > 1 else ("link", "is", "it")
         raise FrameError(
-            f"{'links' if len(loose) > 1 else 'link'} {', '.join(map(repr, loose))} "
-            f"{'hang on nothing: join them' if len(loose) > 1 else 'hangs on nothing: join it'} "
-            f"to the ground by a chain of joints, or leave {'them' if len(loose) > 1 else 'it'} out"
+            f"{links} {', '.join(map(repr, loose))} {are} not connected to ground: connect {them} by a chain of "
+            f"joints, or leave {them} out"
         )
     return _with_twins(linkage, branches, counted)
 

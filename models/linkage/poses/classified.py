@@ -25,11 +25,11 @@ class ClassifiedPoses(Kinematics):
 
         * ``"regular"``
         * ``"near dead point"``: see `conditioning`
-        * ``"singular: output, joint ... moves with the drives held"``: in a dead point or a change point. Of the joints
-          that move, one is named that has no hold on either side.
-        * ``"singular: input, joint ... stands still"``, with several drives ``"... has lost a direction"``: in which
-          they move its point, or the link that slides in it, at other poses, as the pin of a rocker at the end of its
-          swing. Positions and velocities are good as ever.
+        * ``"singular (direct-kinematic, type II; dead point of ...)"``: with the drives locked, joints move. Of these
+          one is named that the locked drives constrain on neither side.
+        * ``"singular (inverse-kinematic, type I; joint ... is stationary)"``, with several drives ``"... joint ...
+          loses a degree of freedom"``, in which they move its point, or the link that slides in it, at other poses: as
+          the pin of a rocker at the end of its swing. Positions and velocities are good as ever.
         * ``"other assembly mode; not reachable from the reference configuration"``: the linkage can be assembled, but
           not on the straight path of the drives from the reference configuration; results are NaN, but with
           ``other_modes=True`` those of the position that was found.
@@ -58,10 +58,10 @@ class ClassifiedPoses(Kinematics):
 
     @property
     def conditioning(self) -> Array:
-        """How firmly the drives hold each pose, (...): from 0, where something moves with the drives held, towards 1.
+        """How firmly the drives hold each pose, (...): from 0, where something moves with the drives locked, towards 1.
 
         Least over greatest singular value of the loop closure by the coordinates that are not driven, with lengths in
-        units of the linkage's extent; what moves by itself at every pose does not count.
+        units of the linkage's extent; idle (passive) degrees of freedom do not count.
         """
         return np.broadcast_to(self.held[0], self.shape)
 

@@ -1,4 +1,4 @@
-"""All assembled positions of a linkage, with its drives let loose: how it can move from one, and where that leads."""
+"""All assembled positions of a linkage, with its drives released: how it can move from one, and where that leads."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..way.start import not_assembled
 DEPENDENT = 1e-7
 # Equations that differ by less may be meant as the same.
 ALIKE = 1e-3
-FEW_DIGITS = "if it is meant to move, it is drawn with too few digits: draw it with more, or give tolerance="
+FEW_DIGITS = "if it is meant to move, its points have too few digits: give more, or give tolerance="
 # Closed where no equation is off by more, in units of the linkage's extent and radians.
 CLOSED = 1e-12
 ITERATIONS = 60
@@ -31,7 +31,7 @@ Entry = int | tuple[int, ...] | None
 class Configurations:
     """Assembled positions of one linkage as the zeros of its closing equations in all of its joint coordinates.
 
-    Lengths are divided by the diagonal of the box that holds the drawing, so that no unit of length matters.
+    Lengths are divided by the diagonal of the box that holds the linkage, so that no unit of length matters.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Configurations:
     tolerance
         Greatest gap, a length, with which a position counts as assembled.
     entry
-        Entry of the drawing's batch.
+        Entry of the batch.
 
     Attributes
     ----------
@@ -65,12 +65,12 @@ class Configurations:
         )
 
     def of_entry(self, number: Value) -> Value:
-        """A number of the drawing as the entry has it."""
+        """A number of the description as the entry has it."""
         return number if np.ndim(number) == 0 else np.broadcast_to(number, self.mechanism.linkage.shape)[self.entry]
 
     @cached_property
     def drawn(self) -> Array:
-        """State of the drawing, (s,)."""
+        """State in the reference configuration, (s,)."""
         state = np.zeros(len(self.mechanism.state_names))
         state[[start for start, _ in self._balls]] = 1.0
         closed = self.closed(state)
@@ -221,7 +221,7 @@ def null_space(matrix: Array, size: float | None = None, share: float = DEPENDEN
 
 
 def extent(linkage: LinkageDescription) -> float:
-    """Diagonal of the box that holds the drawing; 1 where it has no size."""
+    """Diagonal of the box that holds the linkage; 1 where it has no size."""
     corners = np.concatenate([np.zeros((0, 3)), *(point.reshape(-1, 3) for point in linkage.points.values())])
     if not corners.size:
         return 1.0

@@ -18,11 +18,11 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
         moved = [np.broadcast_to(x, shape) for x in own]
         scales = [motion.mechanism.size if name[0] == "u" else 1.0 for name in kind.coordinates]
         columns = [np.where(motion.is_assembled, x * scale, np.nan) for x, scale in zip(moved, scales, strict=True)]
-        return np.stack(columns, axis=-1) + pair.at if columns else np.zeros((*shape, 0))
+        return np.stack(columns, axis=-1) + pair.reference if columns else np.zeros((*shape, 0))
     first, second = motion.axes(pair.first) @ pair.axes, motion.axes(pair.second) @ pair.axes
     turned = np.swapaxes(first, -1, -2) @ second
     if kind.name == "spherical":
-        drawn = rotation_matrix(quaternion(pair.at))
+        drawn = rotation_matrix(quaternion(pair.reference))
         return rotation_vector(turned @ drawn)
     apart = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
     shift = np.einsum("...ji,...j->...i", first, apart)
@@ -35,7 +35,7 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
             out.append(_continued(motion, pair, offset, np.arctan2(turned[..., 2, 1], turned[..., 2, 2])))
         else:
             out.append(_continued(motion, pair, offset, np.arctan2(turned[..., 1, 0], turned[..., 0, 0])))
-    return np.stack(out, axis=-1) + pair.at if out else np.zeros((*shape, 0))
+    return np.stack(out, axis=-1) + pair.reference if out else np.zeros((*shape, 0))
 
 
 def _continued(motion: Kinematics, pair: Pair, offset: int, angle: Array) -> Array:
@@ -90,5 +90,5 @@ def _relative(motion: Kinematics, pair: Pair, order: int) -> list[Array]:
 
 
 def _inverse(motion: Kinematics, link: str, place: Array) -> Array:
-    """Where a global place that moves with a link was in the drawing."""
+    """Where a global place that moves with a link was in the reference configuration."""
     return np.asarray(np.einsum("...ji,...j->...i", motion.axes(link), place - motion.origin(link)))

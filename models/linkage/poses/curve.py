@@ -1,4 +1,4 @@
-"""The way of a linkage with one drive let loose: through dead points, which are nothing special on it."""
+"""The way of a linkage with one drive released: through dead points, which are nothing special on it."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Way:
 
 
 class MotionPath:
-    """Assembled positions that hang together when one joint coordinate drives and other drives stand still.
+    """Connected assembled positions when one joint coordinate drives and other drives are locked.
 
     Parameters
     ----------
@@ -90,19 +90,19 @@ class MotionPath:
         pair = mechanism.linkage.joint(joint)
         offset = pair.kind.coordinates.index(component)
         return float(
-            self.space.of_entry(pair.at[..., offset]) + self.unit * state[mechanism.states[joint].start + offset]
+            self.space.of_entry(pair.reference[..., offset]) + self.unit * state[mechanism.states[joint].start + offset]
         )
 
     @cached_property
     def start(self) -> PathPoint:
-        """The drawing."""
+        """The reference configuration."""
         free = self.space.free(self.space.drawn, self.locked)
         if not free.shape[1]:
             alike = null_space(self.space.held(self.space.drawn, self.locked), share=ALIKE)
             few = f"; {FEW_DIGITS}" if alike.shape[1] else ""
-            held = ", with the other drives standing still" if self.locked else ""
-            raise FrameError(f"joint {self.name[0]!r} cannot move: nothing can{held}{few}")
-        # Of all motions that with the most of the drive: what moves by itself stands still in it.
+            held = ", with the other drives locked" if self.locked else ""
+            raise FrameError(f"joint {self.name[0]!r} cannot move: the linkage has no degree of freedom{held}{few}")
+        # Of all motions that with the most of the drive: idle degrees of freedom rest in it.
         tangent = free @ free[self.drive]
         if np.linalg.norm(tangent) < 1e-9:
             tangent = free[:, 0]
@@ -143,7 +143,7 @@ class MotionPath:
         return None if size < 0.7 else PathPoint(state, tangent / size)
 
     def both_ways(self) -> list[PathPoint]:
-        """Places of the whole way through the drawing."""
+        """Places of the whole way through the reference configuration."""
         way = self.walk(self.start)
         back = [] if way.closes else self.walk(self.start.turned(-1.0)).places[:0:-1]
         return [*back, *way.places]
@@ -194,14 +194,14 @@ class MotionPath:
 
     @cached_property
     def rank(self) -> int:
-        """Rank of the equations with the drive held, in general: the highest of some places."""
+        """Rank of the equations with the drive locked, in general: the highest of some places."""
         near = (self.onwards(self.start, step) for step in (-STEP, 0.0, STEP))
         return max(_rank(self.held(place.state)) for place in near if place is not None)
 
     def singular_place(self, place: PathPoint) -> PathPoint | None:
-        """Where, near `place`, a motion remains with the drive held: the singular value number `rank` vanishes.
+        """Where, near `place`, a motion remains with the drive locked: the singular value number `rank` vanishes.
 
-        The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive held, are solved
+        The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive locked, are solved
         along the curve: with singular vectors u and v of J, ``u J v`` has a simple zero there, to which Newton's method
         goes. Where the curve crosses another one there, the place is taken from those on both sides.
         """
@@ -257,7 +257,8 @@ class MotionPath:
         return place if least < max(BETWEEN, 10.0 * self.space.tolerance) else None
 
     def _signed(self, places: Sequence[PathPoint]) -> Array:
-        """Least singular value with the drive held at places one behind the other, with a sign that changes at zero."""
+        """Least singular value with the drive locked at places one behind the other, with a sign that changes at
+        zero."""
         out, sign, last = [], 1.0, None
         for place in places:
             left, values, right = np.linalg.svd(self.held(place.state))

@@ -17,21 +17,21 @@ from .held import moving_joints
 
 # Below this share of the drive in the motion, the drive is at rest.
 AT_REST = 1e-6
-# How far, in extents of the drawing, a linkage has run away, and by what share of its way the drive then still moves.
+# How far, in extents of the linkage, it has run away, and by what share of its way the drive then still moves.
 AWAY = 10.0
 SLOW = 0.1
 
 
 @dataclass(frozen=True)
 class DeadPoint:
-    """A position in which holding the drive does not hold the linkage.
+    """A position in which locking the drive does not lock the linkage.
 
     Attributes
     ----------
     value
         Coordinate of the drive, radians or length.
     joint
-        Joint that moves with the drive held: the fastest of those that join two moving links.
+        Joint that moves with the drive locked: the fastest of those that join two moving links.
     change_point
         False where the drive turns back: it can go no further. True where it can go on, on two branches.
     """
@@ -43,14 +43,13 @@ class DeadPoint:
     @property
     def status(self) -> str:
         """What it is, in words."""
-        return f"singular: output, joint {self.joint!r} moves with the drive held" + (
-            ", change point" if self.change_point else ""
-        )
+        kind = "change point" if self.change_point else "dead point"
+        return f"singular (direct-kinematic, type II; {kind} of {self.joint})"
 
 
 @dataclass(frozen=True)
 class DriveRange:
-    """How far a drive can move from the drawing, its linkage hanging together.
+    """How far a drive can move from the reference configuration, its linkage staying assembled.
 
     Attributes
     ----------
@@ -70,25 +69,25 @@ class DriveRange:
 def dead_points(
     linkage: LinkageDescription, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
 ) -> tuple[DeadPoint, ...]:
-    """All dead points that the linkage passes as it moves from the drawing, with one coordinate as its drive.
+    """All dead points of a linkage, moved from the reference configuration by one coordinate as its drive.
 
     The motion is followed by its arc length, on which a dead point is a place like any other, both ways from the
-    drawing until it closes; each place at which the linkage can move with the drive held is then found by Newton's
-    method to about 1e-12. At a change point the smooth branch is followed.
+    reference configuration until it closes; each place at which the linkage can move with the drive locked is then
+    found by Newton's method to about 1e-12. At a change point the smooth branch is followed.
 
     Parameters
     ----------
     linkage
         The linkage.
     joint
-        The joint that drives: one of the drives, the others standing still as drawn, or instead of a single drive any
-        other joint.
+        The joint that drives: one of the drives, the others locked at their reference values, or instead of a single
+        drive any other joint.
     coordinate
         Which of its coordinates, such as ``"rz"``, where there are several.
     tolerance
         Greatest gap, a length, with which a position counts as assembled.
     entry
-        Which entry is meant where the drawing carries a batch: one index an axis; the first where None.
+        Which entry is meant where the points carry a batch: one index an axis; the first where None.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def dead_points(
     Raises
     ------
     FrameError
-        If there is no such joint or coordinate, it cannot move, other drives than one do not stand still, or the
+        If there is no such joint or coordinate, it cannot move, other drives than one are not locked, or the
         linkage is overconstrained and drawn with too few digits to go on.
     """
     curve = _curve(linkage, joint, coordinate, tolerance, entry)
@@ -113,7 +112,7 @@ def dead_points(
 def drive_range(
     linkage: LinkageDescription, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
 ) -> DriveRange:
-    """How far a drive can go from the drawing in both directions.
+    """How far a drive can go from the reference configuration in both directions.
 
     Parameters
     ----------
@@ -157,7 +156,7 @@ def _curve(
     if chosen not in driven and len(driven) > 1:
         raise FrameError(
             f"joint {joint!r} is not among the drives {', '.join(linkage.drives)}: "
-            "choose one of them (the others stand still), or drive the linkage by one joint only"
+            "choose one of them (the others are locked), or drive the linkage by one joint only"
         )
     if chosen not in driven:
         linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]
@@ -172,7 +171,7 @@ def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> Link
 
 
 def _singular_places(curve: MotionPath) -> list[PathPoint]:
-    """All places of the curve at which something moves with the drive held."""
+    """All places of the curve at which something moves with the drive locked."""
     found = map(curve.singular_place, curve.near_singular(curve.both_ways()))
     return [place for place in found if place is not None]
 

@@ -81,7 +81,8 @@ class Kinematics:
         Raises
         ------
         FrameError
-            If branch, tolerance or a drive are not what they should be, or the linkage cannot be assembled as drawn.
+            If branch, tolerance or a drive are not what they should be, or the linkage cannot be assembled in the
+            reference configuration.
         """
         if branch not in BRANCHES:
             raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
@@ -95,7 +96,7 @@ class Kinematics:
 
     @cached_property
     def shape(self) -> Shape:
-        """Batch shape: the broadcast of drives, rates, accelerations and drawing."""
+        """Batch shape: the broadcast of drives, rates, accelerations and points."""
         return np.broadcast_shapes(self.drives.full_shape, self.assembly.shape)
 
     @property
@@ -245,7 +246,7 @@ class Kinematics:
         link
             Name of the link.
         place
-            The place in the drawing, (..., 2 or 3).
+            The place in the reference configuration, (..., 2 or 3).
 
         Returns
         -------
@@ -262,7 +263,7 @@ class Kinematics:
         link
             Name of the link.
         place
-            The place in the drawing, (..., 2 or 3).
+            The place in the reference configuration, (..., 2 or 3).
 
         Returns
         -------
@@ -279,7 +280,7 @@ class Kinematics:
         link
             Name of the link.
         place
-            The place in the drawing, (..., 2 or 3).
+            The place in the reference configuration, (..., 2 or 3).
 
         Returns
         -------
@@ -291,7 +292,9 @@ class Kinematics:
     # -- links ------------------------------------------------------------------------------------------------------
 
     def origin(self, link: str) -> Array:
-        """Where the drawing's origin, fixed on the link, is: position = origin + axes @ drawn place, (..., 3).
+        """Where the origin of the reference configuration is as a point of the link, (..., 3).
+
+        A place x of the reference configuration is at ``origin + axes @ x``.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""How many freedoms a linkage has: by counting its joints, and in truth."""
+"""Degrees of freedom of a linkage: the Grübler-Kutzbach count, and the actual mobility."""
 
 from __future__ import annotations
 
@@ -7,106 +7,112 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.renamed import RenamedAttribute
 from ..description.linkage_description import LinkageDescription
 from .configuration import ALIKE, FEW_DIGITS, Configurations, Entry, null_space
 
-# How far motions are followed, in radians and extents of the linkage, and how many: away from a drawing that may be
-# singular, and just so far that curvature does not count.
+# How far motions are followed, in radians and extents of the linkage, and how many: away from a reference configuration
+# that may be singular, and just so far that curvature does not count.
 FAR, NEAR, TRIALS = 0.05, 1e-3, 8
 
 
 @dataclass(frozen=True)
 class Mobility:
-    """Freedoms of a linkage, its drives let loose.
+    """Degrees of freedom of a linkage, its drives released.
 
     Attributes
     ----------
-    by_count
+    kutzbach
         The count of M. Grübler and K. Kutzbach, ``d (links - joints) + sum of the joints' freedoms`` with the ground
         not among the links; d is 3 in the plane and 6 in space.
-    by_count_in_space
+    kutzbach_spatial
         The same with d = 6 in any case.
     planar
         Whether all joints move in one plane, so that d is 3.
-    true
-        Dimension of the motions that really are there: freedoms at a position near the drawing.
+    actual
+        Dimension of the motions that are possible: degrees of freedom at a position near the reference configuration.
     instantaneous
-        Freedoms of the velocities at the drawing itself. More than `true` where the drawing is a singular position, or
-        where what moves at first does not get far.
+        Degrees of freedom of the velocities in the reference configuration. More than `actual` where that is singular,
+        or where what moves at first does not get far.
     idle
-        Links that can move, such as turn about their own line between two balls, while all others and the drives stand
-        still.
+        Links with an idle (passive) degree of freedom: they can move, such as turn about their own line between two
+        balls, while all others and the drives stand still.
     nearly
-        Freedoms of the velocities at the drawing where equations that differ by less than 1e-3 count as one. More than
-        `instantaneous` where an overconstrained linkage is drawn with too few digits.
+        Degrees of freedom of the velocities in the reference configuration where equations that differ by less than
+        1e-3 count as one. More than `instantaneous` where the points of an overconstrained linkage have too few digits.
     redundant
-        Joint and component of constraints that others already hold, as many as there are too many; components are in
+        Joint and component of constraints that others already hold, as many as there are; components are in
         the joint's axes. Which of several that do the same are named is a choice: those of joints that close a loop.
     """
 
-    by_count: int
-    by_count_in_space: int
+    kutzbach: int
+    kutzbach_spatial: int
     planar: bool
-    true: int
+    actual: int
     instantaneous: int
     idle: tuple[str, ...]
     nearly: int
     redundant: tuple[tuple[str, str], ...]
 
+    true = RenamedAttribute("actual")
+    by_count = RenamedAttribute("kutzbach")
+    by_count_in_space = RenamedAttribute("kutzbach_spatial")
+
     def __str__(self) -> str:
-        plane = f"{self.by_count} by count in the plane, " if self.planar else ""
-        lines = [f"mobility {self.true}; {plane}{self.by_count_in_space} by count in space"]
-        if self.instantaneous != self.true:
-            freedoms = "1 freedom" if self.instantaneous == 1 else f"{self.instantaneous} freedoms"
-            lines.append(f"as drawn it is singular: velocities have {freedoms}")
+        plane = f"{self.kutzbach} planar, " if self.planar else ""
+        lines = [f"mobility {self.actual} (Grübler-Kutzbach: {plane}{self.kutzbach_spatial} spatial)"]
+        if self.instantaneous != self.actual:
+            freedoms = "1 degree of freedom" if self.instantaneous == 1 else f"{self.instantaneous} degrees of freedom"
+            lines.append(f"singular in the reference configuration: {freedoms} of velocity")
         if self.idle:
-            lines.append(f"moving by themselves: {', '.join(self.idle)}")
+            lines.append(f"idle (passive) degrees of freedom: {', '.join(self.idle)}")
         joints = dict.fromkeys(joint for joint, _ in self.redundant)
         if joints:
             parts = (f"{j} ({' '.join(c for name, c in self.redundant if name == j)})" for j in joints)
             noun = "constraint" if len(self.redundant) == 1 else "constraints"
-            lines.append(f"{len(self.redundant)} {noun} too many: {', '.join(parts)}")
-        if joints and self.true == 0 < self.nearly:
+            lines.append(f"{len(self.redundant)} redundant {noun}: {', '.join(parts)}")
+        if joints and self.actual == 0 < self.nearly:
             lines.append(FEW_DIGITS)
         return "\n".join(lines)
 
 
 def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> Mobility:
-    """Count the freedoms of a linkage, and find them.
+    """Degrees of freedom of a linkage: counted, and found.
 
-    The velocities at the drawing that the joints let pass are the null space of the Jacobian of the closed loops, by
-    singular values. Whether there are motions to them is tried: a step along some of them, at random, then back to a
-    closed position by Gauss and Newton. What falls back to the drawing is no motion. From a position that is reached,
-    which is regular where the drawing is not, the directions that can be reached in the same way are counted.
+    The velocities in the reference configuration that the joints permit are the null space of the Jacobian of the
+    closed loops, by singular values. Whether there are motions to them is tried: a step along some of them, at random,
+    then back to a closed position by Gauss and Newton. What falls back to the reference configuration is no motion.
+    From a position that is reached, which is regular where the reference configuration is not, the directions that can
+    be reached in the same way are counted.
 
     Parameters
     ----------
     linkage
         The linkage.
     tolerance
-        Greatest gap, a length, with which a position counts as assembled, for an overconstrained linkage that is drawn
-        with few digits.
+        Greatest gap, a length, with which a position counts as assembled, for an overconstrained linkage whose points
+        have few digits.
     entry
-        Which entry is meant where the drawing carries a batch: one index an axis; the first where None.
+        Which entry is meant where the points carry a batch: one index an axis; the first where None.
 
     Returns
     -------
     Mobility
-        Freedoms by count and in truth, idle links, redundant constraints.
+        Counted and actual degrees of freedom, idle links, redundant constraints.
 
     Raises
     ------
     FrameError
-        If the drawing cannot be assembled.
+        If the reference configuration cannot be assembled.
     """
     space = Configurations(linkage, tolerance, entry)
     true, state = generic(space)
     planar = is_planar(linkage)
     return Mobility(
-        by_count=count(linkage, 3 if planar else 6),
-        by_count_in_space=count(linkage, 6),
+        kutzbach=count(linkage, 3 if planar else 6),
+        kutzbach_spatial=count(linkage, 6),
         planar=planar,
-        true=true,
+        actual=true,
         instantaneous=space.free(space.drawn).shape[1],
         idle=space.idle(state),
         nearly=null_space(space.jacobian(space.drawn), share=ALIKE).shape[1],
@@ -115,9 +121,9 @@ def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry =
 
 
 def generic(space: Configurations) -> tuple[int, Array]:
-    """Mobility, and a state near the drawing that is as regular as they come.
+    """Mobility, and a state near the reference configuration that is as regular as they come.
 
-    Where several motions cross at the drawing, it is the mobility of the largest.
+    Where several motions cross at the reference configuration, it is the mobility of the largest.
     """
     drawn = space.drawn
     freedoms = space.free(drawn).shape[1]

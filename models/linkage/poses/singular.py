@@ -33,9 +33,9 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     """How firmly the drives hold each pose, (...), and the motions (..., n, k) of the unknowns that they do not hold.
 
     The least singular value of the closing equations by the unknown coordinates over the greatest, lengths in units of
-    the linkage's extent: 0 where something moves with the drives held. Those that always vanish, of a rod that can turn
-    about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its own
-    extent, and the least of these counts: a chain is not near a dead point for being long.
+    the linkage's extent: 0 where something moves with the drives locked. Those that always vanish, of a rod that can
+    turn about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its
+    own extent, and the least of these counts: a chain is not near a dead point for being long.
 
     Where fewer than k motions are not held, the others are zero; at poses that are not singular all are.
     """
@@ -51,12 +51,12 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     columns = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in mechanism.unknown]
     there = motion.assembly.closed[..., None, None]
     matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / np.array(columns)
-    margin = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
-    bad = np.broadcast_to(margin < SINGULAR, shape)
+    ratio = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
+    bad = np.broadcast_to(ratio < SINGULAR, shape)
     free = _free(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad], rank)
     least = np.zeros((*shape, n, free.shape[-1]))
     least[bad] = free
-    return np.broadcast_to(margin, shape), least / np.array(columns)[:, None]
+    return np.broadcast_to(ratio, shape), least / np.array(columns)[:, None]
 
 
 def _free(matrix: Array, rank: int) -> Array:
@@ -92,7 +92,7 @@ def _firmness(motion: Kinematics, matrix: Array) -> Array:
 
 
 def _span(motion: Kinematics, joints: Iterable[str]) -> float:
-    """Extent of the places of some joints as drawn."""
+    """Extent of the places of some joints in the reference configuration."""
     linkage = motion.linkage
     places = np.concatenate([linkage.points[linkage.joints[name].point].reshape(-1, 3) for name in joints])
     return float(np.ptp(places, axis=0).max())
@@ -103,18 +103,20 @@ def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, 
 
     `held` is what `conditioning` tells of the motion.
     """
-    margin, least = held
+    ratio, least = held
     still = standing_still(motion)
     none = np.zeros(motion.assembly.shape, dtype=bool)
-    state = singular_states(margin, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
+    state = singular_states(ratio, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
     status = words(state, PoseState).astype("<U200")
     for joint, where in reversed(list(still.items())):
-        lost = "stands still" if len(motion.drives.rates) == 1 else "has lost a direction"
-        status[where & (state == PoseState.SINGULAR_INVERSE)] = f"singular: input, joint {joint} {lost}"
+        lost = "is stationary" if len(motion.drives.rates) == 1 else "loses a degree of freedom"
+        status[where & (state == PoseState.SINGULAR_INVERSE)] = (
+            f"singular (inverse-kinematic, type I; joint {joint} {lost})"
+        )
     loose = state == PoseState.SINGULAR_DIRECT
     if loose.any():
         status[loose] = [
-            f"singular: output, joint {joint} moves with the drives held"
+            f"singular (direct-kinematic, type II; dead point of {joint})"
             for joint in loose_joints(motion, loose, least)
         ]
     closure = closure_states(motion.assembly.reached, motion.assembly.other)
@@ -123,7 +125,7 @@ def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, 
 
 
 def loose_joints(motion: Kinematics, chosen: Bools, least: Array) -> NDArray[np.str_]:
-    """The joint that moves with the drives held at each of the chosen poses, (k,)."""
+    """The joint that moves with the drives locked at each of the chosen poses, (k,)."""
     mechanism, shape = motion.mechanism, motion.assembly.shape
     state, parameters = (
         [np.broadcast_to(x, shape)[chosen] for x in entries]
@@ -210,7 +212,7 @@ def _around(motion: Kinematics) -> Kinematics:
         units = np.array([motion.mechanism.size if component[0] == "u" else 1.0 for component in components])
         steps = np.random.default_rng(place).uniform(-BESIDE, BESIDE, (PROBES, len(chosen)))
         steps[0] = 0.0
-        at = pair.at[..., chosen]
+        at = pair.reference[..., chosen]
         given = at + (steps * units).reshape(PROBES, *(1,) * len(linkage.shape), len(chosen))
         values[name] = given if len(chosen) > 1 else given[..., 0]
     return Kinematics.of(linkage, values, {}, {}, tolerance=motion.tolerance)

@@ -13,7 +13,7 @@ class PoseState(State):
 
     * ``REGULAR``
     * ``NEAR_DEAD_POINT``: all results hold, with fewer digits.
-    * ``SINGULAR_DIRECT``: a direct-kinematic singularity, of type II: something moves with the drives held, as in a
+    * ``SINGULAR_DIRECT``: a direct-kinematic singularity, of type II: something moves with the drives locked, as in a
       dead point or a change point.
     * ``SINGULAR_INVERSE``: an inverse-kinematic singularity, of type I: the drives move a joint's point in fewer
       directions than elsewhere. Results hold.
@@ -57,18 +57,18 @@ def closure_states(reached: NDArray[np.bool_], other: NDArray[np.bool_]) -> Stat
     return put(states, reached, PoseState.REGULAR)
 
 
-def singular_states(margin: NDArray[np.float64], near: float, singular: float, lost: NDArray[np.bool_]) -> States:
+def singular_states(ratio: NDArray[np.float64], near: float, singular: float, lost: NDArray[np.bool_]) -> States:
     """What the Jacobian says of each pose.
 
     Parameters
     ----------
-    margin
+    ratio
         How firmly the drives hold the pose, (...); NaN where it is not assembled.
     near, singular
         Below which it is near a dead point, and in one.
     lost
         Where a joint's point has lost a direction, (...).
     """
-    states = put(states_of(margin.shape, PoseState.REGULAR), lost, PoseState.SINGULAR_INVERSE)
-    states = put(states, margin < near, PoseState.NEAR_DEAD_POINT)
-    return put(states, margin < singular, PoseState.SINGULAR_DIRECT)
+    states = put(states_of(ratio.shape, PoseState.REGULAR), lost, PoseState.SINGULAR_INVERSE)
+    states = put(states, ratio < near, PoseState.NEAR_DEAD_POINT)
+    return put(states, ratio < singular, PoseState.SINGULAR_DIRECT)

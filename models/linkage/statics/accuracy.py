@@ -21,7 +21,7 @@ from .tangent import Tangent, is_loaded
 
 # Stations along a member at which its stress is taken.
 STATIONS = 13
-# A flexibility below this share of the greatest is that of a direction in which nothing gives way.
+# A compliance below this share of the greatest is that of a direction in which nothing deflects.
 RIGID = 1e-13
 
 
@@ -63,7 +63,7 @@ class PointAccuracy:
 
     @cached_property
     def clearance(self) -> Array:
-        """What the clearances add, each joint in contact as given, or where its force presses it, (..., 6)."""
+        """What the clearances add, each joint in contact as given, or along its force, (..., 6)."""
         return self.total - self.compliance
 
     @cached_property
@@ -139,11 +139,11 @@ def node_of(motion: FramedPoses, point: str, link: str | None) -> str:
     return motion.bare.nodes.of(*motion.linkage.end(point if link is None else (link, point), "the frame"))
 
 
-def flexibility(motion: FramedPoses, point: str, link: str | None) -> Array:
-    """Displacement of a point by unit loads on it, (..., 6, 6); see `Motion.flexibility`."""
+def compliance_matrix(motion: FramedPoses, point: str, link: str | None) -> Array:
+    """Displacement of a point by unit loads on it, (..., 6, 6); see `Motion.compliance_matrix`."""
     node = node_of(motion, point, link)
     if is_loaded(motion):
-        return Tangent(motion, cut=False).flexibility(node)
+        return Tangent(motion, cut=False).compliance_matrix(node)
     cases = frame(motion, loads=False)
     units = np.eye(6).reshape(6, *(1,) * len(cases.shape), 6)
     cases.load(node, **{name: units[..., k] for k, name in enumerate(FORCES)})
@@ -151,8 +151,8 @@ def flexibility(motion: FramedPoses, point: str, link: str | None) -> Array:
 
 
 def stiffness(motion: FramedPoses, point: str, link: str | None) -> Array:
-    """Inverse of the flexibility, (..., 6, 6); see `Motion.stiffness`."""
-    compliance = flexibility(motion, point, link)
+    """Inverse of the compliance matrix, (..., 6, 6); see `Motion.stiffness`."""
+    compliance = compliance_matrix(motion, point, link)
     compliance = 0.5 * (compliance + np.swapaxes(compliance, -1, -2))
     known = np.asarray(np.isfinite(compliance).all(axis=(-2, -1)))
     # Lengths and angles are brought to like size before the rank is judged.
@@ -162,8 +162,8 @@ def stiffness(motion: FramedPoses, point: str, link: str | None) -> Array:
     least = np.abs(np.linalg.eigvalsh(scaled)).min(axis=-1)
     if np.any(least <= RIGID):
         raise FrameError(
-            f"point {point!r} cannot give way in every direction, links and joints on its way are rigid: its stiffness "
-            "is infinite there; ask for its flexibility, or give them beams or springs"
+            f"point {point!r} cannot deflect in every direction, links and joints between it and the ground are rigid: "
+            "its stiffness is infinite there; ask for its compliance matrix, or give them beams or springs"
         )
     inverse = np.linalg.inv(scaled) / size[..., :, None] / size[..., None, :]
     return np.where(known[..., None, None], inverse, np.nan)

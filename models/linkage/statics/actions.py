@@ -60,7 +60,7 @@ def applied(motion: Kinematics) -> Iterator[Action]:
     for load in motion.linkage.loads:
         if load.link != GROUND:
             point = load.point or motion.linkage.links[load.link].points[0]
-            value = turned(motion.axes(load.link), load.value) if load.follows else load.value
+            value = turned(motion.axes(load.link), load.value) if load.follower else load.value
             yield Action(load.link, point, motion.position(point, load.link), value)
     for spring in motion.linkage.springs:
         line, force = tension(motion, spring)

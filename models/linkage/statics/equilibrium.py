@@ -82,7 +82,7 @@ class Equilibrium:
 
     @cached_property
     def size(self) -> float:
-        """Length by which moments are divided: half of what the drawing spans."""
+        """Length by which moments are divided: half of what the linkage spans."""
         points = np.concatenate([p.reshape(-1, 3) for p in self.motion.linkage.points.values()])
         return 0.5 * float(np.ptp(points, axis=0).max()) or 1.0
 

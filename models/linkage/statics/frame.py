@@ -1,4 +1,4 @@
-"""A linkage at every pose as a frame of beams, joints and springs, its drives held."""
+"""A linkage at every pose as a frame of beams, joints and springs, its drives locked."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from .inertia import inertia, is_given, without_mass
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
 
-# Components in which a joint's clearance leaves play, in its own axes.
-PLAY = {
+# Clearance directions of a joint, in its own axes.
+DIRECTIONS = {
     **dict.fromkeys(("revolute", "prismatic", "cylindrical", "screw"), ("ux", "uy")),
     **dict.fromkeys(("spherical", "universal", "fixed"), ("ux", "uy", "uz")),
     "planar": ("uz",),
@@ -72,7 +72,7 @@ def slacken(built: Frame, springs: list[str]) -> None:
 class Builder:
     """Makes the frame of a motion, without loads.
 
-    Poses that are not assembled are described as drawn, and left out.
+    Poses that are not assembled are described in the reference configuration, and left out.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ class Builder:
             stiffness,
             axes,
             clearance=gap,
-            play=PLAY[pair.kind.name] if np.any(gap) else None,
+            clearance_directions=DIRECTIONS[pair.kind.name] if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
         )
         first = self.nodes.guide(pair)
@@ -206,7 +206,8 @@ class Builder:
                 yield f"spring.{index}"
 
     def _there(self, values: Array, drawn: Array, trailing: int = 1) -> Array:
-        """Values, with as many `trailing` axes as they have components; as drawn where the pose is not assembled."""
+        """Values, with as many `trailing` axes as they have components; reference ones where a pose is not
+        assembled."""
         if not self.lost.any():
             return values
         return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), drawn, values)

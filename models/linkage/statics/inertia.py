@@ -30,9 +30,9 @@ class Inertia:
     mass
         Mass, (...).
     centre
-        Centre of mass as drawn, (..., 3).
+        Centre of mass in the reference configuration, (..., 3).
     tensor
-        Inertia about the centre of mass, in drawn axes, (..., 3, 3).
+        Inertia about the centre of mass, in global axes then, (..., 3, 3).
     """
 
     mass: Array

@@ -24,7 +24,8 @@ HUGE = 1e6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reactions:
-    """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces hold the linkage.
+    """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces keep the linkage in
+    equilibrium.
 
     Attributes
     ----------
@@ -205,7 +206,7 @@ def _compliant(motion: FramedPoses) -> bool:
 
 
 def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Wrenches and drive forces by joint, from the frame under all loads, its drives held."""
+    """Wrenches and drive forces by joint, from the frame under all loads, its drives locked."""
     linkage = motion.linkage
     solution = frame(motion, clearance=False, inertia=True, clamped=True).solve()
     wrenches, drives = {}, {}

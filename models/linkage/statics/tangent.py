@@ -56,7 +56,7 @@ class Tangent:
     stiffness
         (..., n, n).
     held
-        Poses that are assembled, and at which finite forces hold the linkage, (...).
+        Poses that are assembled, and at which finite forces keep the linkage in equilibrium, (...).
     """
 
     def __init__(self, motion: ClassifiedPoses, *, cut: bool) -> None:
@@ -64,16 +64,18 @@ class Tangent:
         clamped = Builder(motion, clearance=False, clamped=True)
         add_loads(clamped.frame, motion, clamped.nodes)
         rest = Solution(clamped.frame, Plan(clamped.frame, cut=cut))
-        self.held: NDArray[np.bool_] = among(rest.own_state, SolutionState.REGULAR, SolutionState.IDLE)
+        self.held: NDArray[np.bool_] = among(
+            rest.own_state, SolutionState.REGULAR, SolutionState.STATICALLY_CONSISTENT_MECHANISM
+        )
         with np.errstate(all="ignore"):  # of mechanisms
             loaded = geometric_stiffness(self.plan, rest.bounds.whole())
         loaded = np.where(self.held[..., None, None], loaded, 0.0)
         self.stiffness = dense.stiffness(self.plan) + loaded
 
-    def flexibility(self, node: str) -> Array:
+    def compliance_matrix(self, node: str) -> Array:
         """Displacement and rotation of a node by unit forces and moments, global, (..., 6, 6).
 
-        NaN where the linkage is not held, and in what moves without resistance.
+        NaN where the linkage is not locked, and in what is kinematically unstable.
         """
         at = self.plan.topology.number[self.plan.frame.aliases.get(node, node)]
         change = dense.global_substitution(self.plan, [at])
@@ -82,7 +84,7 @@ class Tangent:
         moved = change @ (root[..., :, None] * vectors)
         free = np.abs(values) <= zero_eigenvalue(values.shape[-1])
         out = (moved / np.where(free, np.inf, values)[..., None, :]) @ np.swapaxes(moved, -1, -2)
-        # what a free motion moves has no flexibility
+        # what a free motion moves has no compliance
         size = np.abs(moved).max(axis=-1, keepdims=True)
         lost = (free[..., None, :] & (np.abs(moved) > _STILL * size)).any(axis=-1)
         lost = lost[..., :, None] | lost[..., None, :] | ~self.held[..., None, None]

@@ -43,9 +43,8 @@ def check_driven(loops: Loops, parameters: Sequence[float], start: Pose) -> None
         if rest and _moves(speeds, pair.first, pair.second, pair.point):
             moving.append(f"{name} ({' and '.join(rest)} too)" if driven else name)
     raise FrameError(
-        f"{_number(count, 'freedom')} {'is' if count == 1 else 'are'} not driven, so that the drives "
-        f"({', '.join(linkage.drives)}) do not say where everything is: also drive "
-        f"{' or '.join(moving[:6])}"
+        f"underdetermined: {_number(count, 'degree')} of freedom {'has' if count == 1 else 'have'} no drive (driven: "
+        f"{', '.join(linkage.drives)}): also drive {' or '.join(moving[:6])}"
     )
 
 
@@ -102,9 +101,9 @@ def remedy(loops: Loops, gap: float) -> str:
     freedoms = columns - rank_of(np.array(matrix, dtype=np.float64).reshape(-1, columns), ALIKE)
     drives, taken = len(mechanism.driven), freedoms - free_motions(loops)
     if drives > taken:
-        return f"; {_number(drives, 'drive')} for {_number(taken, 'freedom')}: their values do not agree"
+        return f"; {_number(drives, 'drive')} for {_number(taken, 'degree')} of freedom: their values do not agree"
     if gap < ALIKE * mechanism.size:
-        return "; overconstrained: draw it with more digits, or let it have this gap with tolerance="
+        return "; overconstrained: give the points with more digits, or accept this gap with tolerance="
     return ""
 
 

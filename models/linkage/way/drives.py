@@ -106,11 +106,11 @@ def _states(
     chosen = [pair.kind.coordinates.index(component) for component in components]
     if pair.kind.name == "spherical" and len(chosen) < 3:
         raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")
-    given = pair.at[..., chosen] if value is None else _components(what, value, components)
+    given = pair.reference[..., chosen] if value is None else _components(what, value, components)
     joined(what, given.shape[:-1], shapes)
     shapes[what] = given.shape[:-1]
     if pair.kind.name == "spherical":
-        turned = quaternion_product(quaternion(given), quaternion(-pair.at))
+        turned = quaternion_product(quaternion(given), quaternion(-pair.reference))
         return [x.copy() for x in np.moveaxis(turned, -1, 0)]
-    moved = (given - pair.at[..., chosen]) / scales
+    moved = (given - pair.reference[..., chosen]) / scales
     return [x.copy() for x in np.moveaxis(moved, -1, 0)]

@@ -27,7 +27,7 @@ def middle_first(mechanism: Mechanism) -> list[list[float]]:
     if not shape:
         return [[float(x) for x in mechanism.parameters]]
     if 0 in shape:
-        raise FrameError(f"the linkage is drawn at no entries, its batch shape is {shape}: draw it at one at least")
+        raise FrameError(f"the batch shape of the linkage is {shape}, without entries: give its points at least one")
     away = np.zeros(shape)
     for value in mechanism.parameters:
         if isinstance(value, np.ndarray):
@@ -72,8 +72,8 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
         general = _general_rank(loops, state, nominal)
         if general > rank:
             raise FrameError(
-                "the linkage is drawn in a singular pose, where its drives do not say which way it goes: "
-                "draw it in another pose of the branch that is meant"
+                "the reference configuration is singular, so that the drives do not determine which way the linkage "
+                "goes: give the points of another pose of the branch that is meant"
             )
         loops = Loops(mechanism, rank, tolerance)
     jacobian = jacobian_at(loops, state, nominal)
@@ -81,7 +81,7 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
     loops.linear.order = order_of(loops.linear, jacobian)
     start = loops.close(state, nominal)
     if start is None:
-        raise FrameError("the linkage is drawn in a pose next to a singular one: draw it in another pose")
+        raise FrameError("the reference configuration is next to a singular one: give the points of another pose")
     return loops, start
 
 
@@ -103,8 +103,8 @@ def _closed_drawing(loops: Loops, nominal: Sequence[float]) -> list[float]:
 def not_assembled(joint: str, gap: float) -> FrameError:
     """What to say of a drawing with a gap, a length, at a joint."""
     return FrameError(
-        f"the drawing cannot be assembled: a gap of {gap:.3g} remains at joint {joint!r}: "
-        "draw the joint's axes in line, change the lengths, or let the gap be with tolerance="
+        f"the reference configuration cannot be assembled: a gap of {gap:.3g} remains at joint {joint!r}: "
+        "align the joint's axes, change the lengths, or accept the gap with tolerance="
     )
 
 

@@ -1,4 +1,4 @@
-"""Ends of members that hang on each other, so that what is stiff and short stands alone on its own coordinates."""
+"""Tree members (determinate): one end carries the other, so that what is stiff and short has coordinates of its own."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from .kinematics import KinematicEdge
 MEMBER = "member"
 
 
-def hanging(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[KinematicEdge]]:
-    """Members, stiffest first, of which one end can hang on the other, and their links.
+def tree_members(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[KinematicEdge]]:
+    """Members, stiffest first, of which one end can carry the other, and their links.
 
-    An end can that hangs on nothing yet, and on which the other does not hang. Frames with moving bodies, and with
-    coordinates that constraints determine, are left as they are; so are members whose rigid motion something resists.
+    An end can be carried that no other node carries yet, and that does not carry the other. Frames with moving bodies,
+    and with coordinates that constraints determine, are left as they are; so are members whose rigid motion something
+    resists.
     """
     topology = plan.topology
     if plan.tree.elimination.rows or plan.frame.bodies:
@@ -31,18 +32,18 @@ def hanging(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[Kin
         for at, piece in enumerate(each.pieces)
         if topology.pieces[piece].count == 1
     ]
-    hung = [each.hung.copy() for each in springs]
+    determinate = [each.determinate.copy() for each in springs]
     links = []
     for _, number, at in sorted(stiff, key=lambda one: -one[0]):
         start, end = (int(node) for node in springs[number].nodes[at])
         for parent, child, sign in ((start, end, 1), (end, start, -1)):
             if child not in parents and _root(parents, parent) != child:
                 parents[child] = parent
-                hung[number][at] = sign
+                determinate[number][at] = sign
                 reach = springs[number].level[..., at, 0, :] * springs[number].length[..., at, None]
                 links.append(KinematicEdge(_edge(parent, child), parent, child, 1.0, None, sign * reach))
                 break
-    return [replace(each, hung=own) for each, own in zip(springs, hung, strict=True)], links
+    return [replace(each, determinate=own) for each, own in zip(springs, determinate, strict=True)], links
 
 
 def _root(parents: dict[int, int], node: int) -> int:

@@ -1,4 +1,4 @@
-"""Components in which a joint has play: which they are where nobody says so, and which make no sense."""
+"""Clearance directions of a joint: the components in which it has clearance, by default and checked."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
 
 
 def radial(springs: Array) -> tuple[int, ...]:
-    """Components across which a bearing leaves play: the translations that it holds, but not along its only free axis.
+    """Clearance directions of a bearing: the translations that it constrains, but not along its only free axis.
 
-    A revolute or cylindrical joint about z has play in ``ux uy``, a spherical one in ``ux uy uz``, a slider along x in
-    ``uy uz``. What is free (stiffness 0 throughout) needs no play.
+    A revolute or cylindrical joint about z has clearance in ``ux uy``, a spherical one in ``ux uy uz``, a slider along
+    x in ``uy uz``. What is free (stiffness 0 throughout) has no clearance.
     """
     held = np.any(springs.reshape(-1, 6) > 0.0, axis=0).tolist()
     turning = [k - 3 for k in ROTATIONS if not held[k]]
@@ -25,8 +25,8 @@ def radial(springs: Array) -> tuple[int, ...]:
     return tuple(k for k in TRANSLATIONS if held[k] and k not in along)
 
 
-def checked_play(springs: Array, names: str | Sequence[str] | None) -> tuple[int, ...]:
-    """Indices of the components in `names`, or of `radial` play where None.
+def checked_directions(springs: Array, names: str | Sequence[str] | None) -> tuple[int, ...]:
+    """Indices of the components in `names`, or those of `radial` where None.
 
     Raises
     ------
@@ -38,13 +38,21 @@ def checked_play(springs: Array, names: str | Sequence[str] | None) -> tuple[int
     found = radial(springs) if names is None else tuple(sorted({component(name) for name in names}))
     told = " ".join(DISPLACEMENTS[k] for k in found)
     if not found:
-        raise FrameError("Joint: clearance, but no translation is held; name components, such as play=('ux', 'uy')")
+        raise FrameError(
+            "Joint: clearance, but no translation is constrained; name components, such as "
+            "clearance_directions=('ux', 'uy')"
+        )
     if not (set(found) <= set(TRANSLATIONS) or set(found) <= set(ROTATIONS)):
-        raise FrameError(f"Joint: play in {told} mixes lengths and angles; give translations or rotations")
+        raise FrameError(f"Joint: clearance in {told} mixes lengths and angles; give translations or rotations")
     own = springs[..., list(found)]
     if not np.all(own > 0.0):
-        raise FrameError(f"Joint: play in {told}, where a stiffness is 0; what is free needs no play: leave it out")
+        raise FrameError(
+            f"Joint: clearance given in a free direction of {told}, where the stiffness is 0; leave it out"
+        )
     if not np.all(own == own[..., :1]):
         unequal = own[np.any(own != own[..., :1], axis=-1)][0]
-        raise FrameError(f"Joint: play in {told} needs one contact stiffness, not {unequal}; name others by play=")
+        raise FrameError(
+            f"Joint: clearance in {told} needs one contact stiffness, not {unequal}; name others by "
+            "clearance_directions="
+        )
     return found
