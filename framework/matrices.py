@@ -93,7 +93,7 @@ class FrameMatrices:
         Raises
         ------
         FrameError
-            Where the loads move the frame without resistance.
+            Where the frame is kinematically unstable.
         """
         return self._geometric()
 
@@ -185,9 +185,7 @@ class _Assembly:
     def _geometric(self) -> scipy.sparse.csr_matrix:
         solution = Solution(self.plan.frame, self.plan)
         if solution.own_state[self.entry] == SolutionState.MECHANISM:
-            raise FrameError(
-                f"matrices: the loads move the frame without resistance: {solution.mechanism(*self.entry)}"
-            )
+            raise FrameError(f"matrices: the frame is kinematically unstable: {solution.mechanism(*self.entry)}")
         where, state = next((at, state) for at, state in solution.bounds.states() if self._within(at))
         local = tuple(k - part.indices(n)[0] for k, part, n in zip(self.entry, where, solution.shape, strict=True))
         stacks: list[Stack] = []

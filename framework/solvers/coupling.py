@@ -13,9 +13,8 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..batched.stage import Forces
 from ..structure.group import Group
@@ -157,8 +156,8 @@ class Coupling:
         """Connected component of each unknown, (n,)."""
         stiff = self.terms.high < self.size
         pairs = self.terms.low[stiff], self.terms.high[stiff]
-        graph = csr_matrix((np.ones(len(pairs[0]), dtype=bool), pairs), shape=(self.size, self.size))
-        return connected_components(graph, directed=False)[1].astype(np.int64)
+        graph = scipy.sparse.csr_matrix((np.ones(len(pairs[0]), dtype=bool), pairs), shape=(self.size, self.size))
+        return scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
     @cached_property
     def loaded(self) -> Mask:
@@ -241,11 +240,11 @@ class Coupling:
         return tuple(part[kept] for part in parts)
 
     @property
-    def transformation(self) -> csr_matrix:
+    def transformation(self) -> scipy.sparse.csr_matrix:
         """T and G side by side: displacements, those of springs and the known numbers by unknowns and known numbers,
         where no factor varies."""
         start, column, share, _ = self._rows
-        return csr_matrix((share, column, start), shape=(len(start) - 1, self.size + self.knowns))
+        return scipy.sparse.csr_matrix((share, column, start), shape=(len(start) - 1, self.size + self.knowns))
 
     # -- what they are sums of ----------------------------------------------------------------------------------------
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from ..batch import Array, Shape, aligned
 from ..structure.group import Group
@@ -88,8 +88,8 @@ class _Sum:
     """
 
     block: Block
-    whole: csr_matrix | None
-    each: csr_matrix | None
+    whole: scipy.sparse.csr_matrix | None
+    each: scipy.sparse.csr_matrix | None
     terms: Terms
 
 
@@ -117,15 +117,19 @@ class Sums:
             whole = self._whole(block, terms.at(plain), target[plain])
             rest = mine & ~plain
             own, size = terms.at(rest), int(rest.sum())
-            each = csr_matrix((own.factor, (target[rest], np.arange(size))), shape=(count, size)) if size else None
+            each = (
+                scipy.sparse.csr_matrix((own.factor, (target[rest], np.arange(size))), shape=(count, size))
+                if size
+                else None
+            )
             if whole is not None or each is not None:
                 self.parts.append(_Sum(block, whole, each, own))
 
-    def _whole(self, block: Block, terms: Terms, target: Index) -> csr_matrix | None:
+    def _whole(self, block: Block, terms: Terms, target: Index) -> scipy.sparse.csr_matrix | None:
         if not len(target):
             return None
         shape = self.count, block.count
-        return csr_matrix((terms.factor, (target, terms.source - block.first)), shape=shape)
+        return scipy.sparse.csr_matrix((terms.factor, (target, terms.source - block.first)), shape=shape)
 
     @cached_property
     def constant(self) -> Array:

@@ -41,7 +41,7 @@ def varying(plan: Loaded) -> list[Value]:
     frame, grid = plan.frame, plan.grid
     along = [array for loads in frame.member_loads.values() for load in loads for array in load.forces]
     along += [] if frame.weight is None else [frame.weight]
-    if plan.knowns.geometry or any(set(array.shape[:-1]) > {1} for array in along):
+    if plan.knowns.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
         return []
     given = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
     return [*plan.imposed, *(value for value in given if grid.mask(value))]

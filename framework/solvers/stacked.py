@@ -30,6 +30,8 @@ _Kind = TypeVar("_Kind", np.bool_, np.float64)
 _ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
 # Relative error of a solution from which on it is refined, as a random load tells it; what is left then; steps at most.
 ROUGH, _FINE, _STEPS = 2e-13, 1e-15, 5
+# Share of the solution that the last step of refinement may change.
+_LOST = 1e-9
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -280,7 +282,8 @@ class _Solved:
             factor.solve(values)
             values *= factor.root[:, None]
             values[self.singular[matrices]] = np.nan
-        hard = np.flatnonzero((self.rough[matrices] > ROUGH) & ~self.singular[matrices])
+        unsure = np.isin(np.arange(len(matrices)), list(factor.instead))
+        hard = np.flatnonzero(((self.rough[matrices] > ROUGH) | unsure) & ~self.singular[matrices])
         if len(hard) and len(columns):
             with timed(self.plan.times, "refinement"):
                 self._refine(matrices, columns, hard, factor, right, values)
@@ -335,9 +338,14 @@ class _Solved:
                 change *= root
                 for entry, load in zip(some.tolist(), change, strict=True):
                     factor.solve_one(entry, load)
+                moved = np.abs(change).max(axis=(-2, -1))
                 change *= root
                 found = found + np.where(np.isfinite(change), change, 0.0)
             values[some] = found.astype(np.float64)
+            # steps that do not end tell that of the matrix nothing but rounding is left in some direction
+            lost = ~(moved <= _LOST * np.abs(values[some] / root).max(axis=(-2, -1)))
+            self.singular[matrices[some[lost]]] = True
+            values[some[lost]] = np.nan
 
     @cached_property
     def _deformations(self) -> Deformations | None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpbtrf, dpbtrs
-from scipy.sparse import coo_matrix, csr_matrix, diags
 
 from ..batch import Array
 from ..structure.topology import Index
@@ -103,19 +102,21 @@ class StackedFactor:
         self.band = np.zeros((count, bands.size * bands.width))
         self.band[:, bands.position] = values.T
         self.instead: dict[int, LUFactor] = {}
+        self.indefinite: dict[int, scipy.sparse.csr_matrix] = {}
         for entry in range(count):
-            _, info = dpbtrf(self._of(entry), lower=1, overwrite_ab=1)
+            _, info = scipy.linalg.lapack.dpbtrf(self._of(entry), lower=1, overwrite_ab=1)
             if info:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
-                self.instead[entry] = LUFactor(self._sparse(values[:, entry]))
+                self.indefinite[entry] = self._sparse(values[:, entry])
+                self.instead[entry] = LUFactor(self.indefinite[entry])
 
     def _of(self, entry: int) -> Array:
         band: Array = self.band[entry].reshape(self.bands.size, self.bands.width).T
         return band
 
-    def _sparse(self, values: Array) -> csr_matrix:
+    def _sparse(self, values: Array) -> scipy.sparse.csr_matrix:
         row, column = self.bands.row, self.bands.column
-        lower = coo_matrix((values, (row, column)), shape=(self.bands.size,) * 2).tocsr()
-        return csr_matrix(lower + lower.T - diags(lower.diagonal()))
+        lower = scipy.sparse.coo_matrix((values, (row, column)), shape=(self.bands.size,) * 2).tocsr()
+        return scipy.sparse.csr_matrix(lower + lower.T - scipy.sparse.diags(lower.diagonal()))
 
     def solve(self, loads: Array) -> None:
         """Solve in place with the scaled matrices for loads (m, k, size); NaN where a pivot is zero."""
@@ -125,7 +126,7 @@ class StackedFactor:
     def solve_one(self, entry: int, load: Array) -> None:
         """For loads (k, size) at one entry, in place."""
         if entry not in self.instead:
-            dpbtrs(self._of(entry), load.T, lower=1, overwrite_b=1)
+            scipy.linalg.lapack.dpbtrs(self._of(entry), load.T, lower=1, overwrite_b=1)
             return
         factor = self.instead[entry]
         found = factor.unscaled(factor.root[:, None] * load.T)
@@ -146,11 +147,11 @@ class StackedFactor:
         growth = np.linalg.norm(found, axis=1)
         singular = np.zeros(count, dtype=bool)
         for entry in np.flatnonzero(~(growth < SUSPECT / zero)).tolist():
-            if entry in self.instead:
-                singular[entry] = self.instead[entry].singular
-            else:
-                growth[entry] = self._least(entry, found[entry])
-                singular[entry] = not 1.0 / growth[entry] > zero
+            growth[entry] = self._least(entry, found[entry])
+        for entry, matrix in self.indefinite.items():
+            # LU without pivots of its own choice may hide that nothing but rounding is left
+            growth[entry] = 1.0 / max(np.abs(np.linalg.eigvalsh(matrix.toarray())).min(), np.finfo(float).tiny)
+        singular |= ~(1.0 / growth > zero)
         return Singularity(growth, singular)
 
     def _least(self, entry: int, vector: Array) -> float:

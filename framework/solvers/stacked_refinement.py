@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csr_matrix
 
 from ..batch import Array
 from ..batched.plan import Plan
@@ -55,13 +55,16 @@ class Deformations:
         parts = [self._of_members(plan, picked), self._of_joints(plan)]
         data, row, column = (np.concatenate(each) for each in zip(*parts, strict=True))
         count, change = self.coupling.blocks[-1].first, self.coupling.transformation
-        local = coo_matrix((data, (row, column)), shape=(count, change.shape[0])).tocsr()
-        whole = csr_matrix(local @ change.astype(Extended))
+        local = scipy.sparse.coo_matrix((data, (row, column)), shape=(count, change.shape[0])).tocsr()
+        whole = scipy.sparse.csr_matrix(local @ change.astype(Extended))
         size = self.coupling.size
         unknown, known = whole[:, :size][:, np.flatnonzero(loaded)], whole[:, size:]
         self.acting: Index = np.flatnonzero(np.diff(unknown.indptr))
-        self.by_unknowns, self.by_knowns = csr_matrix(unknown[self.acting]), csr_matrix(known[self.acting])
-        self.back = csr_matrix(self.by_unknowns.astype(np.float64).T)
+        self.by_unknowns, self.by_knowns = (
+            scipy.sparse.csr_matrix(unknown[self.acting]),
+            scipy.sparse.csr_matrix(known[self.acting]),
+        )
+        self.back = scipy.sparse.csr_matrix(self.by_unknowns.astype(np.float64).T)
 
     def _of_members(self, plan: Plan, picked: Picked) -> tuple[Real, Index, Index]:
         out: list[tuple[Real, Index, Index]] = [(extended(np.zeros(0)), *(np.zeros(0, dtype=np.int64),) * 2)]

@@ -184,14 +184,15 @@ class Outcome(ABC):
     def marked_status(self) -> NDArray[np.str_]:
         """`status`, marked where what linear mechanics says does not hold.
 
-        ``"beyond linear: off by 20 %"`` where that goes for the nominal displacements already, and ``"beyond linear:
+        ``"outside the linear range: estimated error 20 %"`` where that goes for the nominal displacements already, and
+        ``"outside the linear range: estimated error
         off by 20 % of the spread"`` where the samples' mean and standard deviation differ from those at large
         displacement.
         """
         by_load = self.regular & ~(self.nonlinearity < LINEAR)
         by_spread = self.regular & (self.apart > APART)
         loads = [beyond_linear(each) for each in self.nonlinearity]
-        spreads = [f"beyond linear: off by {100 * each:.2g} % of the spread" for each in self.apart]
+        spreads = [f"outside the linear range: estimated error {100 * each:.2g} % of the spread" for each in self.apart]
         return np.where(by_load, loads, np.where(by_spread, spreads, self.status))
 
 

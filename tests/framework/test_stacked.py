@@ -139,7 +139,7 @@ def test_mechanisms_are_told_entry_by_entry() -> None:
     frame.load("end", fz=-1.0)
     solution = frame.solve()
     assert isinstance(solution.solver, StackedSolver)
-    with pytest.warns(UserWarning, match=r"2 of 4 batch entries can move without resistance"):
+    with pytest.warns(UserWarning, match=r"2 of 4 batch entries are kinematically unstable"):
         found = solution.displacement("end")
     assert solution.status.tolist() == ["regular", "mechanism", "regular", "mechanism"]
     np.testing.assert_array_equal(np.isnan(found).any(axis=-1), turning == 0.0)
