@@ -78,6 +78,6 @@ def test_a_linkage_knows_more() -> None:
     linkage = four_bar.linkage(1.0)
     limit = np.arccos((3.0**2 + 4.0**2 - 6.0**2) / (2.0 * 3.0 * 4.0))
     assert_allclose(linkage.drive_range("A").upper, limit, rtol=1e-12)
-    assert linkage.mobility().true == 1
+    assert linkage.mobility().actual == 1
     with pytest.raises(FrameError, match="cannot be assembled"):
         four_bar.linkage(limit + 0.01)

@@ -467,7 +467,7 @@ class Joining(Sketch):
         >>> linkage.link("arm", "A", "B"); linkage.link("tool", "B", "C")
         >>> linkage.revolute("A", "ground", "arm", drive=True)
         >>> linkage.fixed("B", "arm", "tool", stiffness=(1e8, 1e8, 1e8, 1e4, 1e4, 1e4))
-        >>> linkage.mobility().true
+        >>> linkage.mobility().actual
         1
         """
         self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, 0.0, replace)

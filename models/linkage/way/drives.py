@@ -100,9 +100,9 @@ def _states(
     pair: Pair, components: tuple[str, ...], value: ArrayLike | None, scales: list[float], shapes: dict[str, Shape]
 ) -> list[Array]:
     what = f"value of joint {pair.name!r}"
-    if isinstance(value, float) and pair.at.shape == (1,) and math.isfinite(value):
+    if isinstance(value, float) and pair.reference.shape == (1,) and math.isfinite(value):
         shapes[what] = ()
-        return [np.asarray((value - pair.at[0]) / scales[0])]
+        return [np.asarray((value - pair.reference[0]) / scales[0])]
     chosen = [pair.kind.coordinates.index(component) for component in components]
     if pair.kind.name == "spherical" and len(chosen) < 3:
         raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")
