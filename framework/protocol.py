@@ -606,8 +606,7 @@ class JointElement(ABC):
         """
 
     def resistance(self, displacement: Array, pick: Change) -> tuple[Array, Array, Array]:
-        """Energy, force and tangent at a displacement in the joint's axes: springs, and contact in the clearance
-        directions.
+        """Energy, force and tangent at a displacement in the joint's axes: of springs, and of contact in clearances.
 
         A joint of another law overrides this; large displacement then follows it in place of the springs of all
         components that are not ideal. Forces must be the gradient of the energy, and the tangent its second derivative

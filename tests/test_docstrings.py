@@ -36,8 +36,8 @@ ENTRY_POINTS = {
     "free_motion joint_displacement joint_force nonlinearity reaction refined save sensitivity stress",
     "Linkage": "cylindrical dead_points drive drive_range fixed gravity link load mobility move planar point prismatic "
     "revolute screw spherical spring torque universal",
-    "Motion": "accuracy coordinate flexibility frame free_accelerations frequencies kinetic_energy position reactions "
-    "save stiffness stress transmission_angle velocity",
+    "Motion": "accuracy compliance_matrix coordinate frame free_accelerations frequencies kinetic_energy position "
+    "reactions save stiffness stress transmission_angle velocity",
     "FourBar": "assembles gap move singular",
     "FourBarMotion": "angle frame position reactions velocity",
 }

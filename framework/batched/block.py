@@ -27,7 +27,7 @@ from ..structure.varying import Varying
 from .chunks import held, large_masks, steps
 from .order import Order
 from .progress import Masks, PartialFactorisation, Springs, Wanted
-from .replay import Elimination
+from .replay import RecordedElimination
 from .stage import Forces, Matrix, Stage
 from .tail import Remainder
 
@@ -184,7 +184,7 @@ class BlockFactor:
         block = self.block
         if block.grid.sizes[-1] == 1 and not block.varying:
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
-            return Elimination(block.orders, *given).carried_out(self._masks, block.knowns)
+            return RecordedElimination(block.orders, *given).carried_out(self._masks, block.knowns)
         stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
         progress = PartialFactorisation(
             block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks

@@ -31,7 +31,7 @@ _MOST = 20_000
 _FEW = 3
 
 
-class Elimination:
+class RecordedElimination:
     """The numbers of a component that go into its elimination, and where each stands.
 
     Parameters
@@ -106,7 +106,7 @@ class Elimination:
             yield from (value for value in factors.values() if not _unit(value))
             yield stiffness
 
-    def mapped(self, change: Callable[[Value], Value]) -> Elimination:
+    def mapped(self, change: Callable[[Value], Value]) -> RecordedElimination:
         """The same with `change` applied to each of the numbers, in turn."""
         matrix: Matrix = {i: {} for i in self.matrix}
         for i, row in self.matrix.items():
@@ -119,7 +119,7 @@ class Elimination:
         scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
         rows = {a: _row(row, change) for a, row in self.rows.items()}
         springs = [(_row(row, change), change(stiffness)) for row, stiffness in self.springs]
-        return Elimination(self.orders, matrix, forces, scale, rows, springs)
+        return RecordedElimination(self.orders, matrix, forces, scale, rows, springs)
 
 
 class _Recorded:
@@ -129,7 +129,7 @@ class _Recorded:
         self.met = 0
         self.made: tuple[list[Operations], list[Value], PartialFactorisation] | None = None
 
-    def replayed(self, given: Elimination, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
+    def replayed(self, given: RecordedElimination, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
         """Both stages of a component: as ever the first few times, from the list the later ones."""
         self.met += 1
         if self.met <= _FEW:
@@ -158,7 +158,9 @@ class _Recorded:
             knowns=knowns,
         )
 
-    def _record(self, given: Elimination, masks: Masks) -> tuple[list[Operations], list[Value], PartialFactorisation]:
+    def _record(
+        self, given: RecordedElimination, masks: Masks
+    ) -> tuple[list[Operations], list[Value], PartialFactorisation]:
         recording = Recording()
         terms = given.mapped(lambda value: recording.later(0))
         progress = terms._plainly(masks, [])

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cache import KERNELS
-from .program import Operation, Program, Step
+from .program import Operation, Program, ProgramStep
 
 # Batch entries in a register; LLVM splits it where the processor's are shorter.
 WIDTH = 8
@@ -137,7 +137,7 @@ def _text(
     yield "end:\n  ret void\n}"
 
 
-def _step(program: Program, k: int, step: Step) -> Iterator[str]:
+def _step(program: Program, k: int, step: ProgramStep) -> Iterator[str]:
     a, *others = (_operand(program, each) for each in step.operands)
     if step.operation in _NAMES:
         yield f"  %v{k} = {_NAMES[step.operation]} {_V} {a}, {others[0]}"

@@ -27,7 +27,7 @@ class Operation(IntEnum):
 NONE = -1
 
 
-class Step(NamedTuple):
+class ProgramStep(NamedTuple):
     """An operation on the values of these numbers. The step makes the value whose number follows that of the last."""
 
     operation: Operation
@@ -85,7 +85,7 @@ class Program:
 
     given: int
     constants: tuple[float, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[ProgramStep, ...]
     masks: tuple[int, ...]
     outputs: tuple[int, ...]
     products: tuple[Products, ...] = ()

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..batch import Same
 from ..structure.parts import Value
-from .program import NONE, Operation, Products, Program, Step
+from .program import NONE, Operation, Products, Program, ProgramStep
 
 _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
@@ -236,7 +236,7 @@ class Recording:
         program = Program(
             given=len(given),
             constants=tuple(cast(float, self._made[k]) for k in constants),
-            steps=tuple(Step(o, new[a], new[b], new[c]) for o, a, b, c in map(made.__getitem__, steps)),
+            steps=tuple(ProgramStep(o, new[a], new[b], new[c]) for o, a, b, c in map(made.__getitem__, steps)),
             masks=tuple(map(self.masks.__getitem__, [*given, *constants, *steps])),
             outputs=tuple(new[k] for k in asked),
             products=tuple(self._renumbered(new, len(given) + len(constants))),

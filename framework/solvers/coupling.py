@@ -30,7 +30,7 @@ _TWELVE = np.triu_indices(12)
 
 
 @dataclass(frozen=True)
-class Block:
+class EvaluatedBlock:
     """Numbers that are evaluated together: the stiffness of a stack of members, the springs, or the loads.
 
     Attributes
@@ -140,7 +140,7 @@ class Coupling:
         self.factors: list[Value] = []
         dofs = 6 * len(topology.number)
         self._rows = self._transformation(dofs, tree, unknown)
-        self.blocks: list[Block] = []
+        self.blocks: list[EvaluatedBlock] = []
         found = [self._of_group(group) for group in topology.groups]
         found.append(self._of_springs(dofs, [spring.stiffness for spring in tree.springs]))
         found.append(self._of_loads(dofs + len(tree.springs), forces))
@@ -302,9 +302,9 @@ class Coupling:
 
     def _block(
         self, count: int, group: Group | None, rows: NDArray[np.float64] | None, values: Sequence[Value], mask: int
-    ) -> Block:
+    ) -> EvaluatedBlock:
         before = self.blocks[-1].first + self.blocks[-1].count if self.blocks else 0
-        self.blocks.append(Block(before, count, group, rows, values, mask))
+        self.blocks.append(EvaluatedBlock(before, count, group, rows, values, mask))
         return self.blocks[-1]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .coupling import Block, Coupling
+from .coupling import Coupling, EvaluatedBlock
 from .graph import Graph
 
 # Seconds of the broadcasting elimination: at all, for a member, for an operation; for an entry of the batch for a
@@ -66,11 +66,11 @@ def banded(coupling: Coupling, graph: Graph) -> float:
     return float(seconds)
 
 
-def _members(coupling: Coupling) -> list[Block]:
+def _members(coupling: Coupling) -> list[EvaluatedBlock]:
     return [block for block in coupling.blocks if block.group is not None]
 
 
-def _count(block: Block) -> int:
+def _count(block: EvaluatedBlock) -> int:
     return 0 if block.group is None else len(block.group.pieces)
 
 

@@ -13,7 +13,7 @@ from ..batch import Array, Shape, aligned
 from ..structure.group import Group
 from ..structure.parts import Value
 from ..structure.topology import Index
-from .coupling import Block, Coupling, Terms
+from .coupling import Coupling, EvaluatedBlock, Terms
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class _Sum:
         (targets, terms), with the terms' numbers in the block and their varying factors.
     """
 
-    block: Block
+    block: EvaluatedBlock
     whole: scipy.sparse.csr_matrix | None
     each: scipy.sparse.csr_matrix | None
     terms: Terms
@@ -125,7 +125,7 @@ class Sums:
             if whole is not None or each is not None:
                 self.parts.append(_Sum(block, whole, each, own))
 
-    def _whole(self, block: Block, terms: Terms, target: Index) -> scipy.sparse.csr_matrix | None:
+    def _whole(self, block: EvaluatedBlock, terms: Terms, target: Index) -> scipy.sparse.csr_matrix | None:
         if not len(target):
             return None
         shape = self.count, block.count
@@ -159,7 +159,7 @@ class Sums:
         return out
 
 
-def _weighed(terms: Terms, block: Block, numbers: Array, factors: Array) -> NDArray[np.float64]:
+def _weighed(terms: Terms, block: EvaluatedBlock, numbers: Array, factors: Array) -> NDArray[np.float64]:
     """Terms with their varying factors, (terms, m)."""
     taken: Array = numbers[terms.source - block.first]
     for each in (terms.first, terms.second):
@@ -167,7 +167,7 @@ def _weighed(terms: Terms, block: Block, numbers: Array, factors: Array) -> NDAr
     return np.ascontiguousarray(np.broadcast_to(taken, (len(taken), factors.shape[1])))
 
 
-def numbers_of(block: Block, picked: Picked) -> Array:
+def numbers_of(block: EvaluatedBlock, picked: Picked) -> Array:
     """Numbers of a block at some entries, (count, m or 1)."""
     if block.group is None:
         return picked.of_values(list(block.values))

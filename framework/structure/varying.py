@@ -49,7 +49,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Piece:
+class VaryingMember:
     """What is known of a piece beforehand.
 
     Attributes
@@ -64,7 +64,7 @@ class Piece:
     codes: list[list[int]]
     entries: list[Entry]
 
-    def widened(self, most: int, large: Sequence[bool]) -> Piece:
+    def widened(self, most: int, large: Sequence[bool]) -> VaryingMember:
         """The piece, each entry that is not left to the chunks counted as varying over the axes of `most`."""
         wide = [each if large[each.mask] else replace(each, mask=each.mask | most) for each in self.entries]
         return replace(self, entries=wide)
@@ -83,7 +83,7 @@ class Varying:
     """
 
     grid: Grid
-    groups: Sequence[tuple[Group, list[Piece]]]
+    groups: Sequence[tuple[Group, list[VaryingMember]]]
 
     @classmethod
     def of(cls, groups: Iterable[Group], grid: Grid, large: Sequence[bool]) -> Varying:
@@ -123,7 +123,7 @@ class Varying:
             at = [k for k, entries in enumerate(kept) if entries]
             if at:
                 some = group.part(np.array(at)) if len(at) < len(pieces) else group
-                groups.append((some, [Piece(pieces[k].codes, kept[k]) for k in at]))
+                groups.append((some, [VaryingMember(pieces[k].codes, kept[k]) for k in at]))
         return Varying(self.grid, groups) if groups else None
 
     @property
@@ -187,7 +187,7 @@ def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
     ]
 
 
-def _pieces(group: Group, grid: Grid) -> list[Piece]:
+def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
     """The pieces, with the entries that are not zero all over the batch."""
     axis, slices = grid.slices(_CHUNK)
     found: list[list[NDArray[np.int64]]] = []
@@ -202,7 +202,9 @@ def _pieces(group: Group, grid: Grid) -> list[Piece]:
                 if number[0].size > 1 and not codes[k].all():
                     codes[k] |= _codes(number, grid)
     each = zip(*(np.stack(codes, axis=-1).tolist() for codes in found), strict=True)
-    return [Piece(list(codes), _pairs(dofs, *codes)) for dofs, codes in zip(group.dofs.tolist(), each, strict=True)]
+    return [
+        VaryingMember(list(codes), _pairs(dofs, *codes)) for dofs, codes in zip(group.dofs.tolist(), each, strict=True)
+    ]
 
 
 def _codes(number: Array, grid: Grid) -> NDArray[np.int64]:

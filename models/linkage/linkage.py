@@ -146,7 +146,7 @@ class Linkage(LinkageDescription):
         return Motion.of(self, *numbers, branch, tolerance, other_modes)
 
     def mobility(self, tolerance: float = 0.0, entry: int | tuple[int, ...] | None = None) -> Mobility:
-        """Degrees of freedom of the linkage: counted by Grübler and Kutzbach, and actual; see `mobility.mobility`.
+        """Count the degrees of freedom, by Grübler and Kutzbach, and actual; see `mobility.mobility`.
 
         Parameters
         ----------

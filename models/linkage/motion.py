@@ -458,7 +458,7 @@ class Motion(FramedPoses):
         >>> linkage = Linkage(A=(0, 0), B=(1, 0))
         >>> linkage.link("arm", "A", "B", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
         >>> linkage.revolute("A", "ground", "arm", drive=True)
-        >>> float(linkage.move(A=0.0).flexibility("B")[1, 1].round(12))
+        >>> float(linkage.move(A=0.0).compliance_matrix("B")[1, 1].round(12))
         0.00025
         """
         return compliance_matrix(self, point, link)

@@ -109,7 +109,7 @@ def test_a_mechanism_says_what_moves(case: str) -> None:
     """Status "mechanism", the moving nodes and directions by name, NaN results, one MechanismWarning."""
     build, nodes, directions = CASES[case]
     solution = build().solve()
-    with pytest.warns(MechanismWarning, match="mechanism|move") as caught:
+    with pytest.warns(MechanismWarning, match="kinematically unstable") as caught:
         displacement = solution.displacement(nodes[0])
     assert len(caught) == 1
     assert solution.status == "mechanism"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from linkframe.models.linkage.kinematics import equations
 from linkframe.models.linkage.kinematics.elimination import Eliminated, order_of
 from linkframe.models.linkage.kinematics.linear import Linear
-from linkframe.models.linkage.kinematics.tape import Tape, Term
+from linkframe.models.linkage.kinematics.tape import Tape, TapeTerm
 
 
 @settings(max_examples=30, deadline=None)
@@ -26,8 +26,8 @@ def test_solutions_and_determinants_are_those_of_the_matrix(seed: int, size: int
         return
     tape = Tape()
     names = [f"p{k}" for k in range(size * size)]
-    terms = [Term(tape, name) if there else 0.0 for name, there in zip(names, pattern.ravel(), strict=True)]
-    sides = [[Term(tape, f"s{k * size + i}") for i in range(size)] for k in range(2)]
+    terms = [TapeTerm(tape, name) if there else 0.0 for name, there in zip(names, pattern.ravel(), strict=True)]
+    sides = [[TapeTerm(tape, f"s{k * size + i}") for i in range(size)] for k in range(2)]
     found = Eliminated(linear, order, terms, sides)
     flat = [x for solution in found.solutions for x in solution]
     inputs = [[f"s{k}" for k in range(2 * size)], names]

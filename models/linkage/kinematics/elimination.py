@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from .linear import Linear
-from .tape import Scalar, Term
+from .tape import Scalar, TapeTerm
 
 # A pivot is at least this share of the largest entry of its row and column in the pose that gives the order.
 SHARE = 0.2
@@ -27,14 +27,14 @@ Matrix = list[list[Scalar]]
 
 
 @dataclass(frozen=True, eq=False)
-class Order:
+class PivotOrder:
     """In which order blocks of equations are eliminated: of each its pivots, row and column, and their sizes."""
 
     pivots: list[Pivots]
     sizes: list[list[float]]
 
 
-def order_of(linear: Linear, jacobian: Array) -> Order | None:
+def order_of(linear: Linear, jacobian: Array) -> PivotOrder | None:
     """The order of elimination at one matrix (m, n); None where elimination without a choice does not serve."""
     if linear.compact or not linear.square:
         return None
@@ -42,7 +42,7 @@ def order_of(linear: Linear, jacobian: Array) -> Order | None:
     known = [each for each in found if each is not None]
     if len(known) < len(found) or sum(work for _, _, work in known) > MOST:
         return None
-    return Order([pivots for pivots, _, _ in known], [sizes for _, sizes, _ in known])
+    return PivotOrder([pivots for pivots, _, _ in known], [sizes for _, sizes, _ in known])
 
 
 def _pivots(matrix: Array, pattern: NDArray[np.bool_]) -> tuple[Pivots, list[float], int] | None:
@@ -95,7 +95,7 @@ class Eliminated:
     """
 
     def __init__(
-        self, linear: Linear, order: Order, entries: Sequence[Scalar], rights: Sequence[Sequence[Scalar]]
+        self, linear: Linear, order: PivotOrder, entries: Sequence[Scalar], rights: Sequence[Sequence[Scalar]]
     ) -> None:
         self.solutions: list[list[Scalar]] = [[0.0] * linear.columns for _ in rights]
         self.determinants: list[Scalar] = []
@@ -157,7 +157,7 @@ def _dot(one: Sequence[Scalar], other: Sequence[Scalar]) -> Scalar:
 
 
 def _nothing(x: Scalar) -> bool:
-    return not isinstance(x, Term) and x == 0.0
+    return not isinstance(x, TapeTerm) and x == 0.0
 
 
 def _sign(pivots: Pivots) -> float:

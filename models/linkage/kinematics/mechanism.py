@@ -18,7 +18,7 @@ from .bodies import Column, MovingLink
 from .closure import closing_bias, closing_rows
 from .linear import Pattern
 from .rates import Rates, rates_of
-from .tape import Program, Scalar, Tape, Term, Value, Vector, combine, minus, plus, times
+from .tape import Program, Scalar, Tape, TapeTerm, Value, Vector, combine, minus, plus, times
 from .tree import Branch, Tree, spanning_tree
 from .turning import moved
 
@@ -72,7 +72,7 @@ class Mechanism:
         self.tree: Tree = spanning_tree(linkage, counted)
         self.size = _size(linkage)
         self.tape = Tape()
-        self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
+        self._met: dict[tuple[tuple[int, ...], bytes], TapeTerm] = {}
         self.parameters: list[Value] = []
         self.begun: tuple[list[float], Any, Any] | None = None
         self.starts: Any = None
@@ -172,11 +172,11 @@ class Mechanism:
                 out.append(self._parameter(part))
         return out
 
-    def _parameter(self, value: Array) -> Term:
+    def _parameter(self, value: Array) -> TapeTerm:
         """A dimension; the same one where it has been met before."""
         key = value.shape, value.tobytes()
         if key not in self._met:
-            self._met[key] = Term(self.tape, f"p{len(self.parameters)}")
+            self._met[key] = TapeTerm(self.tape, f"p{len(self.parameters)}")
             self.parameters.append(float(value) if value.ndim == 0 else np.ascontiguousarray(value))
         return self._met[key]
 
@@ -206,7 +206,7 @@ class Mechanism:
         self.state_names += names
         axes = self.axes_on(parent, pair.axes)
         here = self.point_on(parent, self.place(branch.parent, pair.point))
-        step = moved(self.tape, pair.kind.name, [Term(self.tape, name) for name in names], self._pitch(pair))
+        step = moved(self.tape, pair.kind.name, [TapeTerm(self.tape, name) for name in names], self._pitch(pair))
         first_point: Vector
         second_point: Vector
         if branch.turned:
@@ -386,7 +386,7 @@ class Mechanism:
     @cached_property
     def _moving(self) -> tuple[list[Scalar], dict[str, Rates], tuple[list[str], list[str]]]:
         names = tuple([f"{letter}{k}" for k in range(len(self.columns))] for letter in "vw")
-        v, w = ([Term(self.tape, name) for name in those] for those in names)
+        v, w = ([TapeTerm(self.tape, name) for name in those] for those in names)
         rates = rates_of(self.tree, self.bodies, self.frames, self._columns, self.velocities, v, w)
         bias = [
             x
@@ -416,7 +416,7 @@ def _along(axes: Array, vectors: Array) -> Array:
 
 
 def _acts(entry: Scalar) -> bool:
-    return isinstance(entry, Term) or entry != 0.0
+    return isinstance(entry, TapeTerm) or entry != 0.0
 
 
 def _size(linkage: LinkageDescription) -> float:

@@ -1,8 +1,8 @@
 """Arithmetic written down once and replayed: on floats, on arrays, without the zeros.
 
-A calculation that is carried out on `Term`s leaves its steps on a `Tape`. Zeros and ones that hold for all time drop
-out, equal steps are taken once, and what no result needs is left away; a planar linkage described in space thus costs
-planar arithmetic. The tape becomes a Python function of straight-line code.
+A calculation that is carried out on `TapeTerm`s leaves its steps on a `Tape`. Zeros and ones that hold for all time
+drop out, equal steps are taken once, and what no result needs is left away; a planar linkage described in space thus
+costs planar arithmetic. The tape becomes a Python function of straight-line code.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Program = Callable[..., Any]
 _STEP = re.compile(r"\bt\d+\b")
 
 
-class Term:
+class TapeTerm:
     """A number known when the tape is replayed."""
 
     __slots__ = ("name", "tape")
@@ -63,12 +63,12 @@ class Term:
         return self.tape.step("-", "", self.name)
 
 
-Scalar = float | Term
+Scalar = float | TapeTerm
 Vector = Sequence[Scalar]
 
 
 def _name(value: Scalar) -> str:
-    return value.name if isinstance(value, Term) else repr(value)
+    return value.name if isinstance(value, TapeTerm) else repr(value)
 
 
 class Tape:
@@ -78,7 +78,7 @@ class Tape:
         self._steps: dict[str, tuple[str, tuple[str, ...]]] = {}
         self._known: dict[str, str] = {}
 
-    def step(self, operator: str, first: str, second: str) -> Term:
+    def step(self, operator: str, first: str, second: str) -> TapeTerm:
         """Write down ``first operator second``."""
         return self._write(f"{first} {operator} {second}", (first, second))
 
@@ -88,12 +88,12 @@ class Tape:
             return float(getattr(math, function)(argument))
         return self._write(f"{function}({argument.name})", (argument.name,))
 
-    def _write(self, text: str, uses: tuple[str, ...]) -> Term:
+    def _write(self, text: str, uses: tuple[str, ...]) -> TapeTerm:
         if text not in self._known:
             name = f"t{len(self._steps)}"
             self._known[text] = name
             self._steps[name] = text, uses
-        return Term(self, self._known[text])
+        return TapeTerm(self, self._known[text])
 
     def program(self, inputs: Sequence[Sequence[str]], outputs: Iterable[Scalar]) -> Programs:
         """The function of the tuples `inputs` that returns the tuple `outputs`: for floats, and for arrays."""

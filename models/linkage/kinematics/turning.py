@@ -9,7 +9,7 @@ from .tape import Scalar, Tape, Vector, combine, minus, plus, times
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class TurnStep:
     """Relative position of a joint's links.
 
     Attributes
@@ -53,7 +53,7 @@ def _turned(axes: Sequence[Vector], axis: int, cosine: Scalar, sine: Scalar) -> 
     return out
 
 
-def moved(tape: Tape, kind: str, state: Sequence[Scalar], pitch: Scalar) -> Step:
+def moved(tape: Tape, kind: str, state: Sequence[Scalar], pitch: Scalar) -> TurnStep:
     """What a joint of this kind does at `state`; `pitch` is the advance of a screw per radian."""
 
     def turn(axis: int, angle: Scalar) -> tuple[int, Scalar, Scalar]:
@@ -61,20 +61,20 @@ def moved(tape: Tape, kind: str, state: Sequence[Scalar], pitch: Scalar) -> Step
 
     still: Vector = [0.0, 0.0, 0.0]
     if kind == "revolute":
-        return Step(still, [turn(2, state[0])])
+        return TurnStep(still, [turn(2, state[0])])
     if kind == "prismatic":
-        return Step([0.0, 0.0, state[0]], [])
+        return TurnStep([0.0, 0.0, state[0]], [])
     if kind == "cylindrical":
-        return Step([0.0, 0.0, state[0]], [turn(2, state[1])])
+        return TurnStep([0.0, 0.0, state[0]], [turn(2, state[1])])
     if kind == "universal":
-        return Step(still, [turn(2, state[0]), turn(0, state[1])])
+        return TurnStep(still, [turn(2, state[0]), turn(0, state[1])])
     if kind == "planar":
-        return Step([state[0], state[1], 0.0], [turn(2, state[2])])
+        return TurnStep([state[0], state[1], 0.0], [turn(2, state[2])])
     if kind == "screw":
-        return Step([0.0, 0.0, pitch * state[0]], [turn(2, state[0])])
+        return TurnStep([0.0, 0.0, pitch * state[0]], [turn(2, state[0])])
     if kind == "spherical":
-        return Step(still, [], _euler(*state))
-    return Step(still, [])
+        return TurnStep(still, [], _euler(*state))
+    return TurnStep(still, [])
 
 
 def _euler(a: Scalar, b: Scalar, c: Scalar, d: Scalar) -> list[Vector]:

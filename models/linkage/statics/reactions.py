@@ -24,8 +24,9 @@ HUGE = 1e6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reactions:
-    """Joint reactions and drive forces; made by `Motion.reactions`. NaN where no finite forces keep the linkage in
-    equilibrium.
+    """Joint reactions and drive forces; made by `Motion.reactions`.
+
+    NaN where no finite forces keep the linkage in equilibrium.
 
     Attributes
     ----------

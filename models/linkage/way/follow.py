@@ -15,7 +15,7 @@ from .march import Track
 
 
 @dataclass(frozen=True, eq=False)
-class Nodes:
+class PathNodes:
     """What a `Guide` tells of its nodes, as plain numbers."""
 
     s: list[float]
@@ -109,9 +109,9 @@ class Guide:
         return [(p * a + q * b) + (u * c + v * d) for a, b, c, d in ends], nodes.signs[k + 1 if crossed else k]
 
     @cached_property
-    def _floats(self) -> Nodes:
+    def _floats(self) -> PathNodes:
         signs: list[list[float]] = np.sign(self.determinants).tolist()
-        return Nodes(self.s.tolist(), self.states.tolist(), self.rates.tolist(), signs, self.crossings.tolist())
+        return PathNodes(self.s.tolist(), self.states.tolist(), self.rates.tolist(), signs, self.crossings.tolist())
 
     def before(self, s: Array) -> NDArray[np.intp]:
         """The node before each s."""
