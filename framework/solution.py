@@ -19,7 +19,7 @@ from .clearances.contact import FREE, UNRESOLVED, Contact
 from .description import Description
 from .error_bounds.asked import checked as checked_kind
 from .error_bounds.bounds import Bounds
-from .error_bounds.resolved import Solved, resting
+from .error_bounds.resolved import Solved, kinematically_stable
 from .error_bounds.sensitivity import Sensitivity, sensitivity
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
@@ -400,7 +400,7 @@ class Solution(SavedResults):
         """State of the solution alone, whatever the frame was made from, (...)."""
         idle = self.solver.singular(excited=False)
         if isinstance(self.solver, BroadcastSolver):
-            idle = idle & ~resting(self.plan, idle)
+            idle = idle & ~kinematically_stable(self.plan, idle)
         state = put(states_of(self.shape, SolutionState.REGULAR), idle, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.idle is not None:
             state = put(state, self.idle.mask, SolutionState.STATICALLY_CONSISTENT_MECHANISM)

@@ -195,7 +195,7 @@ def excited(plan: Plan) -> list[int]:
     return [k for k in plan.unknowns if plan.component[k] in plan.excited]
 
 
-def resting(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which of the `suspects` resist every motion of what no load reaches after all, (...) of the batch shape.
 
     Judged by the deformations themselves, which tell twice as many digits as the stiffness.
