@@ -214,6 +214,27 @@ def test_load_cases_that_are_sums_of_few(method: str) -> None:
 # -- the pick -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("sort", ["line", "point", "weight"])
+def test_load_cases_along_members_are_each_their_own(sort: str) -> None:
+    """What varies between the nodes, or with gravity, is no sum of few: against every case by itself."""
+    size = np.array([-1.0, 0.5, 2.0, 3.5, 0.0, 7.0, 1.0])
+
+    def loaded(value: object) -> Frame:
+        frame = portal(3, 5)
+        name = next(iter(frame.members))
+        if sort == "line":
+            frame.line_load(name, fy=value)
+        elif sort == "point":
+            frame.point_load(name, at=1.0, fz=value)
+        else:
+            frame.gravity(np.multiply.outer(value, [0.0, -1.0, 0.5]))
+        return frame
+
+    found = loaded(size).solve("sparse").displacement("2.3")
+    for k in (0, 4, 5):
+        assert_near(found[k], loaded(size[k]).solve("sparse").displacement("2.3"), 1e-12)
+
+
 def expected_seconds(count: int, entries: int) -> float:
     """Of the way that is picked for a chain."""
     plan = chain(count, E * np.linspace(1.0, 2.0, entries)).solve().plan
