@@ -195,6 +195,19 @@ def test_two_sliders_pass_points_and_the_end(
     assert_allclose(found, wanted, rtol=0.0, atol=1e-9 * 25.0 / EI)
 
 
+def test_sliders_that_come_to_stand_on_the_same_points_are_refused() -> None:
+    """On one point they may; on two, what holds them there would form a loop."""
+    linkage = Linkage(E=(0, 0), S=(0.3, 0), T=(0.6, 0), Q=(1, 0))
+    linkage.link("bar", "E", "S", "T", "Q", beam=dict.fromkeys(itertools.pairwise("ESTQ"), ROD))
+    linkage.fixed("E", "ground", "bar")
+    for tool in "ST":
+        linkage.link(f"tool {tool}", tool)
+        linkage.prismatic(tool, "bar", f"tool {tool}", axis=(1, 0), drive=True)
+    assert linkage.move(S=[0.0, -0.2], T=[0.0, -0.3]).frame().shape == (2,)
+    with pytest.raises(FrameError, match=r"slider 'T' comes to stand on 'S' and 'T', as 'S' at other poses: give each"):
+        linkage.move(S=[0.0, -0.2, 0.3], T=[0.0, -0.3, 0.2]).frame()
+
+
 def test_sliders_that_pass_each_other_are_refused() -> None:
     linkage = Linkage(E=(0, 0), S=(0.3, 0), T=(0.6, 0), Q=(1, 0))
     linkage.link("bar", "E", "S", "T", "Q", beam={("E", "Q"): ROD})
