@@ -33,10 +33,10 @@ UNITS = {
 TABLE = """\
 Position of P: `x`, `y` with rigid links and no clearance; mean `μ` and standard deviation `σ` over the samples, in
 metres. `κ` is the condition number (2-norm) of the stiffness matrix as the paper assembles it, `κ scaled` that of the
-matrix that is solved, with its diagonal scaled to ones. *Beyond linear* marks poses whose displaced shape is out of
-balance, or whose samples spread otherwise at large displacement by a tenth or more, so that the numbers of linear
-mechanics do not hold there. Printed values stand under the headings that fit them (see below), `μ_x` measured from A
-like all x. Full precision: `table1.csv`."""
+matrix that is solved, with its diagonal scaled to ones. *Outside the linear range* marks poses whose displaced shape
+is out of balance, or whose samples spread otherwise at large displacement by a tenth or more, so that the numbers of
+linear mechanics do not hold there. Printed values stand under the headings that fit them (see below), `μ_x` measured
+from A like all x. Full precision: `table1.csv`."""
 
 PARAVIEW = """\
 Open `trajectory.pvd`: beams and joints, one step a pose, time is the drive angle in degrees. Apply *Warp By Vector*

@@ -23,8 +23,8 @@ Position `x`, `y`, `z` of {point} with rigid links and no clearance; `u` its dis
 joints, and clearance, of the linkage as the file has it; `mean u` and `σ` mean and standard deviation over the samples,
 in brackets their standard errors in units of the last digit (all poses share the same draws, so that these go
 together); forces or moments of the drives. All points and all parts of the displacement at full precision: `table.csv`;
-all joint forces: `reactions.csv`. SI units. *Beyond linear* marks poses whose displaced shape is out of balance: there
-`frame.solve(large=True)` has the numbers."""
+all joint forces: `reactions.csv`. SI units. *Outside the linear range* marks poses whose displaced shape is out of
+balance: there `frame.solve(large=True)` has the numbers."""
 
 PARAVIEW = """\
 Open `trajectory.pvd`: one step a pose; time is {time}. {how}"""
