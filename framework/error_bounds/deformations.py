@@ -93,8 +93,13 @@ class Springs:
         """
         off, found = self.roundings * rounding, np.abs(deformations)
         out = off * self.stiffness * found
-        for shear, bend in self.mixed:
-            lean = 2.0 * off * np.abs(self.stiffness[..., shear]) * self.share(shear, bend)
+        shares = [self.share(shear, bend) for shear, bend in self.mixed]
+        # lengths may vary over batch axes over which stiffness and deformations do not
+        out = np.array(
+            np.broadcast_to(out, (*np.broadcast_shapes(out.shape[:-1], *map(np.shape, shares)), out.shape[-1]))
+        )
+        for (shear, bend), share in zip(self.mixed, shares, strict=True):
+            lean = 2.0 * off * np.abs(self.stiffness[..., shear]) * share
             lean = lean * (self.stiffness[..., bend] != 0.0)
             out[..., shear] += lean * found[..., bend]
             out[..., bend] += lean * found[..., shear]
