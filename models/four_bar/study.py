@@ -17,7 +17,7 @@ from ..sampling import Distribution, Seed, draw
 from ..spread import Spread
 from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
 from .four_bar import FourBar
-from .tolerances import LOADS, check_names, check_overwritten, per_joint, toleranced
+from .tolerances import LENGTHS, LOADS, check_names, check_overwritten, per_joint, toleranced
 
 Array = NDArray[np.float64]
 
@@ -306,10 +306,11 @@ def part_of(inputs: Mapping[str, Array], cut: slice) -> dict[str, Array]:
 def _assembling(
     four_bar: FourBar, at: Array, inputs: Mapping[str, Array], n: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which samples can be assembled, and which are singular, (poses, n) each."""
+    """Which samples can be assembled, and which are singular, (poses, n) each: lengths and drive angle tell."""
+    lengths = {name: values for name, values in inputs.items() if name in LENGTHS}
     closes, singular = (np.empty((len(at), n), dtype=bool) for _ in range(2))
-    for cut in cuts(len(at), n):
-        varied, angle = toleranced(four_bar, part_of(inputs, cut)), at if at.shape[1] == 1 else at[:, cut]
+    for cut in cuts(len(at), n) if lengths or at.shape[1] > 1 else [slice(n)]:
+        varied, angle = toleranced(four_bar, part_of(lengths, cut)), at if at.shape[1] == 1 else at[:, cut]
         closes[:, cut], singular[:, cut] = varied.assembles(angle), varied.singular(angle)
     return closes, singular
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import tracemalloc
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +19,8 @@ import pytest
 from linkframe.framework import FrameError
 from linkframe.framework.clock import tell, watched
 from linkframe.models.command_line import main
+from linkframe.models.four_bar import study
+from linkframe.models.four_bar.four_bar import FourBar
 from linkframe.models.job import choices, memory, outcome, output, parts, stages
 from linkframe.models.job.stages import Progress, Stages
 from linkframe.models.linkage.job import result as linkage
@@ -26,6 +29,7 @@ from linkframe.models.paper import against_paper
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.remarks import remarks
 from linkframe.models.paper.result import BYTES, LARGE_WAY, LINEAR_WAY, Result, compute, work
+from numpy.typing import NDArray
 
 COMMAND = [sys.executable, "-c", "from linkframe.models.command_line import main; raise SystemExit(main())", "four-bar"]
 FILE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
@@ -96,6 +100,29 @@ def test_the_report_compares_few_samples(monkeypatch: pytest.MonkeyPatch) -> Non
     text = "".join(against_paper.points(result))
     assert asked == [(10, False)] * 6
     assert "with the same seed, of the first 10 samples" in text
+
+
+def test_the_first_estimate_does_not_wait_for_every_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What certain lengths can reach is asked once, not for each sample, before the first of them are solved."""
+    asked: list[int] = []
+    of_one = study.toleranced
+
+    def toleranced(four_bar: FourBar, samples: Mapping[str, NDArray[np.float64]]) -> FourBar:
+        asked.append(len(samples))
+        return of_one(four_bar, samples)
+
+    class Begun(Exception):
+        """The first samples are solved."""
+
+    def advance(_: str, more: int) -> None:
+        if more:
+            raise Begun
+
+    monkeypatch.setattr(study, "toleranced", toleranced)
+    with pytest.raises(Begun):
+        compute(Inputs(samples=50_000, poses=(30.0, 60.0, 30.0)), advance)
+    # Whether it can be assembled; that all samples are in range; the first part.
+    assert [bool(each) for each in asked] == [False, True, True]
 
 
 @pytest.mark.parametrize("soon", [False, True])
