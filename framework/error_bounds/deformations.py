@@ -94,7 +94,7 @@ class Springs:
         off, found = self.roundings * rounding, np.abs(deformations)
         out = off * self.stiffness * found
         shares = [self.share(shear, bend) for shear, bend in self.mixed]
-        # lengths may vary over batch axes over which stiffness and deformations do not
+        # the axes of a beam that is rolled vary over the batch, and neither its stiffness nor its deformations
         out = np.array(
             np.broadcast_to(out, (*np.broadcast_shapes(out.shape[:-1], *map(np.shape, shares)), out.shape[-1]))
         )

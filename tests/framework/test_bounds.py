@@ -268,6 +268,38 @@ def test_a_batch_has_the_bounds_of_its_entries() -> None:
             assert np.all(off(refined[at], exact) <= left[at])
 
 
+@pytest.mark.parametrize("of", ["displacement", "end_forces"])
+def test_a_beam_that_is_rolled_over_the_batch(of: str) -> None:
+    """Neither its length nor its stiffness varies, but the axes that its springs act along do."""
+    roll, length, load = np.linspace(0.0, 1.5, 7), 0.5, 100.0
+    up = np.stack([np.zeros(7), -np.sin(roll), np.cos(roll)], axis=-1)
+    frame, section = Frame(), Rectangle(y=0.02, z=0.01)
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (length, 0.0, 0.0))
+    frame.add("AB", Beam(section, Material(E=2e11, G=8e10), up=up, shear=False), "A", "B")
+    frame.fix("A")
+    frame.load("B", fy=load)
+    solution = frame.solve()
+    exact = np.zeros((7, 12 if of == "end_forces" else 6))
+    along = {"y": load * np.cos(roll), "z": -load * np.sin(roll)}
+    if of == "end_forces":  # cantilever: shear P, moment P L at the foot, along local axes
+        exact[:, 1], exact[:, 7] = -along["y"], along["y"]
+        exact[:, 2], exact[:, 8] = -along["z"], along["z"]
+        exact[:, 4], exact[:, 5] = length * along["z"], -length * along["y"]
+        found, bound = solution.end_forces("AB"), solution.error_bound("AB", of)
+    else:  # P L^3 / (3 E I) along each principal axis
+        local = {"y": along["y"] / section.Iz, "z": along["z"] / section.Iy}
+        compliance, slope = length**3 / (3.0 * 2e11), length**2 / (2.0 * 2e11)
+        exact[:, 1] = compliance * (np.cos(roll) * local["y"] - np.sin(roll) * local["z"])
+        exact[:, 2] = compliance * (np.sin(roll) * local["y"] + np.cos(roll) * local["z"])
+        exact[:, 4] = -slope * (np.sin(roll) * local["y"] + np.cos(roll) * local["z"])
+        exact[:, 5] = slope * (np.cos(roll) * local["y"] - np.sin(roll) * local["z"])
+        found, bound = solution.displacement("B"), solution.error_bound("B")
+    rounding = 8.0 * np.finfo(float).eps * np.abs(exact).max()
+    assert np.all(np.abs(found - exact) <= bound + rounding)
+    assert np.all(bound <= 1e3 * rounding)
+
+
 def lattice() -> Frame:
     """A space frame of 108 unknowns and more, pushed in two load cases."""
     frame = Frame()
