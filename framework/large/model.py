@@ -15,8 +15,8 @@ from ..structure.assembly import component_loads
 from ..structure.edge import GROUND, Edge
 from ..structure.parts import is_zero
 from ..structure.topology import Index
-from ..structure.tree import TreeEdge
-from .joints import TreeJoint, forest, offsets
+from ..structure.tree import TreeEdge, forest
+from .joints import TreeJoint, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers
 from .plane import WHOLE, plane
