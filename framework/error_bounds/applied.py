@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, turned
 from ..batched.plan import Plan
 from ..structure.assembly import member_loads, nodal_loads
 from ..structure.member_loads import applied_forces, strain_forces, weight_forces
@@ -128,6 +128,4 @@ def _greatest(force: Array) -> Array:
 
 def _out(axes: Real, ends: Real) -> Real:
     """Forces on both ends (..., 12) from local into global axes."""
-    split = ends.reshape(*ends.shape[:-1], 4, 3)
-    out: Real = np.einsum("...ji,...bj->...bi", axes, split)
-    return out.reshape(*out.shape[:-2], 12)
+    return turned(np.swapaxes(axes, -1, -2), ends)

@@ -8,6 +8,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arm import transferred
 from ..batch import Array, Shape, aligned, finite, joined, turned
 from ..errors import FrameError
 from ..structure.assembly import nodal_loads
@@ -248,8 +249,7 @@ class Recovery:
         if edge.kind != "rigid":
             return force
         arm = sign * (self.topology.position(edge.second) - self.topology.position(edge.first))
-        moment = force[..., 3:] + np.cross(arm, force[..., :3])
-        return np.concatenate([force[..., :3], moment], axis=-1)
+        return transferred(force, arm)
 
     def _residual(self, node: int, *, closed: bool) -> Array:
         total: Array = np.zeros((*self.solution.shape, 6))

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array, aligned
+from ..batch import Array, aligned, merged, turned
 from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
@@ -99,10 +99,7 @@ def _of(part: BatchPart) -> Real:
 def _strain_forces(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
     """End forces that strain the members of a group as they do without forces, global, (..., n, 12)."""
     local = strain_forces(group, np.arange(len(group.pieces)))
-    split = state.change(np.moveaxis(local, 0, -2), 2)
-    split = split.reshape(*split.shape[:-1], 4, 3)
-    out: Real = np.einsum("...ji,...bj->...bi", springs.level, split)
-    return out.reshape(*out.shape[:-2], 12)
+    return turned(np.swapaxes(springs.level, -1, -2), state.change(np.moveaxis(local, 0, -2), 2))
 
 
 def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
@@ -110,8 +107,7 @@ def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs
     length = np.asarray(springs.length, dtype=np.float64)
     level = np.asarray(springs.level, dtype=np.float64)
     moved = np.asarray(state.displacements[..., springs.nodes, :], dtype=np.float64)
-    split = moved.reshape(*moved.shape[:-2], 4, 3)
-    local = np.einsum("...ij,...bj->...bi", level, split).reshape(*split.shape[:-2], 12)
+    local = turned(level, merged(moved, -2, -1))
     rows = deformation_rows(length)
     deformation = np.einsum("...ij,...j->...i", rows, local)
     shape, ndim = deformation.shape[:-1], len(state.plan.frame.shape)
@@ -126,9 +122,7 @@ def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs
     _, force, _ = group.element.resistance(along, deformation.reshape(-1, 7), pick)
     pull = np.einsum("...ij,...i->...j", rows, force.reshape(*shape, 7))
     linear = np.einsum("...nij,...ni->...nj", springs.local_rows, springs.stiffness * _deformed(springs, local))
-    beyond = (pull - linear).reshape(*shape, 4, 3)
-    out: Real = np.einsum("...ji,...bj->...bi", level, beyond)
-    return out.reshape(*shape, 12)
+    return turned(np.swapaxes(level, -1, -2), pull - linear)
 
 
 def _deformed(springs: Springs, local: Array) -> Real:
