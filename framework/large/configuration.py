@@ -7,15 +7,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array
+from ..rotation import dot
 from ..structure.edge import GROUND
-from . import corotation, rotation
+from . import corotation
 from .corotation import CorotatedPieces, Pieces
 from .links import EdgeGeometry
 from .loops import displacement
 from .model import Model
 from .numbers import Numbers, Where
-from .rotation import dot
 from .state import DisplacedState
 
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..description import Description
 from ..protocol import JointElement
+from ..rotation import dot
 from ..structure.edge import Edge
 from ..structure.topology import Topology
 from ..structure.tree import TreeEdge
 from .law import Grip, law_of, press
 from .links import EdgeGeometry
 from .numbers import Numbers, Where
-from .rotation import dot
 
 
 @dataclass(frozen=True)

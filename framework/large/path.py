@@ -15,13 +15,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..description import Description
 from ..dofs import component
 from ..errors import FrameError, PathWarning
 from ..names import found, plain
-from . import rotation
 from .found import Linearisation, Mask, Place
 from .march import LoadStepping
 from .model import Model

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import rotation
 from ..batch import Array
 from ..batched.plan import Plan
 from ..clearances.clearance import loose_joints
@@ -16,7 +17,6 @@ from ..errors import FrameError
 from ..provenance import with_origin
 from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
-from . import rotation
 from .contact import contact, touched, unbalanced
 from .equations import EquilibriumEquations
 from .explain import explain

@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from .. import rotation
 from ..batch import Array, aligned
 from ..member_law import DEFORMATIONS
 from ..results.recovery import check_stations
 from ..structure.member_loads import applied_forces, weight_forces
 from ..structure.topology import Group
-from . import corotation, rotation
+from . import corotation
 from .corotation import CorotatedPieces, Response
 from .equations import EquilibriumEquations
 from .model import Model
