@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from .batch import Array
-from .protocol import Change, LineElement
+from .entries import Change
+from .protocol import LineElement
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array, Shape, finite
+from .entries import Change
 from .errors import FrameError
-from .protocol import Change, LineElement, is_proven
+from .protocol import LineElement, is_proven
 
 Real = NDArray[Any]
 # Difference, for the size of what is compared, above which two elements of one kind are not the same.

@@ -7,7 +7,7 @@ an ideal component by one is then as good as any other, and the work that it doe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from ..arm import carried, transferred
 from ..batch import aligned, merged, turned
 from ..batched.plan import Plan
+from ..entries import Change
 from ..structure.edge import ABOUT, ALONG, GROUND, Edge
 from ..structure.parts import Extended, Row, is_zero
 from ..structure.topology import Index
 
 Real = NDArray[Any]
-Change = Callable[[Real, int], Real]
 
 # Corrections of coordinates that constraints determine: each takes the error to the power of two or to rounding.
 _CORRECTIONS = 3

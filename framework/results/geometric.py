@@ -131,7 +131,7 @@ def of_arm(arm: Array, force: Array) -> Array:
 
     Twice the symmetric matrix of ``force . w x (w x arm) / 2``.
     """
-    swing = cross_matrix(arm) @ cross_matrix(force)
+    swing: Array = cross_matrix(arm) @ cross_matrix(force)
     return 0.5 * (swing + np.swapaxes(swing, -1, -2))
 
 

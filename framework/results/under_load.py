@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
-from ..error_bounds.bounds import Cut
+from ..entries import WHOLE, Entries, Stretch, picked
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.tree_members import MEMBER
@@ -58,15 +57,13 @@ def at_entry(entry: tuple[int, ...], matrices: Array) -> Array:
     matrices
         The matrices.
     """
-    where: Any = tuple(k if n > 1 else 0 for k, n in zip(entry, matrices.shape[1:-2], strict=True))
-    out: Array = matrices[(slice(None), *where)]
-    return out
+    return picked(matrices, tuple(np.array([k]) for k in entry), trailing=2, leading=1)[:, 0]
 
 
 def _part(state: EquilibriumResidual) -> Topology:
     """Members and what acts on them in the part of the batch that the state is of."""
     cut, topology = state.change, state.plan.topology
-    return topology.cut(cut.axis, cut.where[cut.axis]) if isinstance(cut, Cut) and cut.where else topology
+    return topology.cut(cut.axis, cut.indices) if isinstance(cut, Stretch) and cut.ndim else topology
 
 
 def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
@@ -82,7 +79,7 @@ def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
     return summed_stacks(plan, geometric_stacks(state))
 
 
-def summed_stacks(plan: Plan, stacks: list[Stack], entries: dense.Entries = dense.WHOLE) -> Array:
+def summed_stacks(plan: Plan, stacks: list[Stack], entries: Entries = WHOLE) -> Array:
     """Sum of matrices between nodes over the unknowns, (..., n, n).
 
     Parameters

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..batch import Array, aligned, merged, turned
+from ..entries import flattened
 from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
@@ -114,9 +115,7 @@ def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs
 
     def pick(array: Array, trailing: int) -> Array:
         part = state.change(aligned(array, ndim, trailing), trailing)
-        tail = part.shape[part.ndim - trailing :]
-        each = part.reshape(*part.shape[: part.ndim - trailing], 1, *tail)
-        return np.broadcast_to(each, (*shape, *tail)).reshape(-1, *tail)
+        return flattened(np.expand_dims(part, part.ndim - trailing), shape, trailing)
 
     along = np.broadcast_to(length, shape).reshape(-1)
     _, force, _ = group.element.resistance(along, deformation.reshape(-1, 7), pick)
@@ -148,9 +147,7 @@ def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
     shape = np.broadcast_shapes(stretch.shape[:-1], own)
 
     def pick(array: Array, trailing: int) -> Array:
-        part = state.change(aligned(array, whole, trailing), trailing)
-        tail = part.shape[part.ndim - trailing :]
-        return np.broadcast_to(part, (*shape, *tail)).reshape(-1, *tail)
+        return flattened(state.change(aligned(array, whole, trailing), trailing), shape, trailing)
 
     _, force, _ = element.resistance(np.broadcast_to(stretch, (*shape, 6)).reshape(-1, 6), pick)
     held = np.isin(np.arange(6), edge.ideal)
