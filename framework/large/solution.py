@@ -128,7 +128,7 @@ class LargeSolution(SavedResults):
         ndarray
             ``ux uy uz`` and the rotation vector, (..., k, 6).
         """
-        return self._masked(self._recovery.displacement(self._member(member), np.atleast_1d(at)))
+        return self._masked(self._recovery.displacement_along(self._member(member), np.atleast_1d(at)))
 
     def joint_displacement(self, joint: str) -> Array:
         """Displacement of a joint's second node relative to its first, in axes that follow the first.

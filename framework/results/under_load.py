@@ -14,7 +14,7 @@ from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.tree_members import MEMBER
 from ..structure.assembly import hung_weights
 from ..structure.edge import GROUND
-from ..structure.member_loads import applied_forces, weight_forces
+from ..structure.member_loads import loads_between
 from ..structure.topology import Group, Index, Topology
 from . import dense
 from .geometric import of_arm, of_end_moments, of_link, of_load_between
@@ -125,7 +125,7 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
     """Geometric stiffness of a group in local axes, (n, ..., 12, 12), for the forces on the ends (n, ..., 12)."""
     length = np.broadcast_to(group.length, np.broadcast_shapes(group.length.shape, ends.shape[:-1]))
     axial = group.element.tension + 0.5 * (ends[..., 6] - ends[..., 0])
-    loads = list(_between(topology, group))
+    loads = list(loads_between(topology, group))
     applied = None
     if any(np.any(force[..., 3:]) for _, _, force in loads):
         applied = np.zeros((*length.shape, 3))
@@ -138,18 +138,6 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
         shapes = group.of(position).shape_functions(own, x)
         out[position] += of_load_between(own, shapes, np.broadcast_to(x, own.shape), force)
     return out
-
-
-def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
-    """Dead loads between the ends: positions (k,) in the group, where (k, ...), force and moment (k, ..., 6), local."""
-    everywhere = np.arange(len(group.pieces))
-    for x, force in weight_forces(topology, group, everywhere):
-        yield everywhere, x, force
-    if topology.frame.member_loads:
-        for position, piece in enumerate(group.pieces.tolist()):
-            if topology.pieces[piece].member in topology.frame.member_loads:
-                for x, force in applied_forces(topology, group, position):
-                    yield np.array([position]), x, force
 
 
 def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:
