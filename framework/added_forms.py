@@ -9,7 +9,7 @@ bounds and all. A load is a force and moment per length, and section forces that
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from itertools import product
@@ -18,10 +18,10 @@ from typing import Any, Self
 import numpy as np
 
 from .batch import Array
+from .entries import Change
 from .errors import FrameError
 from .shape_rules import gauss
 
-Change = Callable[[Array, int], Array]
 STIFFNESS, MASS, LOAD = "stiffness", "mass", "load"
 # Share of a form's largest coefficient, in matching units, that is rounding.
 _ROUNDED = 1e-10

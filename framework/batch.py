@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -114,16 +114,6 @@ def aligned(array: Array, ndim: int, trailing: int = 0) -> Array:
     """`array` with leading axes of size one, so that it has `ndim` batch axes before `trailing` ones."""
     missing = ndim + trailing - array.ndim
     return array.reshape((1,) * missing + array.shape) if missing > 0 else array
-
-
-def cutting(ndim: int, axis: int, indices: slice) -> Callable[[Array, int], Array]:
-    """What takes some indices of one of `ndim` batch axes out of arrays with so many axes behind those."""
-
-    def cut(array: Array, trailing: int) -> Array:
-        place = array.ndim - trailing - ndim + axis
-        return array if place < 0 or array.shape[place] == 1 else array[(slice(None),) * place + (indices,)]
-
-    return cut
 
 
 def turned(axes: Array, vectors: Array) -> Array:

@@ -7,18 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from .batch import Array
-from .protocol import Change, LineElement
+from .entries import Change
+from .protocol import LineElement
 
 
-@dataclass(frozen=True, eq=False)
-class Composed(LineElement):
-    """What answers as `own`; a subclass overrides what it changes, and `kind`."""
+class OfAnother(LineElement):
+    """What all elements have of another one that are made of it, whatever else they answer themselves."""
 
     own: LineElement
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "segments", self.own.segments)
-        object.__setattr__(self, "releases", self.own.releases)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -26,39 +22,14 @@ class Composed(LineElement):
         return self.own.shape
 
     @property
-    def kind(self) -> Hashable:
-        """That of the element, among those that it is composed to."""
-        return type(self), type(self.own), self.own.kind
-
-    @property
-    def title(self) -> str:
-        """How messages name the element."""
-        return self.own.title
-
-    @property
     def exact(self) -> bool:
         """Whether in statics one piece is exact."""
         return self.own.exact
 
     @property
-    def has_springs(self) -> bool:
-        """It has those of the element."""
-        return True
-
-    @property
     def roundings(self) -> float:
         """Roundings that the stiffnesses of `springs` may be off."""
         return self.own.roundings
-
-    @property
-    def balanced(self) -> bool | None:
-        """Whether a rigid motion costs nothing."""
-        return self.own.balanced
-
-    @property
-    def tension(self) -> Array:
-        """Axial force at rest with which the frame is loaded, (...)."""
-        return self.own.tension
 
     @property
     def quadrature(self) -> int:
@@ -74,6 +45,42 @@ class Composed(LineElement):
     def sections_shape(self) -> tuple[int, ...]:
         """Batch shape of what the section law varies with."""
         return self.own.sections_shape
+
+
+@dataclass(frozen=True, eq=False)
+class Composed(OfAnother):
+    """What answers as `own`; a subclass overrides what it changes, and `kind`."""
+
+    own: LineElement
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "segments", self.own.segments)
+        object.__setattr__(self, "releases", self.own.releases)
+
+    @property
+    def kind(self) -> Hashable:
+        """That of the element, among those that it is composed to."""
+        return type(self), type(self.own), self.own.kind
+
+    @property
+    def title(self) -> str:
+        """How messages name the element."""
+        return self.own.title
+
+    @property
+    def has_springs(self) -> bool:
+        """It has those of the element."""
+        return True
+
+    @property
+    def balanced(self) -> bool | None:
+        """Whether a rigid motion costs nothing."""
+        return self.own.balanced
+
+    @property
+    def tension(self) -> Array:
+        """Axial force at rest with which the frame is loaded, (...)."""
+        return self.own.tension
 
     def part(self, index: int, count: int) -> LineElement:
         """One of `count` equal parts."""

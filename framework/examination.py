@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .batch import Array, cutting
+from .batch import Array
 from .dofs import DISPLACEMENTS
+from .entries import Change, Stretch, flattened
 from .errors import FrameError
 from .examined import Examined, Unanswered, fits, held
 from .member_law import deformation_rows
-from .protocol import Change, JointElement, LineElement, PointElement
+from .protocol import JointElement, LineElement, PointElement
 
 Extended = np.longdouble
 _EPS = float(np.finfo(np.float64).eps)
@@ -110,7 +111,7 @@ def _few(own: Examined, chord: Array) -> tuple[Examined, Array]:
     some = own
     for axis, size in enumerate(shape):
         if size > _FEW:
-            change = cutting(ndim, axis, slice(0, _FEW))
+            change = Stretch(ndim=ndim, axis=axis, indices=slice(0, _FEW))
             some, along = some.cut(change), change(along, 1)
     return some, np.stack([factor * along for factor in _LENGTHS])
 
@@ -232,8 +233,7 @@ def _law(own: Examined, length: Array) -> None:
     whole = np.broadcast_to(length, shape).reshape(-1)
 
     def pick(array: Array, trailing: int) -> Array:
-        tail = array.shape[array.ndim - trailing :]
-        return np.broadcast_to(array, (*shape, *tail)).reshape(-1, *tail)
+        return flattened(array, shape, trailing)
 
     _, force, tangent = own.resistance(whole, np.zeros((len(whole), 7)), pick)
     rows = deformation_rows(whole)
@@ -266,16 +266,13 @@ def _cut(own: Examined, length: Array) -> None:
     for axis, size in enumerate(shape):
         if size <= _FEW:
             continue
-        few, more = (
-            own if n >= size else own.cut(_within(own, cutting(len(shape), axis, slice(size - n, size))))
-            for n in (_FEW, _LEAST)
-        )
+        last = {n: Stretch(ndim=len(shape), axis=axis, indices=slice(-n, None)) for n in (_FEW, _LEAST)}
+        few, more = (own if n >= size else own.cut(_within(own, part)) for n, part in last.items())
         at = np.full((1,) * (len(shape) + 1), float(length.reshape(-1)[0]))
-        take = cutting(len(shape), axis, slice(-_FEW, None))
         for method, part, whole, trailing in zip(
             ("stiffnesses", "deformations"), few.springs(at), more.springs(at), (1, 2), strict=True
         ):
-            there = take(whole, trailing)
+            there = last[_FEW](whole, trailing)
             if part.shape != there.shape or np.any(part != there):
                 raise FrameError(
                     f"{own.what}: cut to a few entries of its batch it returns other {method} than there: {_FIELDS}"
@@ -389,9 +386,7 @@ def at_rest(what: str, element: JointElement) -> tuple[Array, Array]:
     count = int(np.prod(shape, dtype=np.int64))
 
     def pick(array: Array, trailing: int) -> Array:
-        lead = array.ndim - trailing
-        whole = np.broadcast_to(array, (*shape, *array.shape[lead:])) if array.size else array
-        return whole.reshape(count, *array.shape[lead:])
+        return flattened(array, shape, trailing)
 
     found = element.resistance(np.zeros((count, 6)), pick)
     shapes = tuple(np.shape(part) for part in found) if isinstance(found, tuple) else ()

@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array, Shape, finite
+from .composed import OfAnother
+from .entries import Change
 from .errors import FrameError
-from .protocol import Change, LineElement, is_proven
+from .protocol import LineElement, is_proven
 
 Real = NDArray[Any]
 # Difference, for the size of what is compared, above which two elements of one kind are not the same.
@@ -32,7 +34,7 @@ def examined(element: LineElement, name: str) -> LineElement:
     return element if is_proven(element) or isinstance(element, Examined) else Examined(element, name)
 
 
-class Examined(LineElement):
+class Examined(OfAnother):
     """An element with its answers examined.
 
     Parameters
@@ -58,24 +60,9 @@ class Examined(LineElement):
     # -- description ------------------------------------------------------------------------------------------------
 
     @property
-    def shape(self) -> Shape:
-        """Batch shape of the element's own parameters."""
-        return self.own.shape
-
-    @property
     def kind(self) -> Hashable:
         """That of the element, among those of its class: a subclass may inherit a kind, and answer otherwise."""
         return type(self.own), self.own.kind
-
-    @property
-    def exact(self) -> bool:
-        """Whether in statics one piece is exact."""
-        return self.own.exact
-
-    @property
-    def roundings(self) -> float:
-        """Roundings that the stiffnesses of `springs` may be off."""
-        return self.own.roundings
 
     @property
     def tension(self) -> Array:
@@ -84,21 +71,6 @@ class Examined(LineElement):
         if np.broadcast_shapes(found.shape, self.own.shape) != self.own.shape:
             raise FrameError(f"{self.what}: tension has shape {found.shape}, and the element {self.own.shape}")
         return found
-
-    @property
-    def quadrature(self) -> int:
-        """Gauss points for a linear load times the shape functions."""
-        return self.own.quadrature
-
-    @property
-    def integration_points(self) -> tuple[Array, Array]:
-        """Fractions and weights by which matrices are integrated."""
-        return self.own.integration_points
-
-    @property
-    def sections_shape(self) -> Shape:
-        """Batch shape of what the section law varies with."""
-        return self.own.sections_shape
 
     @property
     def has_springs(self) -> bool:

@@ -12,8 +12,9 @@ import numpy as np
 from .added_forms import LOAD, MASS, STIFFNESS, AddedForm
 from .batch import Array
 from .composed import Composed
+from .entries import Change
 from .errors import FrameError
-from .protocol import Change, LineElement
+from .protocol import LineElement
 from .shape_rules import balanced_rows, summed
 
 # Roundings in the stiffness of the springs that stand for a form, those of its own arithmetic included.

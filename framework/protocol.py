@@ -7,7 +7,7 @@ element are in its local axes, start node before end node, each ``ux uy uz rx ry
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from itertools import repeat
 from typing import Any, Self, TypeVar
@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 
 from .batch import aligned
 from .clearances.contact import law
+from .entries import Change
 from .errors import FrameError
 from .orientation import default_axes
 from .shape_rules import gauss, gradients, section_springs, summed
 
 Array = NDArray[np.float64]
-# Changes a parameter; the number says how many of its last axes are no batch axes.
-Change = Callable[[Array, int], Array]
 _Element = TypeVar("_Element", bound=type)
 _Stacked = TypeVar("_Stacked")
 _PROVEN = "_proven"

@@ -18,8 +18,8 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
     "numbers, names, errors": (
-        "cache errors clock states batch names renamed dofs provenance orientation shape_rules member_law "
-        "structure/parts"
+        "cache errors clock states batch entries arm rotation names renamed dofs provenance orientation shape_rules "
+        "member_law structure/parts"
     ),
     "recorded calculations": "program/*",
     "loads": "added_forms loads",

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, turned
 from ..batched.plan import Plan
+from ..entries import Change
 from ..structure.assembly import member_loads, nodal_loads
 from ..structure.member_loads import applied_forces, strain_forces, weight_forces
 from ..structure.topology import Group, Index
 from .deformations import Springs
-from .kinematics import Change, Real, extended
+from .kinematics import Real, extended
 
 # Roundings in the weight of a mass, and those of distances in a load on a member, safe counts.
 _WEIGHT, _FEW = 16.0, 32.0
@@ -128,6 +129,4 @@ def _greatest(force: Array) -> Array:
 
 def _out(axes: Real, ends: Real) -> Real:
     """Forces on both ends (..., 12) from local into global axes."""
-    split = ends.reshape(*ends.shape[:-1], 4, 3)
-    out: Real = np.einsum("...ji,...bj->...bi", axes, split)
-    return out.reshape(*out.shape[:-2], 12)
+    return turned(np.swapaxes(axes, -1, -2), ends)

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..entries import WHOLE, Stretch
 from ..results.linear import LinearResults
 from ..solvers.sparse import SparseSolver
 from .adjoint import Adjoint
@@ -46,27 +47,6 @@ class BatchPart:
     where: Any
     state: EquilibriumResidual
     compliance: Compliance
-
-
-@dataclass(frozen=True)
-class Cut:
-    """A part of a batch taken out of arrays, of those that vary along the `axis` over which it is cut.
-
-    Attributes
-    ----------
-    axis
-        That axis.
-    where
-        What is taken of each axis of the batch; nothing to cut where empty.
-    """
-
-    axis: int
-    where: tuple[slice, ...]
-
-    def __call__(self, array: Any, trailing: int) -> Any:
-        """The part of an array of so many `trailing` axes behind those of the batch."""
-        whole = self.where and array.ndim - trailing == len(self.where) and array.shape[self.axis] > 1
-        return array[self.where] if whole else array
 
 
 class Bounds:
@@ -134,7 +114,7 @@ class Bounds:
 
     def whole(self) -> EquilibriumResidual:
         """The solution of the whole batch in its equations of equilibrium."""
-        return EquilibriumResidual(self.statics, Cut(self.axis, ()), *self._values)
+        return EquilibriumResidual(self.statics, WHOLE, *self._values)
 
     def states(self) -> Iterator[tuple[tuple[slice, ...], EquilibriumResidual]]:
         """Part by part of the batch: where it is, and the solution in it."""
@@ -170,14 +150,13 @@ class Bounds:
         unknowns, values = self._values
         return cut.where, EquilibriumResidual(self.statics, cut, unknowns, cut(values, 1))
 
-    def cuts(self) -> Iterator[Cut]:
+    def cuts(self) -> Iterator[Stretch]:
         """What takes each part of the batch out of arrays."""
         yield from map(self._cut, range(self._count))
 
-    def _cut(self, index: int) -> Cut:
+    def _cut(self, index: int) -> Stretch:
         chosen = slice(index * self.step, (index + 1) * self.step)
-        where = tuple(chosen if axis == self.axis else slice(None) for axis in range(len(self.plan.frame.shape)))
-        return Cut(self.axis, where)
+        return Stretch(ndim=len(self.plan.frame.shape), axis=self.axis, indices=chosen)
 
     def _inverted(self, state: EquilibriumResidual) -> Compliance:
         if state.unknowns and isinstance(self.solution.solver, SparseSolver):

@@ -12,9 +12,10 @@ import numpy as np
 
 from ..batch import Array, aligned, turned
 from ..batched.plan import Plan
+from ..entries import Change
 from ..structure.group import resists_rigid
 from ..structure.topology import Group, Index
-from .kinematics import Change, Real, extended, position
+from .kinematics import Real, extended, position
 
 # Roundings of extended precision in a deformation, for the size of what it is made of.
 _FINE = 24.0 * float(np.finfo(np.longdouble).eps)

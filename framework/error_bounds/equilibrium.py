@@ -14,11 +14,12 @@ import numpy as np
 
 from ..batch import Array, aligned
 from ..batched.plan import Plan
+from ..entries import Change
 from ..structure.parts import Extended
 from .applied import AppliedLoads
 from .deformations import Springs, springs
 from .force_sizes import reduced_sizes
-from .kinematics import Change, FrameKinematics, KinematicEdge, Real, extended
+from .kinematics import FrameKinematics, KinematicEdge, Real, extended
 from .tree_members import MEMBER, tree_members
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0

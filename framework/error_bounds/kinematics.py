@@ -7,21 +7,22 @@ an ideal component by one is then as good as any other, and the work that it doe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arm import carried, transferred
 from ..batch import aligned, merged, turned
 from ..batched.plan import Plan
+from ..entries import Change
 from ..structure.edge import ABOUT, ALONG, GROUND, Edge
 from ..structure.parts import Extended, Row, is_zero
 from ..structure.topology import Index
 
 Real = NDArray[Any]
-Change = Callable[[Real, int], Real]
 
 # Corrections of coordinates that constraints determine: each takes the error to the power of two or to rounding.
 _CORRECTIONS = 3
@@ -78,6 +79,14 @@ class KinematicEdge:
     def into(self, vector: Real) -> Real:
         """(..., 6) in global components along the edge's axes."""
         return vector if self.axes is None else turned(np.swapaxes(self.axes, -1, -2), vector)
+
+    def carry(self, motion: Real, sign: float) -> Real:
+        """Displacement (..., 6) of the end of the arm from that of its start, the second node where `sign` is -1."""
+        return motion if self.arm is None else carried(motion, sign * self.arm)
+
+    def transfer(self, force: Real, sign: float) -> Real:
+        """Force (..., 6) on the end of the arm as it acts on its start, the second node where `sign` is -1."""
+        return force if self.arm is None else transferred(force, sign * self.arm)
 
     # A screw's coordinate along its axis is what its advance leaves of the displacement.
 
@@ -284,7 +293,7 @@ class FrameKinematics:
             if link.sign and not link.alone:
                 own = link.sign * link.out(link.whole(out[..., link.child, :]))
                 if link.parent != GROUND:
-                    own = own + _carried(out[..., link.parent, :], link.arm, link.sign)
+                    own = own + link.carry(out[..., link.parent, :], link.sign)
                 out[..., link.child, :] = own
         return out
 
@@ -298,7 +307,7 @@ class FrameKinematics:
             else:
                 second = displacements[..., link.second, :]
                 if link.first != GROUND:
-                    second = second - _carried(displacements[..., link.first, :], link.arm, 1.0)
+                    second = second - link.carry(displacements[..., link.first, :], 1.0)
                 out.append(link.rest(link.into(second)))
         return out
 
@@ -370,12 +379,12 @@ class FrameKinematics:
                 force = link.out(link.exerted(generalised_force))
                 out[..., link.second, :] += force
                 if link.first != GROUND:
-                    out[..., link.first, :] -= _moved(force, link.arm, 1.0)
+                    out[..., link.first, :] -= link.transfer(force, 1.0)
         for link, generalised_force in zip(reversed(self.links), reversed(list(generalised_forces)), strict=True):
             if link.sign:
                 force = out[..., link.child, :]
                 if link.parent != GROUND:
-                    out[..., link.parent, :] += _moved(force, link.arm, link.sign)
+                    out[..., link.parent, :] += link.transfer(force, link.sign)
                 own = link.sign * link.into(force)
                 if generalised_force is not None:
                     own = own + link.into(link.out(link.exerted(generalised_force)))
@@ -450,14 +459,6 @@ def _free(row: Row) -> dict[int, Real]:
     return {k: np.asarray(value) for k, value in row.items() if k >= 0}
 
 
-def _carried(moved: Real, arm: Real | None, sign: float) -> Real:
-    """Rigid motion at the end of an arm."""
-    if arm is None:
-        return moved
-    shift = moved[..., :3] + sign * np.cross(moved[..., 3:], arm)
-    return np.concatenate([shift, np.broadcast_to(moved[..., 3:], shift.shape)], axis=-1)
-
-
 def _spread(sizes: Real, arm: Real | None) -> Real:
     """Greatest displacement at the end of an arm."""
     if arm is None:
@@ -470,11 +471,3 @@ def _spread(sizes: Real, arm: Real | None) -> Real:
 def sizes_of(array: Real) -> Real:
     """In double precision, without the signs."""
     return np.abs(array).astype(np.float64)
-
-
-def _moved(force: Real, arm: Real | None, sign: float) -> Real:
-    """A force at the end of an arm as felt at its root."""
-    if arm is None:
-        return force
-    moment = force[..., 3:] + sign * np.cross(arm, force[..., :3])
-    return np.concatenate([np.broadcast_to(force[..., :3], moment.shape), moment], axis=-1)

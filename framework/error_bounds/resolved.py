@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..results.dense import Entries
+from ..entries import WHOLE, Entries
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended, Row
 from .compliance import DenseCompliance, SparseCompliance
@@ -140,7 +140,7 @@ class ResolvedLarge:
 def rest(statics: Statics, unknowns: Sequence[int]) -> EquilibriumResidual:
     """A frame without displacements of its unknowns, the whole batch."""
     none = extended(np.zeros((*statics.plan.frame.shape, len(unknowns))))
-    return EquilibriumResidual(statics, lambda array, trailing: array, unknowns, none)
+    return EquilibriumResidual(statics, WHOLE, unknowns, none)
 
 
 def _regular(state: EquilibriumResidual, compliance: SparseCompliance) -> bool:
@@ -176,7 +176,7 @@ def hard_state(
     shape = statics.plan.frame.shape
     count = () if index is None else (len(index[0]),)
     start = extended(np.zeros((*count, len(unknowns))))
-    return EquilibriumResidual(statics, Entries(index).of, unknowns, start, len(shape) if index is None else 1)
+    return EquilibriumResidual(statics, Entries(index), unknowns, start, len(shape) if index is None else 1)
 
 
 def hard(

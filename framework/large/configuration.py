@@ -7,15 +7,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array
+from ..rotation import dot
 from ..structure.edge import GROUND
-from . import corotation, rotation
+from . import corotation
 from .corotation import CorotatedPieces, Pieces
 from .links import EdgeGeometry
 from .loops import displacement
 from .model import Model
 from .numbers import Numbers, Where
-from .rotation import dot
 from .state import DisplacedState
 
 
@@ -56,10 +57,7 @@ class Configuration:
     @cached_property
     def targets(self) -> Array:
         """Values that the driven coordinates are to have (driven, m)."""
-        out = np.zeros((len(self.model.driven), self.count))
-        for row, key in enumerate(self.model.driven):
-            out[row] = self.factor * self.model.targets[key].at(self.where)
-        return out
+        return self.model.driven_values(self.where, self.count, self.factor)
 
     # -- motion -----------------------------------------------------------------------------------------------------
 

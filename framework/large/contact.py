@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array, aligned, turned
 from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
 from ..clearances.resting import UNLOADED
-from . import rotation
 from .equations import EquilibriumEquations
 from .numbers import batch_first
 from .results import LargeResults

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import rotation
 from ..batch import Array
-from . import rotation
-from .rotation import dot, times, transposed
+from ..rotation import dot, times, transposed
 
 Law = Callable[[Array], tuple[Array, Array, Array]]
 

@@ -8,6 +8,8 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
 from ..batch import Array
+from ..batched.order import Pattern, link, order
+from ..structure.parts import Grid
 
 Index = NDArray[np.int64]
 
@@ -38,21 +40,18 @@ class SymbolicFactorisation:
             self._order()
 
     def _order(self) -> None:
-        """Minimum degree."""
-        near: dict[int, set[int]] = {k: set() for k in range(self.size)}
+        """Minimum degree, as nothing here varies less than the rest."""
+        pattern: Pattern = {}
+        for k in range(self.size):
+            link(pattern, k, k, 0)
         for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True):
-            if i != j:
-                near[i].add(j)
-                near[j].add(i)
+            link(pattern, i, j, 0)
+        found = order(pattern, range(self.size), Grid(()))
         place = {(k, k): k for k in range(self.size)}
         self.steps: list[tuple[int, list[int], Index, Index, Index, Index]] = []
-        left = dict(near)
-        while left:
-            k = min(left, key=lambda key: (len(left[key]), key))
-            below = sorted(left.pop(k))
+        for k in found.pivots:
+            below = found.below[k]
             for i in below:
-                left[i].discard(k)
-                left[i].update(j for j in below if j != i)
                 place.setdefault((max(i, k), min(i, k)), len(place))
             first, second = np.tril_indices(len(below))
             pairs = [(below[a], below[b]) for a, b in zip(first, second, strict=True)]

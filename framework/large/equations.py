@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import rotation
 from ..batch import Array, merged
+from ..rotation import cross, dot, spin, times
 from ..structure.edge import GROUND
-from . import corotation, rotation
+from . import corotation
 from .configuration import Configuration, motion_of
 from .corotation import Response
 from .links import LinkChange
 from .loops import LoopChange
-from .rotation import cross, dot, spin, times
 from .state import DisplacedState, SpaceLinear
 
 

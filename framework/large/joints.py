@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,13 +11,13 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..description import Description
 from ..protocol import JointElement
-from ..structure.edge import GROUND, Edge
+from ..rotation import dot
+from ..structure.edge import Edge
 from ..structure.topology import Topology
-from ..structure.tree import TreeEdge, spanning
+from ..structure.tree import TreeEdge
 from .law import Grip, law_of, press
 from .links import EdgeGeometry
 from .numbers import Numbers, Where
-from .rotation import dot
 
 
 @dataclass(frozen=True)
@@ -139,26 +138,3 @@ def offsets(frame: Description, edge: Edge) -> dict[int, Array]:
     known = {"joint": frame.offsets, "support": frame.supports}.get(edge.kind, {})
     given = known.get(edge.name, {}) if edge.name else {}
     return {k: value for k, value in given.items() if np.any(value)}
-
-
-def forest(edges: list[Edge]) -> tuple[list[TreeEdge], list[Edge]]:
-    """Branches of a spanning forest from the ground and other roots on, parents first; and edges that close loops."""
-    chosen, closing = spanning(edges)
-    at: dict[int, list[Edge]] = {GROUND: []}
-    for edge in chosen:
-        at.setdefault(edge.first, []).append(edge)
-        at.setdefault(edge.second, []).append(edge)
-    branches: list[TreeEdge] = []
-    seen: set[int] = set()
-    for root in at:
-        queue = deque([root] if root not in seen else [])
-        seen.add(root)
-        while queue:
-            parent = queue.popleft()
-            for edge in at[parent]:
-                child = edge.second if edge.first == parent else edge.first
-                if child not in seen:
-                    seen.add(child)
-                    branches.append(TreeEdge(edge, parent, child, 1.0 if child == edge.second else -1.0))
-                    queue.append(child)
-    return branches, closing

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array
-from . import rotation
-from .rotation import cross, spin, times, transposed
+from ..rotation import cross, spin, times, transposed
 
 
 @dataclass(frozen=True)

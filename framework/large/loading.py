@@ -11,7 +11,7 @@ from ..batch import Array, turned
 from ..errors import FrameError
 from ..member_law import DEFORMATIONS
 from ..structure.assembly import component_loads, hung_weights
-from ..structure.member_loads import applied_forces, strain_forces, weight_forces
+from ..structure.member_loads import loads_between, strain_forces
 from ..structure.topology import Group, Index, Topology
 from .corotation import Law, Pieces
 from .numbers import Numbers, Where
@@ -178,17 +178,12 @@ def _tension(group: Group) -> Array | None:
 
 
 def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
-    """Point forces on pieces, in local axes: which pieces, where, how much."""
-    everywhere = np.arange(len(group.pieces))
-    for x, force in weight_forces(topology, group, everywhere):
-        yield everywhere, x, force
-    for position, piece in enumerate(group.pieces):
-        member = topology.pieces[piece].member
-        if member in topology.frame.member_loads:
-            for x, force in applied_forces(topology, group, position):
-                if np.any(force[..., 3:]):
-                    raise FrameError(f"point load on {member!r} has a moment: put a node there and load it")
-                yield np.array([position]), x, force
+    """Point forces on pieces, in local axes: which pieces, where, how much; refused where there are moments."""
+    for position, x, force in loads_between(topology, group):
+        if np.any(force[..., 3:]):
+            member = topology.pieces[group.pieces[position[0]]].member
+            raise FrameError(f"point load on {member!r} has a moment: put a node there and load it")
+        yield position, x, force
 
 
 def _work(topology: Topology, group: Group) -> Array | None:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import rotation
 from ..batch import Array
-from . import rotation
+from ..rotation import inverse, spin, times, transposed
 from .links import EdgeGeometry, LinkChange
-from .rotation import inverse, spin, times, transposed
 
 
 def displacement(link: EdgeGeometry, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> Array:

@@ -15,10 +15,10 @@ from ..structure.assembly import component_loads
 from ..structure.edge import GROUND, Edge
 from ..structure.parts import is_zero
 from ..structure.topology import Index
-from ..structure.tree import TreeEdge
-from .joints import TreeJoint, forest, offsets
+from ..structure.tree import TreeEdge, forest
+from .joints import TreeJoint, offsets
 from .loading import Loads, Stack
-from .numbers import Numbers
+from .numbers import Numbers, Where
 from .plane import WHOLE, plane
 
 HELD = -1
@@ -139,6 +139,13 @@ class Model:
         softest = min((float(each.min()) for each in springs if each.size), default=np.inf)
         reach = sum(given) + float(np.abs(self.loads.nodal.array[:3]).sum(axis=(0, 1)).max(initial=0.0)) / softest
         return reach if 0.0 < reach < np.inf else 1.0
+
+    def driven_values(self, where: Where, count: int, factor: float) -> Array:
+        """Values that the driven coordinates are to have at some entries, under a share of the loads, (driven, m)."""
+        out = np.zeros((len(self.driven), count))
+        for row, key in enumerate(self.driven):
+            out[row] = factor * self.targets[key].at(where)
+        return out
 
     @cached_property
     def edges(self) -> list[TreeJoint]:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..batch import Array
+from ..rotation import dot
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
 from .flat_model import FlatModel
@@ -171,3 +172,19 @@ class Newton:
         there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * min(1.0, self.size)
         near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= nothing)
         return near
+
+
+def bordered(row: Array, free: Array, along: Array, wanted: Array | float = 0.0) -> tuple[Array, Array]:
+    """A step of bordered equations by two solutions with one factor (Keller 1977), (n, m), and its multiplier (m,).
+
+    Parameters
+    ----------
+    row
+        What the border asks of a step (n, m): of an arc, to go across its tangent; of a mode, its amount.
+    free, along
+        Solutions for what is unbalanced, and for a unit of the multiplier (n, m).
+    wanted
+        What the row times the step is to be (m,).
+    """
+    change = (wanted - dot(row, free)) / dot(row, along)
+    return free + change * along, change

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..entries import picked
 
 Where = tuple[NDArray[np.int64], ...]
 
@@ -33,13 +34,7 @@ class Numbers:
 
     def at(self, where: Where) -> Array:
         """Numbers of some entries, (components..., m), or (components..., 1) where they are all alike."""
-        lead = self.array.ndim - self.ndim
-        sizes = self.array.shape[lead:]
-        if all(n == 1 for n in sizes):
-            return self.array.reshape(*self.array.shape[:lead], 1)
-        picked = tuple(k if n > 1 else np.zeros_like(k) for k, n in zip(where, sizes, strict=True))
-        out: Array = self.array[(slice(None),) * lead + picked]
-        return out
+        return picked(self.array, where, leading=self.array.ndim - self.ndim)
 
 
 def batch_first(array: Array, shape: tuple[int, ...], leading: int) -> Array:

@@ -15,17 +15,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..description import Description
 from ..dofs import component
 from ..errors import FrameError, PathWarning
 from ..names import found, plain
-from . import rotation
 from .found import Linearisation, Mask, Place
 from .march import LoadStepping
 from .model import Model
-from .newton import Newton
+from .newton import Newton, bordered
 from .numbers import Where
 from .search import Search
 from .start import start
@@ -280,8 +280,8 @@ class _Tracer:
             at, load = self._linear(state, stresses, factor)
             by_load = self._solved(at, load, self._driven())
             free = self._solved(at, -at.forces, factor * self._driven() - self._present(state))
-            change = -self._norm(ahead, free) / self._norm(ahead, by_load)
-            step = np.where(done, 0.0, free + change * by_load)
+            step, change = bordered(self.weight * ahead, free, by_load)
+            step = np.where(done, 0.0, step)
             usable = np.isfinite(step).all(axis=0) & np.isfinite(change)
             step = np.where(usable, step, 0.0)
             aside += step

@@ -57,10 +57,7 @@ class FlatEquations:
     @cached_property
     def targets(self) -> Array:
         """Values that the driven coordinates are to have (driven, m)."""
-        out = np.zeros((len(self.model.driven), self.count))
-        for row, key in enumerate(self.model.driven):
-            out[row] = self.factor * self.model.targets[key].at(self.where)
-        return out
+        return self.model.driven_values(self.where, self.count, self.factor)
 
     def lag(self, state: FlatState) -> Array:
         """What the driven coordinates lack of their targets (driven, m)."""

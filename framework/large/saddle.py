@@ -11,7 +11,7 @@ import numpy as np
 from ..batch import Array
 from .elimination import LARGE
 from .found import Balance, FoundEquilibria, Linearisation, Mask, Place
-from .newton import CLOSE, Newton
+from .newton import CLOSE, Newton, bordered
 from .numbers import Where
 from .sides import amount
 
@@ -127,9 +127,8 @@ class Saddle:
             factors = self.newton.factor(at)
             free = factors.solve(generalised_force * weight - at.forces[: self.model.free])
             along = factors.solve(weight)
-            change = (left - np.einsum("im,im->m", weight, free)) / np.einsum("im,im->m", weight, along)
             step = np.zeros((self.model.size, len(generalised_force)))
-            step[: self.model.free] = free + change * along
+            step[: self.model.free], change = bordered(weight, free, along, left)
             step = np.where(held | ~np.isfinite(step).all(axis=0), 0.0, step)
             unbalanced = at.forces.copy()
             unbalanced[: self.model.free] -= generalised_force * weight

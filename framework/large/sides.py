@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import rotation
 from ..batch import Array
-from . import rotation
 from .found import Balance, Index, Place
 from .newton import Newton
 

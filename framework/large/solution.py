@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import rotation
 from ..batch import Array
 from ..batched.plan import Plan
 from ..clearances.clearance import loose_joints
@@ -16,7 +17,6 @@ from ..errors import FrameError
 from ..provenance import with_origin
 from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
-from . import rotation
 from .contact import contact, touched, unbalanced
 from .equations import EquilibriumEquations
 from .explain import explain
@@ -128,7 +128,7 @@ class LargeSolution(SavedResults):
         ndarray
             ``ux uy uz`` and the rotation vector, (..., k, 6).
         """
-        return self._masked(self._recovery.displacement(self._member(member), np.atleast_1d(at)))
+        return self._masked(self._recovery.displacement_along(self._member(member), np.atleast_1d(at)))
 
     def joint_displacement(self, joint: str) -> Array:
         """Displacement of a joint's second node relative to its first, in axes that follow the first.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import rotation
+from .. import rotation
 from .equations import EquilibriumEquations
 from .found import Mask
 from .march import LoadStepping

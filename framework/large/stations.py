@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
-from ..batch import Array, aligned
+from .. import rotation
+from ..batch import Array
+from ..entries import flattened
 from ..member_law import DEFORMATIONS
-from ..results.recovery import check_stations
+from ..results.along_member import AlongMembers
+from ..results.member_field import about
 from ..structure.member_loads import applied_forces, weight_forces
-from ..structure.topology import Group
-from . import corotation, rotation
+from . import corotation
 from .corotation import CorotatedPieces, Response
 from .equations import EquilibriumEquations
 from .model import Model
 from .numbers import Numbers, batch_first
 from .state import DisplacedState
 
-Field = Callable[[int, Array], Array]
 
-
-class Stations:
+class Stations(AlongMembers):
     """What follows from an equilibrium along the members.
 
     Parameters
@@ -31,13 +31,8 @@ class Stations:
     """
 
     def __init__(self, model: Model, equations: EquilibriumEquations, state: DisplacedState) -> None:
+        super().__init__(model.topology)
         self.model, self.equations, self.state = model, equations, state
-        self.topology = model.topology
-        self.where = {
-            int(piece): (k, position)
-            for k, group in enumerate(model.topology.groups)
-            for position, piece in enumerate(group.pieces)
-        }
         self.motions: list[CorotatedPieces] = equations.motions(state)
 
     def end_forces(self, member: str) -> Array:
@@ -46,35 +41,42 @@ class Stations:
         ends = self._piece_forces(pieces[0])[:6], self._piece_forces(pieces[-1])[6:]
         return batch_first(np.concatenate(ends), self.model.frame.shape, 1)
 
-    def forces(self, member: str, at: Array) -> Array:
-        """Internal forces (..., k, 6)."""
-        return self._along(member, at, self._cut)
+    def internal(self, piece: int, x: Array) -> Array:
+        """Internal forces at stations of a piece, (k, ..., 6): equilibrium of what lies before them."""
+        flat = self._stations(x)
+        out = -about(np.moveaxis(self._piece_forces(piece)[:6], 0, -1), -flat)
+        for s, force in self._loads(piece, x):
+            out -= about(np.concatenate([force, np.zeros_like(force)], axis=-1), s - flat)
+        return self._shaped(out)
 
-    def stress(self, member: str, at: Array) -> Array:
-        """Extreme stresses (..., k, 3)."""
-
-        def stress(piece: int, x: Array) -> Array:
-            group, position = self._group(piece)
-            batch = self.model.frame.shape
-            forces = np.moveaxis(self._cut(piece, x), 0, -1).reshape(len(x), *batch, 6)
-            fraction = x.reshape(len(x), *batch) / group.length[position]
-            found = group.of(position).stress(fraction, forces)
-            return np.moveaxis(np.broadcast_to(found, (len(x), *batch, 3)).reshape(*x.shape, 3), -1, 0)
-
-        return self._along(member, at, stress)
-
-    def displacement(self, member: str, at: Array) -> Array:
-        """Displacement and rotation (..., k, 6)."""
-        return self._along(member, at, self._moved)
+    def moved(self, piece: int, x: Array) -> Array:
+        """Displacement and rotation at stations of a piece in global axes, (k, ..., 6)."""
+        k, position = self.placed[piece]
+        group, at = self.topology.groups[k], self.motions[k]
+        flat, length = self._stations(x), self._length(piece)
+        shapes = group.of(position).shape_functions(group.length[position], x)
+        shapes = flattened(shapes, (len(x), *self.model.frame.shape), 2).reshape(*flat.shape, 6, 12)
+        deformation = at.deformation[:, position]
+        local = np.einsum("kmij,jm->ikm", shapes[..., list(DEFORMATIONS)], deformation)
+        first = self.topology.pieces[piece].nodes[0]
+        turn = at.turn[:, :, position]
+        level = self._flat(group.level[position], 2)
+        # the chord from the displaced start, against the point's place before: both from differences
+        beyond = local[:3].copy()
+        shift = turn[:, 0] * (at.chord[position] / length)
+        shift[0] -= 1.0
+        beyond[0] -= flat / length * deformation[0]
+        moved = np.einsum("ijm,jkm->ikm", turn, beyond) + flat * shift[:, None]
+        place = self.state.moved[:, first][:, None] + np.einsum("jim,jkm->ikm", level, moved)
+        frame = self._frame(k, position, first)
+        turned = rotation.product(frame[:, None] + np.zeros((4, *flat.shape)), rotation.exponential(local[3:]))
+        back = np.concatenate([turned[:1], np.einsum("jim,jkm->ikm", level, turned[1:])])
+        return self._shaped(np.moveaxis(np.concatenate([place, rotation.logarithm(back)]), 0, -1))
 
     # -- pieces -----------------------------------------------------------------------------------------------------
 
-    def _group(self, piece: int) -> tuple[Group, int]:
-        k, position = self.where[piece]
-        return self.topology.groups[k], position
-
     def _piece_forces(self, piece: int) -> Array:
-        k, position = self.where[piece]
+        k, position = self.placed[piece]
         response = Response(self.equations.pieces[k], self.motions[k])
         return response.local_forces(corotation.stress(self.equations.pieces[k], self.motions[k].deformation))[
             :, position
@@ -84,75 +86,47 @@ class Stations:
         """Loads between the ends as shared between them, in the moving axes (12, m)."""
         out: Array = np.zeros((12, self.equations.count))
         length = self._length(piece)
-        for x, force in self._loads(piece, None):
-            out[:3] += (1.0 - x / length) * force
-            out[6:9] += x / length * force
+        for x, force in self._loads(piece):
+            out[:3] += (1.0 - x / length) * force.T
+            out[6:9] += x / length * force.T
         return out
 
     def _length(self, piece: int) -> Array:
-        group, position = self._group(piece)
+        group, position = self.group(piece)
         return self._flat(group.length[position], 0)
 
-    def _loads(self, piece: int, upto: Array | None) -> Iterator[tuple[Array, Array]]:
-        """Distances (m,) or (k, m) from the start, and forces in the moving axes."""
-        group, position = self._group(piece)
-        k, _ = self.where[piece]
-        turn = self.motions[k].turn[:, :, position]
-        if upto is not None:
-            batch = self.model.frame.shape
-            for station in range(len(upto)):
-                stretch = upto[station].reshape(batch)
-                for x, force in self._given(group, position, stretch):
-                    whole = np.zeros((len(upto), self.equations.count)), np.zeros((3, *upto.shape))
-                    whole[0][station] = self._flat(x[0], 0)
-                    whole[1][:, station] = np.einsum("ab...,a...->b...", turn, self._flat(force[0, ..., :3], 1))
-                    yield whole
-            return
-        for x, force in self._given(group, position, None):
-            yield self._flat(x[0], 0), np.einsum("ab...,a...->b...", turn, self._flat(force[0, ..., :3], 1))
+    def _loads(self, piece: int, upto: Array | None = None) -> Iterator[tuple[Array, Array]]:
+        """Distances (m,) from the start, and forces (m, 3) in the moving axes, that stand for the loads on a piece.
 
-    def _given(self, group: Group, position: int, upto: Array | None) -> Iterator[tuple[Array, Array]]:
-        yield from weight_forces(self.topology, group, np.array([position]), None if upto is None else upto[None])
-        yield from applied_forces(self.topology, group, position, upto)
+        Of those before stations `upto` (k, ...), if there are any, (k, m) and (k, m, 3).
+        """
+        group, position = self.group(piece)
+        stations, shape = (() if upto is None else (len(upto),)), self.model.frame.shape
+        turn = self.motions[self.placed[piece][0]].turn[:, :, position]
+        before = None if upto is None else upto[:, None]
+        weights = weight_forces(self.topology, group, np.array([position]), before)
+        given = [(np.squeeze(x, len(stations)), np.squeeze(force, len(stations))) for x, force in weights]
+        given += [(x[0], force[0]) for x, force in applied_forces(self.topology, group, position, upto)]
+        for x, force in given:
+            flat = flattened(force[..., :3], (*stations, *shape), 1).reshape(*stations, -1, 3)
+            yield (
+                flattened(x, (*stations, *shape), 0).reshape(*stations, -1),
+                np.einsum("abm,...ma->...mb", turn, flat),
+            )
+
+    # -- the batch as one axis ---------------------------------------------------------------------------------------
 
     def _flat(self, array: Array, trailing: int) -> Array:
         """(batch..., components) as (components, m)."""
         return Numbers.of(array, self.model.ndim, trailing).at(self.equations.where) + np.zeros(self.equations.count)
 
-    def _cut(self, piece: int, x: Array) -> Array:
-        """Internal forces at stations x (k, m) of a piece (6, k, m): equilibrium of what lies before them."""
-        start = self._piece_forces(piece)[:6, None]
-        out = -_about(start + np.zeros((6, *x.shape)), -x)
-        for s, force in self._loads(piece, x):
-            out -= _about(np.concatenate([force, np.zeros_like(force)]), s - x)
-        return out
+    def _stations(self, x: Array) -> Array:
+        """Stations (k, ...) as (k, m)."""
+        return np.broadcast_to(x, (len(x), *self.model.frame.shape)).reshape(len(x), -1)
 
-    def _moved(self, piece: int, x: Array) -> Array:
-        k, position = self.where[piece]
-        group, at = self.topology.groups[k], self.motions[k]
-        length = self._length(piece)
-        batch = self.model.frame.shape
-        stations = x.reshape(len(x), *batch)
-        shapes = group.of(position).shape_functions(group.length[position], stations)
-        shapes = np.broadcast_to(shapes, (len(x), *batch, 6, 12)).reshape(*x.shape, 6, 12)
-        deformation = at.deformation[:, position]
-        local = np.einsum("kmij,jm->ikm", shapes[..., list(DEFORMATIONS)], deformation)
-        first, second = self.topology.pieces[piece].nodes
-        turn = at.turn[:, :, position]
-        level = self._flat(group.level[position], 2)
-        # the chord from the displaced start, against the point's place before: both from differences
-        beyond = local[:3].copy()
-        shift = turn[:, 0] * (at.chord[position] / length)
-        shift[0] -= 1.0
-        fraction = x / length
-        beyond[0] -= fraction * deformation[0]
-        moved = np.einsum("ijm,jkm->ikm", turn, beyond) + x * shift[:, None]
-        place = self.state.moved[:, first][:, None] + np.einsum("jim,jkm->ikm", level, moved)
-        frame = self._frame(k, position, first)
-        turned = rotation.product(frame[:, None] + np.zeros((4, *x.shape)), rotation.exponential(local[3:]))
-        back = np.concatenate([turned[:1], np.einsum("jim,jkm->ikm", level, turned[1:])])
-        del second
-        return np.concatenate([place, rotation.logarithm(back)])
+    def _shaped(self, array: Array) -> Array:
+        """(k, m, components) as (k, ..., components)."""
+        return array.reshape(len(array), *self.model.frame.shape, array.shape[-1])
 
     def _frame(self, k: int, position: int, first: int) -> Array:
         """Quaternion of a piece's moving frame in its axes at the start (4, m)."""
@@ -160,34 +134,3 @@ class Stations:
         q = self.state.turned[:, first]
         local = np.concatenate([q[:1], np.einsum("ij...,j...->i...", level, q[1:])])
         return rotation.product(local, rotation.conjugate(self.motions[k].ends[0][:, position]))
-
-    # -- stations ---------------------------------------------------------------------------------------------------
-
-    def _along(self, member: str, at: Array, field: Field) -> Array:
-        pieces = self.topology.pieces_of[member]
-        shape = self.model.frame.shape
-        whole = self.model.frame.length(member)
-        check_stations(member, at, whole, self.model.frame.shape)
-        fraction = aligned(at / whole[..., None], self.model.ndim, 1)
-        stations = np.broadcast_to(at, np.broadcast_shapes(fraction.shape, (*shape, at.shape[-1])))
-        fraction = np.broadcast_to(fraction, stations.shape)
-        flat, share = (np.moveaxis(a, -1, 0).reshape(at.shape[-1], -1) for a in (stations, fraction))
-        which = np.minimum((share * len(pieces)).astype(int), len(pieces) - 1)
-        first, *others = np.unique(which).tolist() or [0]
-        out = self._inside(field, pieces[first], first, flat)
-        for index in others:
-            out = np.where(which == index, self._inside(field, pieces[index], index, flat), out)
-        return batch_first(np.swapaxes(out, 0, 1), shape, 2)
-
-    def _inside(self, field: Field, piece: int, index: int, stations: Array) -> Array:
-        """A field in the piece of this number along its member, at distances from the member's start."""
-        length = self._length(piece)
-        return field(piece, np.clip(stations - index * length, 0.0, length))
-
-
-def _about(force: Array, arm: Array) -> Array:
-    """A force (6, ...) at distance `arm` ahead, with its moment about the origin."""
-    out = force.copy()
-    out[4] -= arm * force[2]
-    out[5] += arm * force[1]
-    return out

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import rotation
 from ..batch import Array, merged
 from ..structure.edge import GROUND
-from . import corotation, rotation
+from . import corotation
 from .corotation import Response
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations

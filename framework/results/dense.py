@@ -2,64 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from ..batch import Array, cutting
+from ..batch import Array
 from ..batched.plan import Plan
+from ..entries import WHOLE, Entries, Stretch
 from ..structure.assembly import point_masses
 from ..structure.parts import Row, Value
 from ..structure.topology import Group, Index
 
-
-@dataclass(frozen=True)
-class Entries:
-    """Some batch entries as one axis, or (None) the whole batch as it is.
-
-    Attributes
-    ----------
-    index
-        By batch axis the indices (m,) of the entries.
-    """
-
-    index: tuple[NDArray[np.int64], ...] | None = None
-
-    def of(self, stack: Array, trailing: int, leading: int = 0) -> Array:
-        """`stack` (leading..., batch..., trailing...) at the entries, (leading..., m, trailing...)."""
-        if self.index is None or stack.ndim == leading + trailing:
-            return stack
-        sizes = stack.shape[leading : stack.ndim - trailing]
-        if max(sizes) == 1:
-            return stack.reshape(*stack.shape[:leading], 1, *stack.shape[stack.ndim - trailing :])
-        picked = tuple(k if n > 1 else np.zeros_like(k) for k, n in zip(self.index, sizes, strict=True))
-        out: Array = stack[(slice(None),) * leading + picked]
-        return out
-
-
-@dataclass(frozen=True, kw_only=True)
-class Stretch(Entries):
-    """Batch entries in a row along one of `ndim` axes, which keep the shape of the batch.
-
-    Attributes
-    ----------
-    ndim, axis
-        Number of batch axes, and along which of them.
-    indices
-        Which.
-    """
-
-    ndim: int
-    axis: int
-    indices: slice
-
-    def of(self, stack: Array, trailing: int, leading: int = 0) -> Array:
-        """`stack` (leading..., batch..., trailing...) at the entries, their axes as they are."""
-        return cutting(self.ndim, self.axis, self.indices)(stack, trailing)
-
-
-WHOLE = Entries()
 # Element matrices held at a time where only some of their batch are wanted.
 _MATRICES = 16384
 
@@ -85,16 +36,16 @@ def members(group: Group, entries: Entries = WHOLE) -> Array:
         return group.cut(entries.axis, entries.indices).stiffness()
     if entries.index is None:
         return group.stiffness()
-    start, end = (entries.of(turn, 2, leading=1) for turn in group.turns)
+    start, end = (entries(turn, 2, leading=1) for turn in group.turns)
     if set(group.shape) <= {1}:
-        length = entries.of(group.length, 0, leading=1)
+        length = entries(group.length, 0, leading=1)
         # Parameters may have several axes of size one, which go between the pieces and the entries.
         spread = length.reshape(len(length), *(1,) * max(0, len(group.shape) - 1), *length.shape[1:])
         local = group.element.stiffness_matrix(spread).reshape(*length.shape, 12, 12)
     else:
         step = max(1, _MATRICES // int(np.prod(group.stiffness_shape)))
         parts = (group.part(slice(k, k + step)) for k in range(0, len(group.length), step))
-        local = np.concatenate([entries.of(some.element.stiffness_matrix(some.length), 2, leading=1) for some in parts])
+        local = np.concatenate([entries(some.element.stiffness_matrix(some.length), 2, leading=1) for some in parts])
     return group.turned(local, (start, end))
 
 
@@ -103,7 +54,7 @@ def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
     out = reduced(plan, nodal(plan, [(group, members(group, entries)) for group in plan.topology.groups]), entries)
     for spring in plan.tree.springs:
         row = _spread(plan, [spring.row], entries)
-        k = entries.of(np.asarray(spring.stiffness), 0)
+        k = entries(np.asarray(spring.stiffness), 0)
         out = out + k[..., None, None] * np.swapaxes(row, -1, -2) * row
     return out
 
@@ -134,7 +85,7 @@ def global_substitution(plan: Plan, nodes: list[int], entries: Entries = WHOLE) 
 def _spread(plan: Plan, rows: list[Row], entries: Entries) -> Array:
     column = {k: index for index, k in enumerate(plan.unknowns)}
     values: list[tuple[int, int, Value]] = [
-        (r, column[k], entries.of(np.asarray(v), 0)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0
+        (r, column[k], entries(np.asarray(v), 0)) for r, row in enumerate(rows) for k, v in row.items() if k >= 0
     ]
     shape = np.broadcast_shapes(*(np.shape(value) for _, _, value in values)) if values else ()
     out = np.zeros((*shape, len(rows), len(column)))

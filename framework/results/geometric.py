@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arm import cross_matrix
 from ..batch import Array
 from ..error_bounds.kinematics import KinematicEdge
 from ..structure.edge import Edge
@@ -30,14 +31,6 @@ _X = np.array([1.0, 0.0, 0.0])
 # Spins of the ends by the twelve end displacements.
 _FIRST, _SECOND = np.zeros((3, 12)), np.zeros((3, 12))
 _FIRST[:, 3:6] = _SECOND[:, 9:12] = np.eye(3)
-
-
-def spin(vector: Array) -> Array:
-    """Matrix (..., 3, 3) of the cross product with a vector (..., 3) from the left."""
-    x, y, z = np.moveaxis(vector, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def chord_turn(length: Array) -> Array:
@@ -65,7 +58,9 @@ def of_end_moments(length: Array, first: Array, second: Array, between: Array | 
     stretch = _stretch(length)
     both = first + second if between is None else first + second + between
     twisting = 0.5 * both[..., :1] * _X
-    half = -0.5 * (_FIRST.T @ spin(first - twisting) @ turn + _SECOND.T @ spin(second - twisting) @ turn)
+    half = -0.5 * (
+        _FIRST.T @ cross_matrix(first - twisting) @ turn + _SECOND.T @ cross_matrix(second - twisting) @ turn
+    )
     x, y, z = (turn[..., k : k + 1, :] for k in range(3))
     for moment, own, other, sign in ((both[..., 1], y, z, -0.5), (both[..., 2], z, y, 0.5)):
         row = np.swapaxes(stretch, -1, -2) @ own + sign * np.swapaxes(x, -1, -2) @ other
@@ -93,8 +88,8 @@ def of_load_between(length: Array, shapes: Array, x: Array, force: Array) -> Arr
     deformed[..., 6:7, :] = length[..., None, None] * stretch
     moved = shapes @ deformed
     moved[..., :1, :] -= x[..., None, None] * stretch
-    half = -np.swapaxes(moved[..., :3, :], -1, -2) @ spin(force[..., :3]) @ turn
-    half = half - 0.5 * np.swapaxes(moved[..., 3:, :], -1, -2) @ spin(force[..., 3:]) @ turn
+    half = -np.swapaxes(moved[..., :3, :], -1, -2) @ cross_matrix(force[..., :3]) @ turn
+    half = half - 0.5 * np.swapaxes(moved[..., 3:, :], -1, -2) @ cross_matrix(force[..., 3:]) @ turn
     out: Array = half + np.swapaxes(half, -1, -2)
     return out
 
@@ -117,7 +112,7 @@ def of_link(link: KinematicEdge, force: Array) -> Array:
     shapes = [push.shape[:-1], *(part.shape[:-1] for part in (link.arm,) if part is not None)]
     out = np.zeros((*np.broadcast_shapes(*shapes), 12, 12))
     if link.edge.kind != "tie":
-        across = spin(push)
+        across = cross_matrix(push)
         out[..., 3:6, :3], out[..., 3:6, 6:9] = -across, across
         out[..., :3, 3:6], out[..., 6:9, 3:6] = across, -across
         if link.arm is not None:
@@ -126,8 +121,8 @@ def of_link(link: KinematicEdge, force: Array) -> Array:
     order = order if axes is None else axes @ order @ np.swapaxes(axes, -1, -2)
     out[..., 3:6, 3:6] -= order
     out[..., 9:, 9:] -= order
-    out[..., 3:6, 9:] = order + 0.5 * spin(moment)
-    out[..., 9:, 3:6] = order - 0.5 * spin(moment)
+    out[..., 3:6, 9:] = order + 0.5 * cross_matrix(moment)
+    out[..., 9:, 3:6] = order - 0.5 * cross_matrix(moment)
     return out
 
 
@@ -136,7 +131,7 @@ def of_arm(arm: Array, force: Array) -> Array:
 
     Twice the symmetric matrix of ``force . w x (w x arm) / 2``.
     """
-    swing = spin(arm) @ spin(force)
+    swing: Array = cross_matrix(arm) @ cross_matrix(force)
     return 0.5 * (swing + np.swapaxes(swing, -1, -2))
 
 
@@ -150,5 +145,5 @@ def _stretch(length: Array) -> Array:
 def _order(edge: Edge, moment: Array) -> Array:
     """Twice the symmetric matrix (..., 3, 3) of ``moment . h x l / 2`` for stiffer turns h and softer ones l."""
     soft = edge.softest
-    mixed = np.where(soft[:, None] & ~soft[None, :], 0.5 * spin(moment), 0.0)
+    mixed = np.where(soft[:, None] & ~soft[None, :], 0.5 * cross_matrix(moment), 0.0)
     return mixed + np.swapaxes(mixed, -1, -2)

@@ -52,12 +52,12 @@ def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Arr
 
     Equilibrium of the stretch before the cut: under `start` (n, ..., 6), the force on its first end, and its loads.
     """
-    total = -_about(start, -x)
+    total = -about(start, -x)
     for s, force in weight_forces(topology, group, at, x):
-        total -= _about(force, s - x)
+        total -= about(force, s - x)
     for i in _loaded(topology, group, at):
         for s, force in applied_forces(topology, group, int(at[i]), x[:, i]):
-            total[:, i] -= _about(force[0], s[0] - x[:, i])
+            total[:, i] -= about(force[0], s[0] - x[:, i])
     return total
 
 
@@ -157,8 +157,8 @@ def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:
     return [i for i, piece in enumerate(group.pieces[at].tolist()) if pieces[piece].member in loads]
 
 
-def _about(force: Array, arm: Array) -> Array:
-    """A force at distance `arm` ahead, with its moment about the origin."""
+def about(force: Array, arm: Array) -> Array:
+    """A force (..., 6) at distance `arm` (...) ahead along x, with its moment about the origin."""
     shape = np.broadcast_shapes(force.shape[:-1], np.shape(arm))
     out = np.array(np.broadcast_to(force, (*shape, 6)))
     out[..., 4] -= arm * force[..., 2]

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..batch import Array, Shape, aligned, finite, joined, turned
-from ..errors import FrameError
+from ..arm import transferred
+from ..batch import Array, turned
 from ..structure.assembly import nodal_loads
 from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, combine
-from ..structure.topology import Group
 from ..structure.tree import TreeEdge
+from .along_member import AlongMembers
 from .member_field import deflection, end_loads, internal_forces
 from .primary import Primary
 
 
-class Recovery:
+class Recovery(AlongMembers):
     """What follows from the displacements of a solution.
 
     Parameters
@@ -29,9 +27,9 @@ class Recovery:
     """
 
     def __init__(self, solution: Primary) -> None:
+        super().__init__(solution.plan.topology)
         self.solution = solution
         self.plan = solution.plan
-        self.topology = solution.plan.topology
         self.tree = solution.plan.tree
         self._pieces: dict[int, Array] = {}
 
@@ -43,30 +41,12 @@ class Recovery:
         start, end = self.piece_forces(pieces[0]), self.piece_forces(pieces[-1])
         return np.concatenate([start[..., :6], end[..., 6:]], axis=-1)
 
-    def forces(self, member: str, at: Array) -> Array:
-        """Internal forces at stations, (..., k, 6)."""
-        return self._along(member, at, self._cut)
-
-    def stress(self, member: str, at: Array) -> Array:
-        """Extreme stresses at stations, (..., k, 3)."""
-
-        def stress(piece: int, x: Array) -> Array:
-            group, position = self._where[piece]
-            fraction = x / group.length[position]
-            return group.of(position).stress(fraction, self._cut(piece, x))
-
-        return self._along(member, at, stress)
-
-    def displacement_along(self, member: str, at: Array) -> Array:
-        """Displacement at stations in global axes, (..., k, 6)."""
-
-        def displacement(piece: int, x: Array) -> Array:
-            group, position = self._where[piece]
-            ends = self.piece_displacement(piece)[None]
-            local = deflection(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
-            return turned(np.swapaxes(group.level[position], -1, -2), local)
-
-        return self._along(member, at, displacement)
+    def moved(self, piece: int, x: Array) -> Array:
+        """Displacement at stations of a piece in global axes, (k, ..., 6)."""
+        group, position = self.group(piece)
+        ends = self.piece_displacement(piece)[None]
+        local = deflection(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
+        return turned(np.swapaxes(group.level[position], -1, -2), local)
 
     def moved_along(self, member: str, at: Array) -> Array:
         """Displacement at stations in each free motion of the idle entries, global, (motions, m, k, 6)."""
@@ -75,7 +55,7 @@ class Recovery:
         count = len(idle.motions([]))
 
         def displacement(piece: int, x: Array, motion: int) -> Array:
-            group, position = self._where[piece]
+            group, position = self.group(piece)
             ends = np.zeros((*self.solution.shape, 12))
             ends[idle.mask] = idle.motions(self._rows(piece))[motion]
             local = group.local(position, ends)
@@ -83,7 +63,7 @@ class Recovery:
             moved = np.einsum("...ij,...j->...i", shapes, local)
             return turned(np.swapaxes(group.level[position], -1, -2), moved)
 
-        whole = [self._along(member, at, partial(displacement, motion=motion)) for motion in range(count)]
+        whole = [self.along(member, at, partial(displacement, motion=motion)) for motion in range(count)]
         return np.stack([each[idle.mask] for each in whole])
 
     def _rows(self, piece: int) -> list[Row]:
@@ -91,7 +71,7 @@ class Recovery:
 
     def piece_displacement(self, piece: int) -> Array:
         """End displacements of a piece in its local axes, (..., 12)."""
-        group, position = self._where[piece]
+        group, position = self.group(piece)
         nodal = self.solution.stacked(self._rows(piece))
         with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
             return group.local(position, nodal)
@@ -99,45 +79,17 @@ class Recovery:
     def piece_forces(self, piece: int) -> Array:
         """Forces on both ends of a piece in its local axes, (..., 12)."""
         if piece not in self._pieces:
-            group, position = self._where[piece]
+            group, position = self.group(piece)
             forces = group.of(position).end_forces(group.length[position], self.piece_displacement(piece))
             loads = end_loads(self.topology, group, np.array([position]))
             self._pieces[piece] = np.broadcast_to(forces - loads[0], (*self.solution.shape, 12))
         return self._pieces[piece]
 
-    def _cut(self, piece: int, x: Array) -> Array:
-        group, position = self._where[piece]
+    def internal(self, piece: int, x: Array) -> Array:
+        """Internal forces at stations of a piece, (k, ..., 6)."""
+        group, position = self.group(piece)
         ends = self.piece_forces(piece)[None]
         return internal_forces(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
-
-    def _along(self, member: str, at: Array, field: Callable[[int, Array], Array]) -> Array:
-        pieces = self.topology.pieces_of[member]
-        whole = self.solution.frame.length(member)
-        check_stations(member, at, whole, self.solution.shape)
-        # Where lengths vary, so may the piece on which a station lies. Stations lead, the batch follows.
-        fraction = aligned(at / whole[..., None], len(self.solution.shape), 1)
-        which = np.moveaxis(np.minimum((fraction * len(pieces)).astype(int), len(pieces) - 1), -1, 0)
-        stations = np.moveaxis(np.broadcast_to(at, fraction.shape), -1, 0)
-
-        def inside(index: int) -> Array:
-            group, position = self._where[pieces[index]]
-            length = group.length[position]
-            return field(pieces[index], np.clip(stations - index * length, 0.0, length))
-
-        first, *others = np.unique(which).tolist() or [0]
-        out = inside(first)
-        for index in others:
-            out = np.where((which == index)[..., None], inside(index), out)
-        full: Array = np.broadcast_to(out, (len(stations), *self.solution.shape, out.shape[-1]))
-        return np.array(np.moveaxis(full, 0, -2))
-
-    @cached_property
-    def _where(self) -> dict[int, tuple[Group, int]]:
-        return {
-            int(piece): (group, position)
-            for group in self.topology.groups
-            for position, piece in enumerate(group.pieces)
-        }
 
     # -- joints and supports ----------------------------------------------------------------------------------------
 
@@ -248,13 +200,12 @@ class Recovery:
         if edge.kind != "rigid":
             return force
         arm = sign * (self.topology.position(edge.second) - self.topology.position(edge.first))
-        moment = force[..., 3:] + np.cross(arm, force[..., :3])
-        return np.concatenate([force[..., :3], moment], axis=-1)
+        return transferred(force, arm)
 
     def _residual(self, node: int, *, closed: bool) -> Array:
         total: Array = np.zeros((*self.solution.shape, 6))
         for piece, side in self._touching.get(node, []):
-            group, position = self._where[piece]
+            group, position = self.group(piece)
             end = self.piece_forces(piece)[..., 6 * side : 6 * side + 6]
             total = total + turned(np.swapaxes(group.level[position], -1, -2), end)
         for loaded, vector in nodal_loads(self.topology):
@@ -275,18 +226,3 @@ class Recovery:
             for side, node in enumerate(piece.nodes):
                 touching.setdefault(node, []).append((index, side))
         return touching
-
-
-def check_stations(member: str, at: ArrayLike, length: Array, batch: Shape) -> None:
-    """Refuse stations (..., k) that do not lie on a member of this length (...), or do not fit the batch."""
-    what = f"at of member {member!r}"
-    stations = finite(at, what)
-    if not stations.size:
-        raise FrameError(f"{what} is empty: give one distance from its start at least")
-    if joined(what, stations.shape[:-1], {"the frame": batch}) != batch:
-        raise FrameError(
-            f"{what} has batch shape {stations.shape[:-1]}, but that of the frame is {batch}: give (..., k)"
-        )
-    if np.any(stations < 0.0) or np.any(stations > length[..., None] * (1.0 + 1e-9)):
-        told = f"give distances from 0 to its length {float(length.min()):.6g}"
-        raise FrameError(f"stations {stations.tolist()} on member {member!r}: {told}")

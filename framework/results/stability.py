@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..error_bounds.bounds import BatchPart, BoundedResults, Cut
+from ..entries import WHOLE, Entries, Stretch
+from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from ..states import SolutionState
 from . import dense
-from .dense import WHOLE, Entries, Stretch
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE
 from .under_load import Stack, at_entry, geometric_stacks, summed_stacks
@@ -46,7 +46,7 @@ class Stability:
 
     def see(self, part: BatchPart) -> None:
         """Judge a part of the batch, with what is known of it, where the solution is cut into segments as it is."""
-        if self._shared and isinstance(part.state.change, Cut):
+        if self._shared and isinstance(part.state.change, Stretch):
             self._judge(part.where, part.state)
             self._done = True
 
@@ -74,14 +74,14 @@ def _dense(plan: Plan, where: tuple[slice, ...], state: EquilibriumResidual, ask
         return np.zeros(asked.shape, dtype=bool)
     if not where:
         return _of(plan, found, asked, WHOLE)
-    assert isinstance(state.change, Cut)
+    assert isinstance(state.change, Stretch)
     axis, ndim = state.change.axis, asked.ndim
     out, first, count = np.zeros(asked.shape, dtype=bool), where[axis].start, asked.shape[axis]
     step = max(1, count * _NUMBERS // (asked.size * (6 * len(plan.topology.number)) ** 2))
     for some in (slice(k, min(k + step, count)) for k in range(0, count, step)):
         here = Stretch(ndim=ndim, axis=axis, indices=some)
         there = Stretch(ndim=ndim, axis=axis, indices=slice(first + some.start, first + some.stop))
-        own = [(nodes, here.of(matrices, 2, leading=1)) for nodes, matrices in found]
+        own = [(nodes, here(matrices, 2, leading=1)) for nodes, matrices in found]
         at = (slice(None),) * axis + (some,)
         out[at] = _of(plan, own, asked[at], there)
     return out

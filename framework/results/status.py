@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..dofs import DISPLACEMENTS
+from ..entries import Entries
 from ..solvers.evaluation import Picked
 from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked_bands import Bands, probe
 from ..structure.topology import Index
 from . import dense
-from .dense import Entries
 from .spectrum import DENSE
 
 # Motions below this share of the largest are not named, and no more than so many nodes are.

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
-from ..error_bounds.bounds import Cut
+from ..entries import WHOLE, Entries, Stretch, picked
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.tree_members import MEMBER
 from ..structure.assembly import hung_weights
 from ..structure.edge import GROUND
-from ..structure.member_loads import applied_forces, weight_forces
+from ..structure.member_loads import loads_between
 from ..structure.topology import Group, Index, Topology
 from . import dense
 from .geometric import of_arm, of_end_moments, of_link, of_load_between
@@ -58,15 +57,13 @@ def at_entry(entry: tuple[int, ...], matrices: Array) -> Array:
     matrices
         The matrices.
     """
-    where: Any = tuple(k if n > 1 else 0 for k, n in zip(entry, matrices.shape[1:-2], strict=True))
-    out: Array = matrices[(slice(None), *where)]
-    return out
+    return picked(matrices, tuple(np.array([k]) for k in entry), trailing=2, leading=1)[:, 0]
 
 
 def _part(state: EquilibriumResidual) -> Topology:
     """Members and what acts on them in the part of the batch that the state is of."""
     cut, topology = state.change, state.plan.topology
-    return topology.cut(cut.axis, cut.where[cut.axis]) if isinstance(cut, Cut) and cut.where else topology
+    return topology.cut(cut.axis, cut.indices) if isinstance(cut, Stretch) and cut.ndim else topology
 
 
 def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
@@ -82,7 +79,7 @@ def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
     return summed_stacks(plan, geometric_stacks(state))
 
 
-def summed_stacks(plan: Plan, stacks: list[Stack], entries: dense.Entries = dense.WHOLE) -> Array:
+def summed_stacks(plan: Plan, stacks: list[Stack], entries: Entries = WHOLE) -> Array:
     """Sum of matrices between nodes over the unknowns, (..., n, n).
 
     Parameters
@@ -128,7 +125,7 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
     """Geometric stiffness of a group in local axes, (n, ..., 12, 12), for the forces on the ends (n, ..., 12)."""
     length = np.broadcast_to(group.length, np.broadcast_shapes(group.length.shape, ends.shape[:-1]))
     axial = group.element.tension + 0.5 * (ends[..., 6] - ends[..., 0])
-    loads = list(_between(topology, group))
+    loads = list(loads_between(topology, group))
     applied = None
     if any(np.any(force[..., 3:]) for _, _, force in loads):
         applied = np.zeros((*length.shape, 3))
@@ -141,18 +138,6 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
         shapes = group.of(position).shape_functions(own, x)
         out[position] += of_load_between(own, shapes, np.broadcast_to(x, own.shape), force)
     return out
-
-
-def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
-    """Dead loads between the ends: positions (k,) in the group, where (k, ...), force and moment (k, ..., 6), local."""
-    everywhere = np.arange(len(group.pieces))
-    for x, force in weight_forces(topology, group, everywhere):
-        yield everywhere, x, force
-    if topology.frame.member_loads:
-        for position, piece in enumerate(group.pieces.tolist()):
-            if topology.pieces[piece].member in topology.frame.member_loads:
-                for x, force in applied_forces(topology, group, position):
-                    yield np.array([position]), x, force
 
 
 def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:

@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array, aligned
+from ..batch import Array, aligned, merged, turned
+from ..entries import flattened
 from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
@@ -99,10 +100,7 @@ def _of(part: BatchPart) -> Real:
 def _strain_forces(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
     """End forces that strain the members of a group as they do without forces, global, (..., n, 12)."""
     local = strain_forces(group, np.arange(len(group.pieces)))
-    split = state.change(np.moveaxis(local, 0, -2), 2)
-    split = split.reshape(*split.shape[:-1], 4, 3)
-    out: Real = np.einsum("...ji,...bj->...bi", springs.level, split)
-    return out.reshape(*out.shape[:-2], 12)
+    return turned(np.swapaxes(springs.level, -1, -2), state.change(np.moveaxis(local, 0, -2), 2))
 
 
 def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
@@ -110,25 +108,20 @@ def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs
     length = np.asarray(springs.length, dtype=np.float64)
     level = np.asarray(springs.level, dtype=np.float64)
     moved = np.asarray(state.displacements[..., springs.nodes, :], dtype=np.float64)
-    split = moved.reshape(*moved.shape[:-2], 4, 3)
-    local = np.einsum("...ij,...bj->...bi", level, split).reshape(*split.shape[:-2], 12)
+    local = turned(level, merged(moved, -2, -1))
     rows = deformation_rows(length)
     deformation = np.einsum("...ij,...j->...i", rows, local)
     shape, ndim = deformation.shape[:-1], len(state.plan.frame.shape)
 
     def pick(array: Array, trailing: int) -> Array:
         part = state.change(aligned(array, ndim, trailing), trailing)
-        tail = part.shape[part.ndim - trailing :]
-        each = part.reshape(*part.shape[: part.ndim - trailing], 1, *tail)
-        return np.broadcast_to(each, (*shape, *tail)).reshape(-1, *tail)
+        return flattened(np.expand_dims(part, part.ndim - trailing), shape, trailing)
 
     along = np.broadcast_to(length, shape).reshape(-1)
     _, force, _ = group.element.resistance(along, deformation.reshape(-1, 7), pick)
     pull = np.einsum("...ij,...i->...j", rows, force.reshape(*shape, 7))
     linear = np.einsum("...nij,...ni->...nj", springs.local_rows, springs.stiffness * _deformed(springs, local))
-    beyond = (pull - linear).reshape(*shape, 4, 3)
-    out: Real = np.einsum("...ji,...bj->...bi", level, beyond)
-    return out.reshape(*shape, 12)
+    return turned(np.swapaxes(level, -1, -2), pull - linear)
 
 
 def _deformed(springs: Springs, local: Array) -> Real:
@@ -154,9 +147,7 @@ def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
     shape = np.broadcast_shapes(stretch.shape[:-1], own)
 
     def pick(array: Array, trailing: int) -> Array:
-        part = state.change(aligned(array, whole, trailing), trailing)
-        tail = part.shape[part.ndim - trailing :]
-        return np.broadcast_to(part, (*shape, *tail)).reshape(-1, *tail)
+        return flattened(state.change(aligned(array, whole, trailing), trailing), shape, trailing)
 
     _, force, _ = element.resistance(np.broadcast_to(stretch, (*shape, 6)).reshape(-1, 6), pick)
     held = np.isin(np.arange(6), edge.ideal)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from skfem import Basis, MeshLine1
 from skfem.assembly.form.coo_data import COOData
@@ -15,29 +17,27 @@ from .shaped import Real, Shaped
 
 def integrated_stiffness(member: Shaped, length: Real) -> Array:
     """Stiffness of any member by quadrature, (..., 12, 12)."""
-    shape = np.broadcast_shapes(member.sections_shape, np.shape(length))
-    if 0 in shape:
-        return np.zeros((*shape, 12, 12))
-    basis = detached(member, length, shape)
-    return _stack(stiffness.elemental(basis, rigidity=rigidity_of(member, basis)), shape)
+    return _integrated(member, length, lambda basis: stiffness.elemental(basis, rigidity=rigidity_of(member, basis)))
 
 
 def integrated_mass(member: Shaped, length: Real) -> Array:
     """Consistent mass of any member by quadrature, (..., 12, 12)."""
-    shape = np.broadcast_shapes(member.sections_shape, np.shape(length))
-    if 0 in shape:
-        return np.zeros((*shape, 12, 12))
-    basis = detached(member, length, shape)
-    return _stack(mass.elemental(basis, inertia=inertia_of(member, basis)), shape)
+    return _integrated(member, length, lambda basis: mass.elemental(basis, inertia=inertia_of(member, basis)))
 
 
 def integrated_geometric(member: Shaped, length: Real, axial: Real) -> Array:
     """Geometric stiffness of any member by quadrature, (..., 12, 12)."""
-    shape = np.broadcast_shapes(member.sections_shape, np.shape(length), np.shape(axial))
-    if 0 in shape:
-        return np.zeros((*shape, 12, 12))
-    basis = detached(member, length, shape)
-    return _stack(geometric.elemental(basis, initial=initial_of(member, basis, np.asarray(axial))), shape)
+
+    def matrices(basis: Basis) -> COOData:
+        return geometric.elemental(basis, initial=initial_of(member, basis, np.asarray(axial)))
+
+    return _integrated(member, length, matrices, np.shape(axial))
+
+
+def _integrated(member: Shaped, length: Real, matrices: Callable[[Basis], COOData], more: Shape = ()) -> Array:
+    """Matrices (..., 12, 12) of a member, whose batch shape is that of its sections, its length and `more`."""
+    shape = np.broadcast_shapes(member.sections_shape, np.shape(length), more)
+    return np.zeros((*shape, 12, 12)) if 0 in shape else _stack(matrices(detached(member, length, shape)), shape)
 
 
 def detached(member: Shaped, length: Real, shape: Shape, start: Real = 0.0) -> Basis:

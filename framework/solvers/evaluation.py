@@ -10,6 +10,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned
+from ..entries import picked
 from ..structure.group import Group
 from ..structure.parts import Value
 from ..structure.topology import Index
@@ -39,15 +40,7 @@ class Picked:
 
     def of_array(self, array: Array, trailing: int, leading: int = 0) -> Array:
         """An array (leading..., batch..., trailing...) there, (leading..., m or 1, trailing...)."""
-        ndim = len(self.shape)
-        batch = array.shape[leading : array.ndim - trailing]
-        full = array.reshape(*array.shape[:leading], *(1,) * (ndim - len(batch)), *array.shape[leading:])
-        batch = full.shape[leading : leading + ndim]
-        if max(batch, default=1) == 1:
-            return full.reshape(*full.shape[:leading], 1, *full.shape[leading + ndim :])
-        where = tuple(k if n > 1 else 0 for k, n in zip(self.index, batch, strict=True))
-        out: Array = full[(slice(None),) * leading + where]
-        return out
+        return picked(array, self.index, trailing, leading)
 
     def of_values(self, values: list[Value]) -> Array:
         """Numbers, each at its own batch shape, there, (numbers, m)."""

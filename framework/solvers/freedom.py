@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..arm import carrying
 from ..batch import Array
 from ..batched.unloaded import Unloaded
 from ..structure.edge import GROUND
@@ -117,11 +118,8 @@ def _rigid(plan: Unloaded, nodes: Index) -> Array:
     points = plan.graph.points[nodes]
     arm = points - points.mean(axis=0)
     size = float(np.abs(arm).max(initial=0.0)) or 1.0
-    out = np.zeros((len(nodes), 6, 6))
-    out[:, :3, :3] = np.eye(3)
-    out[:, 3:, 3:] = np.eye(3) / size
-    for k in range(3):
-        out[:, :3, 3 + k] = np.cross(np.eye(3)[k], arm) / size
+    out = carrying(arm)
+    out[..., 3:] /= size
     for place, node in enumerate(nodes):
         axes = plan.topology.axes(int(node))
         if axes is not None:

@@ -8,12 +8,12 @@ Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, ch. 12).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from ..batch import Array
 from ..batched.plan import Plan
+from ..entries import Stretch
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..structure.topology import Index
 
@@ -49,13 +49,8 @@ def refined(plan: Plan, unknowns: Index, values: Array, solve: Callable[[Array],
     better = np.empty_like(whole)
     step = max(1, _ROOM * max(shape, default=1) // values.size)
     for start in range(0, max(shape, default=1), step):
-        where = (slice(None),) * axis + (slice(start, start + step),) if shape else ()
-
-        def cut(array: Any, trailing: int, where: tuple[slice, ...] = where) -> Any:
-            varies = where and array.ndim - trailing == len(shape) and array.shape[axis] > 1
-            return array[where] if varies else array
-
-        balance = EquilibriumResidual(statics, cut, keys, whole[where]).balance.astype(np.float64)
+        part = Stretch(ndim=len(shape), axis=axis, indices=slice(start, start + step))
+        balance = EquilibriumResidual(statics, part, keys, whole[part.where]).balance.astype(np.float64)
         change = solve(balance.reshape(-1, len(keys)).T).T.reshape(balance.shape)
-        better[where] = whole[where] + np.where(np.isfinite(change), change, 0.0)
+        better[part.where] = whole[part.where] + np.where(np.isfinite(change), change, 0.0)
     return better.reshape(-1, len(keys)).T

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, block_diagonal, cutting, turned
+from ..batch import Array, block_diagonal, turned
+from ..entries import Stretch
 from ..examined import Examined
 from ..protocol import LineElement
 from .parts import Extended, Grid
@@ -205,7 +206,7 @@ class Group:
 
     def cut(self, axis: int, indices: slice) -> Group:
         """The pieces at some indices of a batch axis."""
-        change = cutting(self.chord.ndim - 2, axis, indices)
+        change = Stretch(ndim=self.chord.ndim - 2, axis=axis, indices=indices)
         start, end, body = (None if axes is None else change(axes, 2) for axes in (*self.axes, self.body))
         return replace(
             self, element=self.element.cut(change), chord=change(self.chord, 1), axes=(start, end), body=body

@@ -59,6 +59,30 @@ def applied_forces(topology: Topology, group: Group, position: int, upto: Array 
             yield (x - start)[None], force[None]
 
 
+def loads_between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
+    """Point forces that stand for all that acts between the ends of the pieces of a group.
+
+    Parameters
+    ----------
+    topology, group
+        The numbered frame, and the group.
+
+    Yields
+    ------
+    tuple
+        Positions of some pieces in the group (n,), distance from their starts (n, ...), and force and moment in local
+        axes (n, ..., 6).
+    """
+    everywhere = np.arange(len(group.pieces))
+    for x, force in weight_forces(topology, group, everywhere):
+        yield everywhere, x, force
+    if topology.frame.member_loads:
+        for position, piece in enumerate(group.pieces.tolist()):
+            if topology.pieces[piece].member in topology.frame.member_loads:
+                for x, force in applied_forces(topology, group, position):
+                    yield np.array([position]), x, force
+
+
 def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
     """End forces (n, ..., 12), local, that do the work of point forces on pieces."""
     out: Array = np.zeros((*group.length[at].shape, 12))

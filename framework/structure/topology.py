@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array, Shape, aligned, cutting, distinct
+from ..batch import Array, Shape, aligned, distinct
 from ..description import Description, Node
+from ..entries import Stretch
 from ..examined import Examined, examined
 from ..protocol import LineElement, changed, stacked
 from .group import Group, Index
@@ -151,7 +152,7 @@ class Topology:
 
     def cut(self, axis: int, indices: slice) -> Topology:
         """Members and what acts on them at some indices of a batch axis."""
-        change = cutting(len(self.frame.shape), axis, indices)
+        change = Stretch(ndim=len(self.frame.shape), axis=axis, indices=indices)
         frame = copy.copy(self.frame)
         frame.weight = None if frame.weight is None else change(frame.weight, 1)
         frame.member_loads = {

@@ -79,8 +79,9 @@ class JointTree:
     def of(cls, topology: Topology, knowns: Knowns) -> JointTree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
-        chosen, closing = spanning(tree.edges)
-        tree._grow(chosen)
+        branches, closing = forest(tree.edges)
+        for branch in branches:
+            tree._derive(branch)
         for edge in closing:
             tree._close(edge)
         tree._hold()
@@ -115,30 +116,10 @@ class JointTree:
 
     # -- building ---------------------------------------------------------------------------------------------------
 
-    def _grow(self, chosen: list[Edge]) -> None:
-        at: dict[int, list[Edge]] = {GROUND: []}
-        for edge in chosen:
-            at.setdefault(edge.first, []).append(edge)
-            at.setdefault(edge.second, []).append(edge)
-        seen: set[int] = set()
-        for root in at:
-            if root in seen:
-                continue
-            seen.add(root)
-            if root != GROUND:
-                self.rows[root] = [{6 * root + k: 1.0} for k in _SIX]
-            queue = deque([root])
-            while queue:
-                parent = queue.popleft()
-                for edge in at[parent]:
-                    child = edge.second if edge.first == parent else edge.first
-                    if child not in seen:
-                        seen.add(child)
-                        self._derive(TreeEdge(edge, parent, child, 1.0 if child == edge.second else -1.0))
-                        queue.append(child)
-
     def _derive(self, branch: TreeEdge) -> None:
         edge, child, sign = branch.edge, branch.child, branch.sign
+        if branch.parent != GROUND and branch.parent not in self.rows:
+            self.rows[branch.parent] = [{6 * branch.parent + k: 1.0} for k in _SIX]
         self.branches.append(branch)
         self._stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
         rows = self._carried(edge, branch.parent, sign)
@@ -263,6 +244,29 @@ def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
             leader[a] = b
             chosen.append(edge)
     return chosen, closing
+
+
+def forest(edges: list[Edge]) -> tuple[list[TreeEdge], list[Edge]]:
+    """Branches of a spanning forest from the ground and other roots on, parents first; and edges that close loops."""
+    chosen, closing = spanning(edges)
+    at: dict[int, list[Edge]] = {GROUND: []}
+    for edge in chosen:
+        at.setdefault(edge.first, []).append(edge)
+        at.setdefault(edge.second, []).append(edge)
+    branches: list[TreeEdge] = []
+    seen: set[int] = set()
+    for root in at:
+        queue = deque([root] if root not in seen else [])
+        seen.add(root)
+        while queue:
+            parent = queue.popleft()
+            for edge in at[parent]:
+                child = edge.second if edge.first == parent else edge.first
+                if child not in seen:
+                    seen.add(child)
+                    branches.append(TreeEdge(edge, parent, child, 1.0 if child == edge.second else -1.0))
+                    queue.append(child)
+    return branches, closing
 
 
 def _entries(grid: Grid, axes: Array | None) -> Matrix3:

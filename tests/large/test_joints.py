@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from linkframe.framework.large import rotation
+from linkframe.framework import rotation
 from linkframe.framework.large.links import EdgeGeometry, LinkChange
 from linkframe.framework.large.loops import LoopChange, displacement
 

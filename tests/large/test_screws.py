@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame
-from linkframe.framework.large import rotation
+from linkframe.framework import Frame, rotation
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material, Rectangle
+from linkframe.framework.arm import cross_matrix
 from linkframe.models import Linkage
-from linkframe.models.linkage.statics.inertia import cross_matrix, inertia
+from linkframe.models.linkage.statics.inertia import inertia
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 

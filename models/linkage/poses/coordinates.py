@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....framework import rotation
 from ....framework.batch import Array
 from ..description.parts import Pair
-from ..kinematics.rotation import quaternion, rotation_matrix, rotation_vector
 from .kinematics import Kinematics
 
 
@@ -22,8 +22,9 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
     first, second = motion.axes(pair.first) @ pair.axes, motion.axes(pair.second) @ pair.axes
     turned = np.swapaxes(first, -1, -2) @ second
     if kind.name == "spherical":
-        drawn = rotation_matrix(quaternion(pair.reference))
-        return rotation_vector(turned @ drawn)
+        before = rotation.exponential(_first(pair.reference, 1))
+        now = rotation.of_matrix(_first(turned @ np.moveaxis(rotation.matrix(before), (0, 1), (-2, -1)), 2))
+        return np.moveaxis(rotation.logarithm(now), 0, -1)
     apart = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
     shift = np.einsum("...ji,...j->...i", first, apart)
     out = []
@@ -36,6 +37,11 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
         else:
             out.append(_continued(motion, pair, offset, np.arctan2(turned[..., 1, 0], turned[..., 0, 0])))
     return np.stack(out, axis=-1) + pair.reference if out else np.zeros((*shape, 0))
+
+
+def _first(array: Array, trailing: int) -> Array:
+    """An array (..., components) as (components, ...)."""
+    return np.moveaxis(array, range(-trailing, 0), range(trailing))
 
 
 def _continued(motion: Kinematics, pair: Pair, offset: int, angle: Array) -> Array:

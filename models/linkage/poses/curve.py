@@ -10,6 +10,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ..way.interpolation import SIDES, weights
 from .configuration import ALIKE, DEPENDENT, FEW_DIGITS, Configurations, null_space
 from .sparse_steps import SparseSteps
 
@@ -19,7 +20,6 @@ LONGEST_WAY = 6000
 NEWTON = 30
 # How far apart the states beside a change point are that tell where it is.
 BESIDE = 0.005
-SIDES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 # How many times as far apart where the place is known by one step of Newton's method only, and how far it may be.
 FEW, FAR = 3.0, 3.0 * STEP
 # Step of the differences from which the slope of a singular value is taken.
@@ -250,7 +250,7 @@ class MotionPath:
             signed = self._signed(around)
             if not signed[0] * signed[-1] < 0.0:
                 return None
-            middle = _lagrange(signed)
+            middle = weights(signed, 0.0)
             state, tangent = middle @ [x.state for x in around], middle @ [x.tangent for x in around]
             place, ahead = PathPoint(self.space.unit(state), tangent / np.linalg.norm(tangent)), 0.0
         least = np.linalg.svd(self.held(place.state), compute_uv=False)[self.rank - 1]
@@ -279,13 +279,7 @@ class MotionPath:
         near = [(step, found) for step in steps if (found := self.onwards(place, step)) is not None]
         held = [np.linalg.svd(self.held(each.state), compute_uv=False)[self.rank - 1] for _, each in near]
         abscissas = np.array([np.sign(step) * value for (step, _), value in zip(near, held, strict=True)])
-        return float(_lagrange(abscissas) @ [self.coordinate(each.state) for _, each in near])
-
-
-def _lagrange(abscissas: Array) -> Array:
-    """Lagrange's weights at zero."""
-    others = abscissas[:, None] - abscissas + np.eye(len(abscissas))
-    return np.asarray(np.prod(np.where(np.eye(len(abscissas)), 1.0, -abscissas / others), axis=1))
+        return float(weights(abscissas, 0.0) @ [self.coordinate(each.state) for _, each in near])
 
 
 def _rank(matrix: Array) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
-from ..way.march import at_zero
+from ..way.interpolation import at_zero
 from .configuration import Configurations, Entry
 from .curve import STEP, MotionPath, PathPoint, Way
 from .held import moving_joints

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ....framework.arm import crossed
 from ....framework.batch import Array
 from ..description.parts import GROUND
 from ..kinematics.mechanism import Mechanism
@@ -71,5 +72,4 @@ def _size(speed: Array) -> Array:
 
 def _velocity(origin: Array, speed: Array, point: Array) -> Array:
     """Angular velocity and velocity (..., 6) of a link at a point."""
-    arm = np.cross(speed[..., :3], point - origin)
-    return np.concatenate([speed[..., :3], speed[..., 3:] + arm], axis=-1)
+    return np.concatenate([speed[..., :3], speed[..., 3:] + crossed(speed[..., :3], point - origin)], axis=-1)

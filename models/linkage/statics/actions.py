@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....framework.arm import crossed, transferred
 from ....framework.batch import Array, Shape, joined, turned
 from ..description.parts import GROUND, LinkageSpring
 from ..poses.kinematics import Kinematics
@@ -34,25 +35,7 @@ class Action:
 
     def about(self, centre: Array) -> Array:
         """Force, and moment about another place, (..., 6)."""
-        return moved(self.wrench, self.place - centre)
-
-
-def moved(wrench: Array, arm: Array) -> Array:
-    """A force and moment at the end of `arm` as felt at its start, (..., 6)."""
-    shape = np.broadcast_shapes(wrench.shape[:-1], arm.shape[:-1])
-    out = np.empty((*shape, 6))
-    out[..., :3] = wrench[..., :3]
-    np.add(wrench[..., 3:], crossed(arm, wrench[..., :3]), out=out[..., 3:])
-    return out
-
-
-def crossed(one: Array, other: Array) -> Array:
-    """Cross product of vectors (..., 3): the sums of NumPy's, which on one vector takes five times as long."""
-    out = np.empty(np.broadcast_shapes(one.shape, other.shape))
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        out[..., k] = one[..., i] * other[..., j] - one[..., j] * other[..., i]
-    return out
+        return transferred(self.wrench, self.place - centre)
 
 
 def applied(motion: Kinematics) -> Iterator[Action]:

@@ -8,12 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ....framework.arm import transferred
 from ....framework.batch import Array, Shape
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
 from ..poses.kinematics import Kinematics
 from ..way.driven import free_motions
-from .actions import applied, centre_of, inertia_force, moved, turned_tensor, weight, whole_shape
+from .actions import applied, centre_of, inertia_force, turned_tensor, weight, whole_shape
 from .inertia import inertia
 
 
@@ -105,7 +106,7 @@ class Equilibrium:
             for link, sign in ((joint.joint.second, 1.0), (joint.joint.first, -1.0)):
                 if link in self.centres:
                     arm = (joint.place - self.centres[link])[..., None, :]
-                    each = np.swapaxes(self.scaled(moved(np.swapaxes(joint.wrenches, -1, -2), arm)), -1, -2)
+                    each = np.swapaxes(self.scaled(transferred(np.swapaxes(joint.wrenches, -1, -2), arm)), -1, -2)
                     row = 6 * self.links.index(link)
                     parts.append((slice(row, row + 6), columns, sign * each * self.units(joint)))
         return parts

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ....elements import Beam, Material
+from ....framework.arm import carrying, cross_matrix
 from ....framework.batch import Array, block_diagonal
 from ....framework.cache import INERTIAS, alike
 from ....framework.composed import Composed
@@ -110,14 +111,6 @@ def _inertia(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
     return Inertia(mass, centre, share[..., None, None] * own.tensor)
 
 
-def cross_matrix(vector: Array) -> Array:
-    """The matrix S with ``S x = vector x x``, (..., 3, 3)."""
-    x, y, z = np.moveaxis(vector, -1, 0)
-    zero = np.zeros_like(x)
-    rows = ((zero, -z, y), (z, zero, -x), (-y, x, zero))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
 def _of_beams(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
     """Inertia of the beams moving as one body: their consistent mass on rigid motions, ``R^T M R``.
 
@@ -151,8 +144,7 @@ def _rigid_mass(beam: LineElement | None, start: Array, end: Array, about: Array
     shape = np.broadcast_shapes(start.shape, end.shape, about.shape)[:-1]
     motion = np.zeros((*shape, 12, 6))
     for row, at in ((0, start), (6, end)):
-        motion[..., row : row + 3, :3] = motion[..., row + 3 : row + 6, 3:] = np.eye(3)
-        motion[..., row : row + 3, 3:] = -cross_matrix(at - about)
+        motion[..., row : row + 6, :] = carrying(at - about)
     local = block_diagonal([turn] * 4) @ motion
     length = np.linalg.norm(chord, axis=-1)
     mass = length[..., None, None] * _LINE if beam is None else beam.mass_matrix(length)

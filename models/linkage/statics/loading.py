@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from ....framework.arm import crossed, transferred
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ....framework.frame import Frame
 from ....framework.protocol import LineElement
 from ..poses.kinematics import Kinematics
-from .actions import applied, inertia_force, moved
+from .actions import applied, inertia_force
 from .inertia import inertia, is_massive
 from .nodes import Nodes
 
@@ -49,7 +50,7 @@ def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pi
                 rest = rest - _resultant(places, forces, whole.place)
         point = nodes.heart(motion.linkage, link, inertia(motion.linkage, link).centre)
         at = motion.position(point, link)
-        _put(frame, nodes.of(link, point), _there(motion, moved(rest, whole.place - at)))
+        _put(frame, nodes.of(link, point), _there(motion, transferred(rest, whole.place - at)))
 
 
 def _put(frame: Frame, node: str, wrench: Array) -> None:
@@ -74,6 +75,6 @@ def _resultant(places: tuple[Array, Array], forces: tuple[Array, Array], about: 
     (start, end), (first, last) = places, forces
     chord, change, arm = end - start, last - first, start - about
     length = np.linalg.norm(chord, axis=-1)[..., None]
-    moment = np.cross(arm, first + change / 2.0) + np.cross(chord, first / 2.0 + change / 3.0)
+    moment = crossed(arm, first + change / 2.0) + crossed(chord, first / 2.0 + change / 3.0)
     force, moment = np.broadcast_arrays(length * (first + last) / 2.0, length * moment)
     return np.concatenate([force, moment], axis=-1)

@@ -20,6 +20,7 @@ from ..kinematics.nearest import open_by
 from ..kinematics.tape import Value
 from .follow import Guide
 from .guess import Guess
+from .interpolation import weights
 from .march import OPEN
 
 Mask = NDArray[np.bool_]
@@ -180,13 +181,3 @@ def _nearly(
         np.asarray(state[k])[members] = np.where(closed, found.state[k], begin[k])
     reached[members] = True
     nearly[members] = ~closed
-
-
-def weights(knots: Array, s: Array) -> Array:
-    """Value at s (M,) of the polynomial that is 1 at one knot and 0 at the others, (knots, M)."""
-    out = np.ones((len(knots), len(s)))
-    for j, knot in enumerate(knots):
-        for k, other in enumerate(knots):
-            if k != j:
-                out[j] *= (s - other) / (knot - other)
-    return out

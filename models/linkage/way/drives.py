@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....framework import rotation
 from ....framework.batch import Array, Shape, finite, joined
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
 from ..kinematics.mechanism import Mechanism
-from ..kinematics.rotation import quaternion, quaternion_product
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,8 @@ def _states(
     joined(what, given.shape[:-1], shapes)
     shapes[what] = given.shape[:-1]
     if pair.kind.name == "spherical":
-        turned = quaternion_product(quaternion(given), quaternion(-pair.reference))
-        return [x.copy() for x in np.moveaxis(turned, -1, 0)]
+        both = np.broadcast_arrays(given, -pair.reference)
+        now, before = (rotation.exponential(np.moveaxis(vectors, -1, 0)) for vectors in both)
+        return list(rotation.product(now, before))
     moved = (given - pair.reference[..., chosen]) / scales
     return [x.copy() for x in np.moveaxis(moved, -1, 0)]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ..kinematics.blocks import blocks
+from .interpolation import shares
 from .march import Track
 
 
@@ -86,9 +87,7 @@ class Guide:
         out = [np.empty(np.shape(s)) for _ in self.states.T]
         for block in blocks(np.shape(s)):
             k, t, h = self._place(np.clip(s[block], self.s[0], self.s[-1]))
-            tt, back = t * t, (1.0 - t) ** 2
-            p, q = (1.0 + 2.0 * t) * back, t * back * h
-            u, v = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * h
+            p, q, u, v = shares(t, h)
             after = k + 1
             for whole, states, rates in zip(out, self.states.T, self.rates.T, strict=True):
                 whole[block] = (p * states[k] + q * rates[k]) + (u * states[after] + v * rates[after])
@@ -101,9 +100,7 @@ class Guide:
         k = min(max(bisect_right(nodes.s, s) - 1, 0), len(nodes.s) - 2)
         h = nodes.s[k + 1] - nodes.s[k]
         t = (s - nodes.s[k]) / h
-        tt, back = t * t, (1.0 - t) * (1.0 - t)
-        p, q = (1.0 + 2.0 * t) * back, t * back * h
-        u, v = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * h
+        p, q, u, v = shares(t, h)
         ends = zip(nodes.states[k], nodes.rates[k], nodes.states[k + 1], nodes.rates[k + 1], strict=True)
         crossed = any(nodes.s[k] < where < s for where in nodes.crossings)
         return [(p * a + q * b) + (u * c + v * d) for a, b, c, d in ends], nodes.signs[k + 1 if crossed else k]

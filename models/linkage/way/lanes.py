@@ -12,6 +12,7 @@ from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops, Pose, Poses
 from ..kinematics.tape import Value
+from .interpolation import cubic
 from .march import EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN
 
 Mask = NDArray[np.bool_]
@@ -340,11 +341,3 @@ class Lanes:
         for row, x in zip(out, entries, strict=True):
             row[:] = x
         return out
-
-
-def cubic(a: Array, u: Array, b: Array, v: Array, t: Array, width: Array) -> Array:
-    """States at ``t * width`` from a on the cubic through a and b with the rates u and v."""
-    tt, back = t * t, (1.0 - t) ** 2
-    out: Array = (1.0 + 2.0 * t) * back * a + t * back * width * u
-    out += tt * (3.0 - 2.0 * t) * b + tt * (t - 1.0) * width * v
-    return out

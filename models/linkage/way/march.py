@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..kinematics.loops import Loops, Pose
+from .interpolation import SIDES, at_zero, shares, weights
 from .ray import Ray
 
 FIRST = 0.1
@@ -268,7 +269,7 @@ class March:
             else:
                 right, high, low = s, middle, 0.5 * low
         width = min(max(s - a.s, b.s - s), 0.2)
-        knots = [s + 0.24 * width * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
+        knots = (s + 0.24 * width * SIDES).tolist()
         values = [determinant(knot) for knot in knots]
         if min(abs(values[0] / values[2]), abs(values[7] / values[5])) > STEEP:
             return self._multiple_root(a, b)
@@ -288,7 +289,7 @@ class March:
                 return s
             s = min(max(s + width * (left - right) / (left + right), a.s), b.s)
             width = max(0.25 * width, 0.02)
-        knots = [s + 0.02 * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
+        knots = (s + 0.02 * SIDES).tolist()
         better = at_zero(knots, [np.sign(knot - s) * self._least(self._between(a, b, knot)) for knot in knots])
         return better if abs(better - s) < width else s
 
@@ -311,28 +312,17 @@ class March:
     def _closes(self, a: ContinuationPoint, b: ContinuationPoint, where: float) -> bool:
         """Whether the smooth way through a change point closes in it: the polynomial through poses around it."""
         apart = min(KNOT, SHARE * (b.s - a.s))
-        knots = [where + apart * j for j in (-4, -3, -2, -1, 1, 2, 3, 4)]
+        knots = (where + apart * SIDES).tolist()
         state = np.zeros(len(a.pose.state))
-        for knot in knots:
+        for knot, weight in zip(knots, weights(knots, where), strict=True):
             guess = _cubic(a, b, (knot - a.s) / (b.s - a.s), b.s - a.s)
             pose = self.loops.close(self.ray.place(guess, knot), self.parameters)
             if pose is None:
                 return False
-            weight = np.prod([(where - other) / (knot - other) for other in knots if other != knot])
             state = state + weight * np.array(pose.state)
         middle = self.ray.place(state.tolist(), where)
         residual = self.loops.mechanism.newton[0](middle, self.parameters)[: self.loops.rows]
         return bool(max(map(abs, residual)) < max(OPEN, self.loops.tolerance))
-
-
-def at_zero(values: list[float], arguments: list[float]) -> float:
-    """Value at argument 0 of the polynomial through the points (Neville's scheme)."""
-    out = list(values)
-    for level in range(1, len(out)):
-        for i in range(len(out) - level):
-            x, y = arguments[i], arguments[i + level]
-            out[i] = (out[i] * y - out[i + 1] * x) / (y - x) if y != x else np.nan
-    return out[0]
 
 
 def other_branch(
@@ -386,9 +376,7 @@ def dips(determinants: Sequence[Sequence[float]]) -> bool:
 
 def _cubic(a: ContinuationPoint, b: ContinuationPoint, t: float, width: float) -> list[float]:
     """State at a.s + t * width on the cubic through two nodes with their rates."""
-    tt = t * t
-    p, q = (1.0 + 2.0 * t) * (1.0 - t) ** 2, t * (1.0 - t) ** 2 * width
-    r, u = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * width
+    p, q, r, u = shares(t, width)
     return [
         p * w + q * x + r * y + u * z for w, x, y, z in zip(a.pose.state, a.rate, b.pose.state, b.rate, strict=True)
     ]

@@ -12,8 +12,8 @@ from ....framework.batch import Array, Shape
 from ..kinematics.loops import FIRST_STEP, Loops
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.tape import Value
-from .change_point import weights
 from .follow import Guide
+from .interpolation import weights
 from .march import BEYOND, OPEN
 
 Mask = NDArray[np.bool_]

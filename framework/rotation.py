@@ -10,7 +10,7 @@ from math import factorial
 
 import numpy as np
 
-from ..batch import Array
+from .batch import Array
 
 # Up to this angle coefficients are summed as series, above it in closed form; both to rounding.
 _SERIES = 1.0
@@ -118,6 +118,23 @@ def logarithm(q: Array) -> Array:
     safe = np.where(small, 1.0, size)
     out: Array = np.where(small, 2.0, 2.0 * np.arctan2(size, q[0]) / safe) * q[1:]
     return out
+
+
+def of_matrix(m: Array) -> Array:
+    """Quaternion of a rotation matrix (3, 3, ...), whose largest component is taken from the diagonal (Shepperd 1978).
+
+    Its scalar part is not negative.
+    """
+    trace = m[0, 0] + m[1, 1] + m[2, 2]
+    four = np.stack([1.0 + trace, *(1.0 - trace + 2.0 * m[k, k] for k in range(3))])
+    spun = [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
+    both = {(i, j): m[i, j] + m[j, i] for i, j in ((0, 1), (0, 2), (1, 2))}
+    rows = [np.stack([four[0], *spun])]
+    for k in range(3):
+        rows.append(np.stack([spun[k], *(four[k + 1] if i == k else both[min(i, k), max(i, k)] for i in range(3))]))
+    best = np.argmax(four, axis=0)[None, None]
+    q = normalised(np.take_along_axis(np.stack(rows), best, axis=0)[0])
+    return np.where(q[0] < 0.0, -q, q)
 
 
 # -- derivatives ----------------------------------------------------------------------------------------------------

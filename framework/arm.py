@@ -1,0 +1,54 @@
+"""Along an arm: what a force at its end does at its start, and how its end moves with its start.
+
+Vectors are (..., 3), forces with moments and displacements with rotations (..., 6), in any precision.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[Any]
+
+
+def crossed(one: Real, other: Real) -> Real:
+    """Cross product of vectors (..., 3): the sums of NumPy's, which on one vector takes five times as long."""
+    out = np.empty(np.broadcast_shapes(one.shape, other.shape), np.result_type(one, other))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        out[..., k] = one[..., i] * other[..., j] - one[..., j] * other[..., i]
+    return out
+
+
+def cross_matrix(vector: Real) -> Real:
+    """Matrices (..., 3, 3) of the cross product with vectors (..., 3) from the left."""
+    x, y, z = np.moveaxis(vector, -1, 0)
+    zero = np.zeros_like(x)
+    rows = ((zero, -z, y), (z, zero, -x), (-y, x, zero))
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def transferred(wrench: Real, arm: Real) -> Real:
+    """Force and moment (..., 6) at the end of an arm (..., 3) as they act at its start."""
+    out = np.empty((*np.broadcast_shapes(wrench.shape[:-1], arm.shape[:-1]), 6), np.result_type(wrench, arm))
+    out[..., :3] = wrench[..., :3]
+    np.add(wrench[..., 3:], crossed(arm, wrench[..., :3]), out=out[..., 3:])
+    return out
+
+
+def carried(motion: Real, arm: Real) -> Real:
+    """Displacement and rotation (..., 6) of the start of a rigid arm (..., 3) as its end has them."""
+    out = np.empty((*np.broadcast_shapes(motion.shape[:-1], arm.shape[:-1]), 6), np.result_type(motion, arm))
+    np.add(motion[..., :3], crossed(motion[..., 3:], arm), out=out[..., :3])
+    out[..., 3:] = motion[..., 3:]
+    return out
+
+
+def carrying(arm: Real) -> Real:
+    """Matrices (..., 6, 6) of `carried`."""
+    out = np.zeros((*arm.shape[:-1], 6, 6), np.result_type(arm, np.float64))
+    out[..., range(6), range(6)] = 1.0
+    out[..., :3, 3:] = -cross_matrix(arm)
+    return out
