@@ -2,6 +2,7 @@
 
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
 from .linkage import (
+    Contributors,
     DeadPoint,
     DriveRange,
     Linkage,
@@ -10,8 +11,11 @@ from .linkage import (
     Motion,
     PointAccuracy,
     PoseState,
+    PositionSensitivity,
+    ReachableRegion,
     Reactions,
     Stress,
+    WorstCase,
     read_linkage,
     write_linkage,
 )
@@ -21,6 +25,7 @@ from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "Contributors",
     "DeadPoint",
     "DriveRange",
     "FourBar",
@@ -33,12 +38,15 @@ __all__ = [
     "Motion",
     "PointAccuracy",
     "PoseState",
+    "PositionSensitivity",
     "Propagation",
+    "ReachableRegion",
     "Reactions",
     "SobolIndices",
     "Spread",
     "Stress",
     "Study",
+    "WorstCase",
     "accuracy",
     "monte_carlo",
     "propagate",

@@ -1,5 +1,6 @@
 """Any linkage, planar or spatial: description, motion, reactions, compliance."""
 
+from .derivatives.position_sensitivity import PositionSensitivity
 from .description.joints import KINDS, Kind
 from .description.parts import GROUND, LinkageLink, LinkageSpring, Load, Pair
 from .files import read_linkage, write_linkage
@@ -10,10 +11,14 @@ from .poses.mobility import Mobility
 from .poses.states import PoseState
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
+from .worst_case.contributors import Contributors
+from .worst_case.region import ReachableRegion
+from .worst_case.worst_case import WorstCase
 
 __all__ = [
     "GROUND",
     "KINDS",
+    "Contributors",
     "DeadPoint",
     "DriveRange",
     "Kind",
@@ -27,8 +32,11 @@ __all__ = [
     "Pair",
     "PointAccuracy",
     "PoseState",
+    "PositionSensitivity",
+    "ReachableRegion",
     "Reactions",
     "Stress",
+    "WorstCase",
     "read_linkage",
     "write_linkage",
 ]
