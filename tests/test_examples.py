@@ -331,6 +331,16 @@ def _fields(picture: np.ndarray) -> list[np.ndarray]:
     return [field for row in np.split(picture, 2) for field in np.split(row, 5, axis=1)]
 
 
+def test_worst_case() -> None:
+    """The rocker's pins carry one force, that of the rod between them; the support is the sum of the contributions."""
+    shown = example("worst_case")
+    assert shown.table.names[:4] == ("joint A", "joint B", "joint D", "joint E")
+    assert_allclose(shown.table.reach[:, 2], shown.table.reach[:, 3], rtol=1e-9)
+    assert_allclose(shown.table.reach.sum(axis=1), shown.worst.greatest, rtol=1e-9)
+    across = np.linalg.norm(shown.band[:, 0] - shown.motion.position("P"), axis=1)
+    assert (across <= shown.worst.greatest * (1.0 + 1e-12)).all()
+
+
 def test_loose_pins() -> None:
     """The reactions are those of the rigid linkage; its journals change sides where the one in E vanishes."""
     shown = example("loose_pins")

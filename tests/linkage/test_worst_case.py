@@ -12,6 +12,7 @@ from linkframe.framework import FrameError
 from linkframe.models import FourBar, Linkage, ReachableRegion
 from linkframe.models.four_bar.clearance import clearance_displacement
 from numpy.testing import assert_allclose
+from scipy.optimize import linprog
 
 from ..reference.any_linkage import KINDS
 from .test_position_sensitivity import four_bar
@@ -139,7 +140,7 @@ def test_area_and_volume_of_what_is_known() -> None:
     assert_allclose(cylinder.volume, 2.0 * np.pi)
     capsule = ReachableRegion(none, np.concatenate([np.eye(3), [[0], [0], [1]]], axis=1), (3, 1), ("ball", "way"))
     assert_allclose(capsule.volume, 4.0 / 3.0 * np.pi + 2.0 * np.pi, rtol=1e-3)
-    with pytest.raises(FrameError, match="it has a volume, and no plane"):
+    with pytest.raises(FrameError, match="it has a volume, and no area"):
         whole.area  # noqa: B018
 
 
@@ -199,7 +200,7 @@ def test_contributors() -> None:
     assert_allclose(table.worst.sum(axis=-1), 100.0)
     assert_allclose(table.of_variance.sum(axis=-1), 100.0)
     centre = np.sum(worst.direction * worst.position.centre, axis=-1)
-    assert_allclose(table.reach.sum(axis=-1) + centre, worst.greatest, rtol=1e-12)
+    assert_allclose(table.reach.sum(axis=-1) + centre, worst.greatest, rtol=1e-9)
     assert table.ranked[0] == table.names[int(np.argmax(table.reach[np.argmax(table.reach.sum(axis=-1))]))]
     text = repr(worst).splitlines()
     assert len(text) == 9
@@ -260,3 +261,58 @@ def test_what_is_refused() -> None:
         motion.worst_case("P", places={("crank", "D"): 1e-5})
     with pytest.raises(FrameError, match="direction has length 0"):
         motion.worst_case("P", clearances={"B": 1e-5}).support((0, 0))
+
+
+def test_a_bearing_tilts_by_twice_the_clearance_over_its_length() -> None:
+    """An arm of 0.5 along x, its pin in a bearing of length 0.04 with 0.1 mm of clearance and 0.2 mm of end play."""
+    arm = Linkage(A=(0, 0), B=(0.5, 0))
+    arm.link("arm", "A", "B")
+    arm.revolute("A", "ground", "arm", drive=True, clearance=1e-4)
+    worst = arm.move(A=[0.0, 0.7]).worst_case("B", journals={"A": 0.04}, end_play={"A": 2e-4})
+    assert_allclose(worst.support((0, 0, 1)), 0.5 * 2.0 * 1e-4 / 0.04 + 2e-4, rtol=1e-14)
+    assert_allclose(worst.angle, 2.0 * 1e-4 / 0.04, rtol=1e-12)
+    assert_allclose(worst.support((1, 0, 0)), 1e-4, rtol=1e-14)
+    assert_allclose(worst.position.half_widths[:, 2], worst.support((0, 0, 1)))
+
+
+def test_a_slider_tilts_in_its_slot() -> None:
+    """A slider of length 0.1 along x, driven, its tip 0.3 ahead and 0.2 aside of its middle."""
+    linkage = Linkage(S=(0, 0), P=(0.3, 0.2))
+    linkage.link("slider", "S", "P")
+    linkage.prismatic("S", "ground", "slider", axis=(1, 0), drive=True, clearance=1e-4)
+    worst = linkage.move(S=0.05).worst_case("P", journals={"S": 0.1})
+    # Of both ends at (d1 + d2)/2 and turned by (d1 - d2)/L in the plane.
+    assert_allclose(worst.support((0, 1)), 1e-4 * (abs(0.5 + 0.3 / 0.1) + abs(0.5 - 0.3 / 0.1)), rtol=1e-14)
+    assert_allclose(worst.support((1, 0)), 1e-4 * 2.0 * 0.2 / 0.1, rtol=1e-14)
+
+
+def test_redundant_constraints_bind_the_clearances() -> None:
+    """A plane four-bar whose bearings tilt, across its plane: a linear program with discs of 180 edges.
+
+    In the plane the constraints across it do not bind, and the bearings' ends together do what their middles can.
+    """
+    motion = drawn(SPECIAL).move(A=THETA[:2])
+    limits = dict.fromkeys("ABDE", 1e-4)
+    region = motion.worst_case("P", clearances=limits, journals=dict.fromkeys("ABDE", 0.02), end_play=limits).position
+    assert region.stress is not None
+    plane = motion.worst_case("P", clearances=limits)
+    assert_allclose(region.support((0.6, 0.8)), plane.support((0.6, 0.8)), rtol=1e-9)
+    angle = np.pi / 90.0 * np.arange(180)
+    rows, at = [], 0
+    for size in region.sizes:
+        for edge in np.stack([np.cos(angle), np.sin(angle)], axis=-1) if size == 2 else [[1.0], [-1.0]]:
+            rows.append(np.zeros(region.columns.shape[-1]))
+            rows[-1][at : at + size] = edge
+        at += size
+    columns, stress = region.columns[1] / 1e-4, region.stress[1] / np.abs(region.stress[1]).max()
+    for n in ((0.0, 0.0, 1.0), (0.5, -0.3, 0.4)):
+        n_unit = np.array(n) / np.linalg.norm(n)
+        bound = np.ones(len(rows))
+        found = linprog(
+            -n_unit @ columns, A_ub=np.array(rows), b_ub=bound, A_eq=stress, b_eq=[0.0] * 3, bounds=(None, None)
+        )
+        assert_allclose(region.support(n)[1] / 1e-4, -found.fun, rtol=2e-4)
+        deviations = region.deviations(n)[1]
+        assert np.abs(stress @ deviations).max() < 1e-3
+        assert_allclose(n_unit @ columns @ deviations, region.support(n)[1] / 1e-4, rtol=1e-4)
+    assert (region.greatest >= region.support((0, 0, 1))).all()

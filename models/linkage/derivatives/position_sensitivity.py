@@ -48,6 +48,11 @@ class PositionSensitivity:
         return f"<Sensitivity of {self.point} on {self.link} to {', '.join(self.joints)}, shape {self.motion.shape}>"
 
     @property
+    def rows(self) -> int:
+        """Number of rows: six, and one for each redundant constraint that is looked at."""
+        return next((value.shape[-2] for value in self.joints.values()), 6)
+
+    @property
     def linkage(self) -> LinkageDescription:
         """The description."""
         return self.motion.linkage
@@ -79,10 +84,11 @@ class PositionSensitivity:
             for link, sign in ((pair.first, 1.0), (pair.second, -1.0)):
                 by = sign * self.joints[pair.name][..., :3] @ self._turned(pair, link)
                 out[link, pair.point] = out.get((link, pair.point), 0.0) + by
-        none = np.zeros((*self.motion.shape, 6, 3))
+        none = np.zeros((*self.motion.shape, self.rows, 3))
         own = (self.link, self.point)
         if own in out or self.link == GROUND:
-            unit = np.concatenate([self.motion.axes(self.link), none[..., :3, :]], axis=-2)
+            unit = none.copy()
+            unit[..., :3, :] = self.motion.axes(self.link)
             out[own] = out.get(own, 0.0) + unit
         return {key: none + value for key, value in out.items()}
 
@@ -92,7 +98,7 @@ class PositionSensitivity:
 
         A link that was given its true length keeps it.
         """
-        out = {point: np.zeros((*self.motion.shape, 6, 3)) for point in self.linkage.points}
+        out = {point: np.zeros((*self.motion.shape, self.rows, 3)) for point in self.linkage.points}
         for (link, point), value in self.places.items():
             given = self.linkage.links.get(link)
             if given is None or given.length is None or point == given.points[0]:
@@ -207,6 +213,17 @@ def position_sensitivity(motion: ClassifiedPoses, point: str, link: str | None =
     return PositionSensitivity(
         motion, point, name, {joint: by_units(work, forces[joint]) for joint in sorted_as(motion, forces)}
     )
+
+
+def with_redundant_rows(by: PositionSensitivity) -> PositionSensitivity:
+    """The same with a further row for each redundant constraint: what opens it; in the units of the first three."""
+    work = VirtualWork(by.motion)
+    if not work.redundant:
+        return by
+    units = np.array([1.0] * 3 + [work.mechanism.size] * 3)
+    rows = {joint: force * units for joint, force in work.self_stresses().items()}
+    joints = {joint: np.concatenate([value, rows[joint]], axis=-2) for joint, value in by.joints.items()}
+    return PositionSensitivity(by.motion, by.point, by.link, joints)
 
 
 def by_units(work: VirtualWork, force: Array) -> Array:

@@ -109,10 +109,10 @@ class VirtualWork:
 
         They span all such states, those of the constraints that no coordinate acts on included.
         """
-        count = len(self.mechanism.rows) - self.mechanism_rank
-        matrix = self._transposed
-        _, _, right = np.linalg.svd(matrix, full_matrices=True)
-        rows = right[..., len(self.mechanism.rows) - count :, :]
+        count, every = self.redundant, len(self.mechanism.rows)
+        rows = np.broadcast_to(np.eye(every), (*self.regular.shape, every, every))
+        if self.mechanism.unknown:
+            rows = np.linalg.svd(self._transposed, full_matrices=True)[2][..., every - count :, :]
         through = self._through_tree({link: wrench for link, wrench in self._on_links(rows).items() if link != GROUND})
         none = np.zeros((*self.regular.shape, count, 6))
         out = {name: through.get(name, none) for name in self.signs}
@@ -124,9 +124,9 @@ class VirtualWork:
     # -- equations --------------------------------------------------------------------------------------------------
 
     @property
-    def mechanism_rank(self) -> int:
-        """Number of independent closing equations."""
-        return self.motion.assembly.loops.linear.rank
+    def redundant(self) -> int:
+        """Number of closing equations that others imply."""
+        return len(self.mechanism.rows) - self.motion.assembly.loops.linear.rank
 
     def _through_tree(self, loads: Mapping[str, Array]) -> dict[str, Array]:
         """What each joint of the tree passes on of loads on the links behind it, in its axes, (..., k, 6)."""

@@ -84,6 +84,14 @@ def volume_of_sum(columns: Array, sizes: tuple[int, ...]) -> Array:
     return np.asarray(8.0 / 3.0 * (reach @ weight))
 
 
+def volume_within(points: Array) -> Array:
+    """Volume of the convex hulls of points (m, d, 3), (m,)."""
+    from scipy.spatial import ConvexHull
+
+    size = np.abs(points).max()
+    return np.array([size**3 * ConvexHull(own / size).volume for own in points])
+
+
 def _generators() -> dict[int, Array]:
     """Segments whose sum is an interval, about a disc, or about a ball: by their number of axes, (k, axes)."""
     angles = np.pi * np.arange(IN_DISC) / IN_DISC

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, Shape, vector
 from ....framework.errors import FrameError
-from .mixed_area import area_of_sum, volume_of_sum
+from .mixed_area import area_of_sum, volume_of_sum, volume_within
+from .redundant import LEAST, least_lengths
 from .starts import circle, sphere
 
 # What is thinner than this share of the largest extent is flat.
@@ -21,6 +22,8 @@ FLAT = 1e-9
 TOGETHER = 256
 # Directions in which the farthest point is sought, the best of them that are followed, and for how many steps.
 BEST, STEPS = 8, 200
+# Directions whose outermost points tell a volume that is no sum.
+IN_HULL = 400
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -42,6 +45,9 @@ class ReachableRegion:
         Number of columns of each contributor: 1 for an interval, 2 for a disc, 3 for a ball.
     names
         Names of the contributors; those of one name count as one.
+    stress
+        What the deviations must not do, (..., s, n): they open redundant constraints of overconstrained loops by
+        ``stress @ deviations``, which has to be zero; None where there are none.
 
     Examples
     --------
@@ -58,6 +64,7 @@ class ReachableRegion:
     columns: Array
     sizes: tuple[int, ...]
     names: tuple[str, ...]
+    stress: Array | None = None
 
     def __repr__(self) -> str:
         return f"<ReachableRegion of {', '.join(self.contributors)}, shape {self.shape}>"
@@ -134,8 +141,8 @@ class ReachableRegion:
             One for each of the `columns`, (..., n): a vector of length one for each contributor, zero where it does not
             count.
         """
-        along = self._along(unit(direction))
-        length = np.repeat(self._lengths(along), self.sizes, axis=-1)
+        along, lengths = self._balanced(unit(direction))
+        length = np.repeat(lengths, self.sizes, axis=-1)
         return np.asarray(np.where(length > 0.0, along / np.where(length > 0.0, length, 1.0), 0.0))
 
     def contributions(self, direction: ArrayLike) -> Array:
@@ -175,7 +182,8 @@ class ReachableRegion:
     @cached_property
     def half_widths(self) -> Array:
         """Half of the extent along x, y and z, (..., 3)."""
-        return np.asarray(np.sum(self._lengths(self.columns), axis=-1))
+        whole = self._spread
+        return np.asarray(np.sum(whole._reach(np.eye(3)), axis=-1))
 
     # -- the farthest point -----------------------------------------------------------------------------------------
 
@@ -204,11 +212,19 @@ class ReachableRegion:
         """What is asked of regions of shape (m, 1), of all entries of the batch, some thousand at a time."""
         columns = self.columns.reshape(-1, 1, *self.columns.shape[-2:])
         centre = np.broadcast_to(self.centre, (*self.shape, 3)).reshape(-1, 1, 3)
+        stress = None if self.stress is None else self.stress.reshape(-1, 1, *self.stress.shape[-2:])
         out = np.full((len(columns), *trailing), np.nan)
         good = np.flatnonzero(np.isfinite(columns).all(axis=(1, 2, 3)))
         for first in range(0, len(good), most):
             own = good[first : first + most]
-            out[own] = ask(replace(self, centre=centre[own], columns=columns[own]))
+            out[own] = ask(
+                replace(
+                    self,
+                    centre=centre[own],
+                    columns=columns[own],
+                    stress=None if stress is None else stress[own],
+                )
+            )
         return out.reshape((*self.shape, *trailing))
 
     def _farthest(self, around: Array) -> Array:
@@ -217,10 +233,11 @@ class ReachableRegion:
         best = np.argsort(-np.sum(found**2, axis=-1), axis=-1, kind="stable")[:, :BEST]
         found = np.take_along_axis(found, best[..., None], axis=1)
         length = np.linalg.norm(found, axis=-1)
+        slowest = 1e-15 if self.stress is None else LEAST
         for _ in range(STEPS):
             before, found = length, self._extreme(found / np.where(length > 0.0, length, 1.0)[..., None])
             length = np.linalg.norm(found, axis=-1)
-            if np.all(length <= before * (1.0 + 1e-15)):
+            if np.all(length <= before * (1.0 + slowest)):
                 break
         chosen = np.argmax(length, axis=-1)
         return np.asarray(np.take_along_axis(found, chosen[:, None, None], axis=1)[:, 0])
@@ -242,7 +259,7 @@ class ReachableRegion:
             If it lies in none.
         """
         if self.dimension > 2:
-            raise FrameError("the region extends in all three directions: it has a volume, and no plane")
+            raise FrameError("the region extends in all three directions: it lies in no plane")
         return np.asarray(self._basis[2])
 
     @cached_property
@@ -257,14 +274,19 @@ class ReachableRegion:
         FrameError
             If the region lies in no plane.
         """
-        self.normal  # noqa: B018 refuses a region in space
+        if self.dimension > 2 or self.stress is not None:
+            raise FrameError("the region extends in all three directions: it has a volume, and no area")
         return area_of_sum(self._basis[:2] @ self.columns, self.sizes)
 
     @cached_property
     def volume(self) -> Array:
-        """Volume, (...), to some four digits; 0 where the region lies in a plane."""
+        """Volume, (...), 0 where the region lies in a plane.
+
+        To some four digits, or two where constraints are redundant."""
         if self.dimension < 3:
             return np.where(np.isfinite(self.columns).all(axis=(-1, -2)), 0.0, np.nan)
+        if self.stress is not None:
+            return self._one_by_one(lambda part: volume_within(part._extreme(sphere(IN_HULL))), ())
         return self._one_by_one(lambda part: volume_of_sum(part.columns[:, 0], self.sizes), (), TOGETHER // 16)
 
     def boundary(self, count: int = 180) -> Array:
@@ -294,7 +316,8 @@ class ReachableRegion:
     @property
     def _spread(self) -> ReachableRegion:
         """The same with a further axis, for directions at each pose."""
-        return replace(self, centre=self.centre[..., None, :], columns=self.columns[..., None, :, :])
+        stress = None if self.stress is None else self.stress[..., None, :, :]
+        return replace(self, centre=self.centre[..., None, :], columns=self.columns[..., None, :, :], stress=stress)
 
     def _edge_ends(self, whole: ReachableRegion) -> Iterator[Array]:
         """Ends of the edges (..., 2, 3) of each contributor of rank one, on either side."""
@@ -330,14 +353,25 @@ class ReachableRegion:
         return np.asarray(np.sqrt(np.add.reduceat(along * along, self._starts, axis=-1)))
 
     def _reach(self, n: Array) -> Array:
-        return self._lengths(self._along(n))
+        return self._lengths(self._balanced(n)[0])
+
+    def _balanced(self, n: Array) -> tuple[Array, Array]:
+        """What each deviation works on, (..., n), with the forces in redundant constraints, and its lengths.
+
+        These are rounded off where constraints are redundant, so that they are never zero."""
+        along = self._along(n)
+        if self.stress is None:
+            return along, self._lengths(along)
+        good = np.isfinite(along).all(axis=-1, keepdims=True)
+        found, lengths = least_lengths(np.where(good, along, 0.0), self.stress, self._starts, self.sizes)
+        return np.where(good, found, np.nan), np.where(good, lengths, np.nan)
 
     def _extreme(self, n: Array, without: slice | None = None) -> Array:
-        along = self._along(n)
+        along, lengths = self._balanced(n)
         if without is not None:
-            along = along.copy()
+            along, lengths = along.copy(), lengths.copy()
             along[..., without] = 0.0
-        length = np.repeat(self._lengths(along), self.sizes, axis=-1)
+        length = np.repeat(lengths, self.sizes, axis=-1)
         # A direction square to an edge, to rounding, is taken as square to it.
         least = 1e-14 * np.repeat(self._lengths(self._norms), self.sizes, axis=-1)
         here = np.where(length > least, along / np.where(length > least, length, 1.0), 0.0)
@@ -373,7 +407,7 @@ class ReachableRegion:
     @cached_property
     def _around(self) -> Array:
         if self.dimension > 2:
-            return np.concatenate([sphere(256), np.eye(3), -np.eye(3)])
+            return np.concatenate([sphere(256 if self.stress is None else 48), np.eye(3), -np.eye(3)])
         return circle(128) @ self._basis[:2]
 
 

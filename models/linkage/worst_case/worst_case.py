@@ -10,11 +10,14 @@ from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, Shape
 from ....framework.errors import FrameError
-from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity
+from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..poses.classified import ClassifiedPoses
 from .contributors import Contributors
 from .limits import Given, Limit, limits
 from .region import ReachableRegion, unit
+
+# A deviation opens a redundant constraint where it does so by more than this share of what it moves.
+OPENED = 1e-10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,13 +65,18 @@ class WorstCase:
 
     def _region(self, rows: slice) -> ReachableRegion:
         shape = self.sensitivity.motion.shape
-        parts = [each.by[..., rows, :] * each.radius[..., None, None] for each in self.limits]
+        chosen = [*range(6)[rows], *range(6, self.limits[0].by.shape[-2])]
+        parts = [each.by[..., chosen, :] * each.radius[..., None, None] for each in self.limits]
         middles = [each.by[..., rows, 0] * each.middle[..., None] for each in self.limits if each.middle.any()]
         shape = np.broadcast_shapes(shape, *(part.shape[:-2] for part in parts), *(m.shape[:-1] for m in middles))
         columns = np.concatenate([np.broadcast_to(part, (*shape, *part.shape[-2:])) for part in parts], axis=-1)
         centre = np.broadcast_to(np.sum(np.broadcast_arrays(np.zeros((*shape, 3)), *middles), axis=0), (*shape, 3))
         sizes = tuple(part.shape[-1] for part in parts)
-        return ReachableRegion(centre, columns, sizes, tuple(each.name for each in self.limits))
+        stress = columns[..., 3:, :]
+        # Redundant constraints that nothing opens, as those across the plane of a plane linkage, hold by themselves.
+        opened = np.abs(stress) > OPENED * np.nanmax(np.abs(columns), initial=0.0)
+        kept = np.nan_to_num(stress) if opened.any() else None
+        return ReachableRegion(centre, columns[..., :3, :], sizes, tuple(each.name for each in self.limits), kept)
 
     @property
     def greatest(self) -> Array:
@@ -228,7 +236,7 @@ def unit_or_nan(vectors: Array) -> Array:
 def worst_case(motion: ClassifiedPoses, point: str, link: str | None, given: Given) -> WorstCase:
     """The worst that clearances and tolerances can do to a point; see `Motion.worst_case`."""
     by = position_sensitivity(motion, point, link)
-    found = tuple(limits(by, given))
+    found = tuple(limits(with_redundant_rows(by), given))
     if not found:
         raise FrameError(
             "worst_case was given nothing that deviates: give the joints a clearance, or limits by "
