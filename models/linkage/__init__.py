@@ -12,6 +12,7 @@ from .poses.states import PoseState
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
 from .worst_case.contributors import Contributors
+from .worst_case.finite import FiniteWorstCase
 from .worst_case.region import ReachableRegion
 from .worst_case.worst_case import WorstCase
 
@@ -21,6 +22,7 @@ __all__ = [
     "Contributors",
     "DeadPoint",
     "DriveRange",
+    "FiniteWorstCase",
     "Kind",
     "Linkage",
     "LinkageLink",

@@ -316,3 +316,26 @@ def test_redundant_constraints_bind_the_clearances() -> None:
         assert np.abs(stress @ deviations).max() < 1e-3
         assert_allclose(n_unit @ columns @ deviations, region.support(n)[1] / 1e-4, rtol=1e-4)
     assert (region.greatest >= region.support((0, 0, 1))).all()
+
+
+def test_clearance_that_is_not_small() -> None:
+    """Against a search over the contact angles of all three pins; first order is off in proportion."""
+    theta, n, off = np.array([1.5, 2.0]), np.array([0.6, 0.8, 0.0]), []
+    angle = 2.0 * np.pi * np.arange(24) / 24.0
+    for eps in (5e-4, 4e-3):
+        worst = drawn(SPECIAL, clearance=eps).move(A=theta).worst_case("P")
+        found = worst.finite(n)
+        for k, own in enumerate(theta):
+            best = np.zeros(3)
+            for width in (1.0, 0.12, 0.015, 2e-3):
+                grid = np.meshgrid(*(centre + width * (angle - np.pi) for centre in best), indexing="ij", sparse=True)
+                offsets = dict(zip("BDE", (eps * np.exp(1j * g) for g in grid), strict=True))
+                reach = clearance_displacement(SPECIAL.move(own), offsets) @ n
+                at = np.unravel_index(np.nanargmax(reach), reach.shape)
+                best = np.array([np.broadcast_to(g, reach.shape)[at] for g in grid])
+            assert_allclose(found.reach[k], np.nanmax(reach), rtol=1e-6)
+        off.append(np.abs(found.difference).max())
+    assert 5.0 < off[1] / off[0] < 12.0
+    assert "first order is off by up to" in repr(found)
+    with pytest.raises(FrameError, match="drive A is none that contact can take up"):
+        worst.sensitivity.motion.worst_case("P", drives={"A": 1e-3}).finite()  # type: ignore[attr-defined]

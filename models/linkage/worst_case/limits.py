@@ -33,12 +33,15 @@ class Limit:
         Greatest length of the deviation, (...).
     middle
         Where the interval has its middle, (...); 0 for discs and balls.
+    joint
+        The joint of which it is the whole clearance; empty for anything else.
     """
 
     name: str
     by: Array
     radius: Array
     middle: Array
+    joint: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +102,8 @@ def _clearances(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
         pair = by.linkage.joint(joint)
         radius = _not_negative(value, f"clearance of joint {joint!r}")
         if joint not in given.journals:
-            yield Limit(f"joint {joint}", _components(by, pair, DIRECTIONS[pair.kind.name]), radius, np.zeros(()))
+            across = _components(by, pair, DIRECTIONS[pair.kind.name])
+            yield Limit(f"joint {joint}", across, radius, np.zeros(()), joint)
             continue
         length = _not_negative(given.journals[joint], f"length of the bearing of joint {joint!r}")
         if np.any(length == 0.0):

@@ -282,7 +282,8 @@ class ReachableRegion:
     def volume(self) -> Array:
         """Volume, (...), 0 where the region lies in a plane.
 
-        To some four digits, or two where constraints are redundant."""
+        To some four digits, or two where constraints are redundant.
+        """
         if self.dimension < 3:
             return np.where(np.isfinite(self.columns).all(axis=(-1, -2)), 0.0, np.nan)
         if self.stress is not None:
@@ -358,7 +359,8 @@ class ReachableRegion:
     def _balanced(self, n: Array) -> tuple[Array, Array]:
         """What each deviation works on, (..., n), with the forces in redundant constraints, and its lengths.
 
-        These are rounded off where constraints are redundant, so that they are never zero."""
+        These are rounded off where constraints are redundant, so that they are never zero.
+        """
         along = self._along(n)
         if self.stress is None:
             return along, self._lengths(along)

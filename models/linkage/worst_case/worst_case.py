@@ -13,6 +13,7 @@ from ....framework.errors import FrameError
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..poses.classified import ClassifiedPoses
 from .contributors import Contributors
+from .finite import FiniteWorstCase, finite
 from .limits import Given, Limit, limits
 from .region import ReachableRegion, unit
 
@@ -183,6 +184,47 @@ class WorstCase:
         region = self.position
         each = np.where(where, region.contributions(n), np.nan)
         return Contributors(region.contributors, each, np.where(where, region.variances(n), np.nan))
+
+    def finite(self, direction: ArrayLike | None = None) -> FiniteWorstCase:
+        """How far the point goes with finite rotations when it is pulled, clearances being the only deviations.
+
+        A force in the direction pulls at the point of the rigid linkage until every joint is in contact: of all that
+        clearances allow this is the farthest that lies ahead.
+
+        Parameters
+        ----------
+        direction
+            Directions, (..., 2 or 3), that broadcast with the batch; that of the largest displacement where None.
+
+        Returns
+        -------
+        FiniteWorstCase
+            Displacement, and by how much the worst case of first order is off.
+
+        Raises
+        ------
+        FrameError
+            If there are other limits than clearances without a length of the bearing.
+
+        Examples
+        --------
+        An arm that is driven does not turn, so that its end goes as far as its pin.
+
+        >>> from linkframe.models import Linkage
+        >>> arm = Linkage(A=(0, 0), B=(1, 0))
+        >>> arm.link("arm", "A", "B")
+        >>> arm.revolute("A", "ground", "arm", drive=True, clearance=0.1)
+        >>> round(float(arm.move().worst_case("B").finite((0.6, 0.8)).reach), 9)
+        0.1
+        """
+        others = [each.name for each in self.limits if not each.joint]
+        if others:
+            raise FrameError(
+                f"finite() is for clearances alone, and {others[0]} is none that contact can take up: leave it out"
+            )
+        n = np.broadcast_to(self.direction if direction is None else unit(direction), (*self.shape, 3))
+        clearances = {each.joint: each.radius for each in self.limits}
+        return finite(self.sensitivity, clearances, n, self.position.extreme(np.nan_to_num(n, nan=1.0)))
 
     def envelope(self, count: int = 2) -> Array:
         """Outermost positions across the path of the point: the band, or in space the tube, that it stays in.
