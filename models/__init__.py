@@ -4,6 +4,7 @@ from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Stu
 from .linkage import (
     Contributors,
     DeadPoint,
+    DisplacementSensitivity,
     DriveRange,
     FiniteWorstCase,
     Linkage,
@@ -28,6 +29,7 @@ __all__ = [
     "Accuracy",
     "Contributors",
     "DeadPoint",
+    "DisplacementSensitivity",
     "DriveRange",
     "FiniteWorstCase",
     "FourBar",

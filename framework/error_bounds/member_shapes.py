@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..batch import Array, aligned, turned
 from ..batched.plan import Plan
@@ -91,14 +92,43 @@ def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
             member = frame.members[topology.pieces[piece].member]
             for name, sign in ((member.end, 1.0), (member.start, -1.0)):
                 add(name, sign * slope[at], group.body)
+    for link, slope in _by_arms(work):
+        for node, sign in ((link.child, 1.0), (link.parent, -1.0)):
+            add(names[node], sign * slope, None)
+    return out
+
+
+def _by_arms(work: MemberWork) -> Iterator[tuple[KinematicEdge, Array]]:
+    """Rigid links, and derivatives by a shift of the node that each carries, global, (..., 3)."""
     for link, force, other in zip(work.links, work.forces, work.adjoint_forces, strict=True):
         if link.arm is None or link.sign == 0.0:
             continue
-        pulled = [link.out(np.asarray(each))[..., :3] for each in (force, other)]
+        pulled = [np.asarray(link.out(each), np.float64)[..., :3] for each in (force, other)]
         turns = [each[..., link.parent, 3:] for each in (work.adjoint, work.moved)]
-        slope = np.cross(pulled[0], turns[0]) + np.cross(pulled[1], turns[1])
-        for node, sign in ((link.child, 1.0), (link.parent, -1.0)):
-            add(names[node], sign * np.asarray(slope, np.float64), None)
+        yield link, np.cross(pulled[0], turns[0]) + np.cross(pulled[1], turns[1])
+
+
+def by_rotations(plan: Plan, work: MemberWork) -> dict[str, Array]:
+    """Derivatives by a small rotation of each body with its members and rigid links about its origin, (..., 3).
+
+    The rotation vector is in global axes; loads and the axes of joints stay as they are.
+    """
+    frame, topology = plan.frame, plan.topology
+    _check(plan)
+    out = {name: np.zeros((*work.moved.shape[:-2], 3)) for name in frame.bodies}
+    nodes = list(frame.nodes.values())
+    for group in topology.groups:
+        if group.body is None:
+            continue
+        slope = np.stack([_difference(plan, group, work, _turned(group, k)) for k in range(3)], axis=-1)
+        for at, piece in enumerate(group.pieces):
+            body = frame.nodes[frame.members[topology.pieces[piece].member].start].body
+            assert body is not None
+            out[body] = out[body] + slope[at]
+    for link, slope in _by_arms(work):
+        body = nodes[link.child].body
+        if body is not None and link.arm is not None:
+            out[body] = out[body] + np.cross(np.asarray(link.sign * link.arm, np.float64), slope)
     return out
 
 
@@ -124,6 +154,17 @@ def _shifted(group: Group, component: int) -> Change:
 
     def change(step: float) -> Group:
         return replace(group, chord=group.chord + step * length * np.eye(3)[component])
+
+    return change
+
+
+def _turned(group: Group, component: int) -> Change:
+    """A group whose body is turned about a global axis."""
+
+    def change(step: float) -> Group:
+        assert group.body is not None
+        vector = step * np.eye(3)[component]
+        return replace(group, body=Rotation.from_rotvec(vector).as_matrix() @ group.body)
 
     return change
 

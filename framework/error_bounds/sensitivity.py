@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, aligned, turned
 from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from .adjoint import Adjoint
 from .asked import checked
 from .bounds import BoundedResults
-from .member_shapes import MemberWork, by_coordinates, by_sizes
+from .member_shapes import MemberWork, by_coordinates, by_rotations, by_sizes
 from .reached import worked_on
 
 
@@ -53,6 +53,7 @@ class Sensitivity:
     members: dict[str, Array]
     _solution: BoundedResults = field(repr=False)
     _work: MemberWork = field(repr=False)
+    _kind: str = field(repr=False)
 
     @cached_property
     def nodes(self) -> dict[str, Array]:
@@ -75,6 +76,40 @@ class Sensitivity:
         return {member: {size: self._known(v, 0) for size, v in own.items()} for member, own in found.items()}
 
     @cached_property
+    def bodies(self) -> dict[str, Array]:
+        """By moving body: by a small rotation of it about its origin, a vector in global axes, (..., 3).
+
+        Its members and rigid links turn with it; loads and the axes of joints stay as they are.
+        """
+        return {name: self._known(value, 1) for name, value in by_rotations(self._solution.plan, self._work).items()}
+
+    @cached_property
+    def joint_axes(self) -> dict[str, Array]:
+        """By joint: by a small rotation of its axes alone, a vector in global axes, (..., 3).
+
+        Raises
+        ------
+        FrameError
+            If the result is one of a joint, in whose axes it is.
+        """
+        if self._kind.startswith("joint"):
+            raise FrameError("sensitivity of a joint's own result to the axes of joints: ask for a displacement")
+        solution, out = self._solution, {}
+        numbers = solution.plan.topology.number
+        for name, joint in solution.plan.frame.joints.items():
+            axes = np.eye(3) if joint.element.axes is None else np.asarray(joint.element.axes)
+            axes = aligned(axes, len(solution.shape), 2)
+            apart = self._work.adjoint[..., numbers[joint.second], :] - self._work.adjoint[..., numbers[joint.first], :]
+            moved = turned(axes, solution.joint_displacement(name))
+            forces = turned(axes, solution.joint_force(name)), turned(axes, self.offsets[name])
+            total = np.zeros((*solution.shape, 3))
+            for half in (slice(0, 3), slice(3, 6)):
+                total = total - np.cross(forces[1][..., half], moved[..., half])
+                total = total - np.cross(forces[0][..., half], apart[..., half])
+            out[name] = total
+        return out
+
+    @cached_property
     def moduli(self) -> dict[str, Array]:
         """By member that has a material: by Young's modulus E, Poisson's ratio being kept, (...).
 
@@ -89,7 +124,7 @@ class Sensitivity:
         }
 
     def _known(self, value: Array, trailing: int) -> Array:
-        movable = self._solution.movable.reshape(*self._solution.movable.shape, *(1,) * trailing)
+        movable = self._solution.movable.reshape((*self._solution.movable.shape, *(1,) * trailing))
         return np.where(movable, np.nan, value)
 
 
@@ -127,7 +162,7 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
     for value in out.values():
         value[singular] = np.nan
     named = {kind: {name: v for (k, name), v in out.items() if k == kind} for kind in NAMED}
-    return Sensitivity(**named, _solution=solution, _work=work)
+    return Sensitivity(**named, _solution=solution, _work=work, _kind=kind)
 
 
 def _derivatives(

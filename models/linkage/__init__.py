@@ -1,5 +1,6 @@
 """Any linkage, planar or spatial: description, motion, reactions, compliance."""
 
+from .derivatives.displacement_sensitivity import DisplacementSensitivity
 from .derivatives.position_sensitivity import PositionSensitivity
 from .description.joints import KINDS, Kind
 from .description.parts import GROUND, LinkageLink, LinkageSpring, Load, Pair
@@ -21,6 +22,7 @@ __all__ = [
     "KINDS",
     "Contributors",
     "DeadPoint",
+    "DisplacementSensitivity",
     "DriveRange",
     "FiniteWorstCase",
     "Kind",
