@@ -37,34 +37,35 @@ class MemberWork:
     ----------
     moved, adjoint
         Of the nodes, (..., nodes, 6).
-    links
-        Edges of the frame.
+    arms
+        Rigid links of the tree, by their number among the edges.
     forces, adjoint_forces
-        By edge: force on its child in its coordinates, (..., 6), under the loads and under those of the adjoint.
+        By that number: force on its child in its coordinates, (..., 6), under the loads and under those of the adjoint.
     """
 
     moved: Array
     adjoint: Array
-    links: list[KinematicEdge]
-    forces: list[Array]
-    adjoint_forces: list[Array]
+    arms: dict[int, KinematicEdge]
+    forces: dict[int, Array]
+    adjoint_forces: dict[int, Array]
 
     @classmethod
     def empty(cls, statics: Statics, shape: tuple[int, ...]) -> MemberWork:
         """For a batch of that shape, to be entered part by part."""
-        links, count = statics.kinematics.links, statics.kinematics.count
-        moved, adjoint = (np.zeros((*shape, count, 6)) for _ in range(2))
-        forces, others = ([np.zeros((*shape, 6)) for _ in links] for _ in range(2))
-        return cls(moved, adjoint, links, forces, others)
+        edges = enumerate(statics.kinematics.links)
+        arms = {k: link for k, link in edges if link.arm is not None and link.sign != 0.0}
+        moved, adjoint = (np.zeros((*shape, statics.kinematics.count, 6)) for _ in range(2))
+        forces, others = ({k: np.zeros((*shape, 6)) for k in arms} for _ in range(2))
+        return cls(moved, adjoint, arms, forces, others)
 
     def enter(self, where: Any, adjoint: Adjoint, index: int, held: list[Array]) -> None:
         """Enter a part of the batch, of one result, with what `Adjoint.held` tells of it."""
         state = adjoint.state
         self.moved[where] = state.displacements
         self.adjoint[where] = adjoint.displacements[index]
-        for k, (link, other) in enumerate(zip(state.kinematics.links, held, strict=True)):
+        for k, link in self.arms.items():
             self.forces[k][where] = state.residual[..., link.child, :]
-            self.adjoint_forces[k][where] = other
+            self.adjoint_forces[k][where] = held[k]
 
 
 def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
@@ -100,10 +101,8 @@ def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
 
 def _by_arms(work: MemberWork) -> Iterator[tuple[KinematicEdge, Array]]:
     """Rigid links, and derivatives by a shift of the node that each carries, global, (..., 3)."""
-    for link, force, other in zip(work.links, work.forces, work.adjoint_forces, strict=True):
-        if link.arm is None or link.sign == 0.0:
-            continue
-        pulled = [np.asarray(link.out(each), np.float64)[..., :3] for each in (force, other)]
+    for k, link in work.arms.items():
+        pulled = [np.asarray(link.out(each[k]), np.float64)[..., :3] for each in (work.forces, work.adjoint_forces)]
         turns = [each[..., link.parent, 3:] for each in (work.adjoint, work.moved)]
         yield link, np.cross(pulled[0], turns[0]) + np.cross(pulled[1], turns[1])
 

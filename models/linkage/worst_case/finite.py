@@ -33,8 +33,10 @@ class FiniteWorstCase:
 
     def __repr__(self) -> str:
         off = self.difference
-        worst = f"{100.0 * np.nanmax(np.abs(off)):.2g} %" if np.isfinite(off).any() else "unknown"
-        return f"<FiniteWorstCase of shape {self.reach.shape}: first order is off by up to {worst}>"
+        told = (
+            f"first order is off by up to {100.0 * np.nanmax(np.abs(off)):.2g} %" if np.isfinite(off).any() else "none"
+        )
+        return f"<FiniteWorstCase of shape {self.reach.shape}: {told}>"
 
     @property
     def reach(self) -> Array:

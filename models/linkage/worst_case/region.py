@@ -196,7 +196,8 @@ class ReachableRegion:
     def direction(self) -> Array:
         """Unit vector to the farthest point, (..., 3); where the centre is nominal its opposite is as far."""
         length = self.greatest[..., None]
-        return np.asarray(np.where(length > 0.0, self.farthest / np.where(length > 0.0, length, 1.0), self._basis[0]))
+        found = np.where(length > 0.0, self.farthest / np.where(length > 0.0, length, 1.0), self._basis[0])
+        return np.where(np.isnan(length), np.nan, found)
 
     @cached_property
     def farthest(self) -> Array:

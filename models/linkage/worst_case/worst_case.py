@@ -61,7 +61,10 @@ class WorstCase:
 
     @cached_property
     def rotation(self) -> ReachableRegion:
-        """How its link can be turned: rotation vectors, radians, of a plane linkage along its normal."""
+        """How its link can be turned: rotation vectors, radians, of a plane linkage along its normal.
+
+        It is NaN where the link can spin with the drives locked, as a rod between two balls can.
+        """
         return self._region(slice(3, 6))
 
     def _region(self, rows: slice) -> ReachableRegion:
