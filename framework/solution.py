@@ -510,7 +510,7 @@ class Solution(SavedResults):
         return (values if self.idle is None else np.where(np.isinf(bounds), computed, values)), self._unknown(bounds)
 
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
-        """Derivative of one component of a result by every load, joint stiffness, offset, support and member.
+        """Derivative of one component of a result by every load, joint stiffness, offset, support, member and node.
 
         They come from one adjoint solve (Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*, 2005, ch.
         2). Those by loads, offsets and supports do not depend on the load, and hold where there is none.
@@ -527,7 +527,8 @@ class Solution(SavedResults):
         Returns
         -------
         Sensitivity
-            By name, each (..., 6); NaN where what the result depends on is a mechanism, loaded or not.
+            By name, each (..., 6); NaN where what the result depends on is a mechanism, loaded or not. By coordinates
+            of nodes, sizes of sections and Young's moduli when they are asked for.
 
         Raises
         ------
@@ -548,6 +549,8 @@ class Solution(SavedResults):
         >>> found = frame.solve().sensitivity("B", "uy")
         >>> float(found.members["AB"].sum().round(12)), float(found.loads["B"][1].round(12))
         (-0.0025, 0.00025)
+        >>> float(found.nodes["B"][0].round(12)), float(found.sections["AB"]["y"].round(9))
+        (0.0075, -0.375)
         """
         name, _ = self._asked(name, of)
         return sensitivity(self, name, component, of)

@@ -9,17 +9,19 @@ on an edge by the force there under the unit force (Choi & Kim, *Structural Sens
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, aligned, turned
 from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from .adjoint import Adjoint
 from .asked import checked
 from .bounds import BoundedResults
+from .member_shapes import MemberWork, by_coordinates, by_rotations, by_sizes
 from .reached import worked_on
 
 
@@ -49,6 +51,84 @@ class Sensitivity:
     offsets: dict[str, Array]
     supports: dict[str, Array]
     members: dict[str, Array]
+    _solution: BoundedResults = field(repr=False)
+    _work: MemberWork = field(repr=False)
+    _kind: str = field(repr=False)
+
+    @cached_property
+    def nodes(self) -> dict[str, Array]:
+        """By node: by its coordinates, (..., 3), of a node on a body in its axes.
+
+        Members and rigid links follow their nodes, joints and loads stay as they are. Of nodes that share a place, add
+        theirs up.
+
+        Raises
+        ------
+        FrameError
+            If a member has a force at rest, or rigid links close a loop.
+        """
+        return {name: self._known(value, 1) for name, value in by_coordinates(self._solution.plan, self._work).items()}
+
+    @cached_property
+    def sections(self) -> dict[str, dict[str, Array]]:
+        """By member that has a section: by each of its sizes, (...), such as ``y``; of a taper's far end ``end.y``."""
+        found = by_sizes(self._solution.plan, self._work)
+        return {member: {size: self._known(v, 0) for size, v in own.items()} for member, own in found.items()}
+
+    @cached_property
+    def bodies(self) -> dict[str, Array]:
+        """By moving body: by a small rotation of it about its origin, a vector in global axes, (..., 3).
+
+        Its members and rigid links turn with it; loads and the axes of joints stay as they are.
+        """
+        return {name: self._known(value, 1) for name, value in by_rotations(self._solution.plan, self._work).items()}
+
+    @cached_property
+    def joint_axes(self) -> dict[str, Array]:
+        """By joint: by a small rotation of its axes alone, a vector in global axes, (..., 3).
+
+        Raises
+        ------
+        FrameError
+            If the result is one of a joint, in whose axes it is.
+        """
+        if self._kind.startswith("joint"):
+            raise FrameError("sensitivity of a joint's own result to the axes of joints: ask for a displacement")
+        solution, out = self._solution, {}
+        numbers = solution.plan.topology.number
+        for name, joint in solution.plan.frame.joints.items():
+            axes = np.eye(3) if joint.element.axes is None else np.asarray(joint.element.axes)
+            axes = aligned(axes, len(solution.shape), 2)
+            apart = self._work.adjoint[..., numbers[joint.second], :] - self._work.adjoint[..., numbers[joint.first], :]
+            moved = turned(axes, solution.joint_displacement(name))
+            forces = turned(axes, solution.joint_force(name)), turned(axes, self.offsets[name])
+            total = np.zeros((*solution.shape, 3))
+            for half in (slice(0, 3), slice(3, 6)):
+                total = total - np.cross(forces[1][..., half], moved[..., half])
+                total = total - np.cross(forces[0][..., half], apart[..., half])
+            out[name] = total
+        return out
+
+    @cached_property
+    def moduli(self) -> dict[str, Array]:
+        """By member that has a material: by Young's modulus E, Poisson's ratio being kept, (...).
+
+        Forces that heat would cause in a member that is held are taken as they are.
+        """
+        members = self._solution.plan.frame.members
+        materials = {name: getattr(each.element, "material", None) for name, each in members.items()}
+        return {
+            name: np.sum(self.members[name], axis=-1) / material.E
+            for name, material in materials.items()
+            if material is not None
+        }
+
+    def _known(self, value: Array, trailing: int) -> Array:
+        movable = self._solution.movable.reshape((*self._solution.movable.shape, *(1,) * trailing))
+        return np.where(movable, np.nan, value)
+
+
+NAMED = ("loads", "joints", "offsets", "supports", "members")
 
 
 def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Sensitivity:
@@ -72,17 +152,22 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
     solution = solution.reaching(worked_on(solution, name, kind, index))
     getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
+    work = MemberWork.empty(solution.bounds.statics, solution.shape)
     for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
-        for key, value in _derivatives(adjoint, name, kind, index):
+        held = adjoint.held(index)
+        work.enter(where, adjoint, index, held)
+        for key, value in _derivatives(adjoint, name, kind, index, held):
             out.setdefault(key, np.zeros((*solution.shape, value.shape[-1])))[where] = value
     singular = solution.movable
     for value in out.values():
         value[singular] = np.nan
-    named = {kind: {name: v for (k, name), v in out.items() if k == kind} for kind in Sensitivity.__annotations__}
-    return Sensitivity(**named)
+    named = {kind: {name: v for (k, name), v in out.items() if k == kind} for kind in NAMED}
+    return Sensitivity(**named, _solution=solution, _work=work, _kind=kind)
 
 
-def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator[tuple[tuple[str, str], Any]]:
+def _derivatives(
+    adjoint: Adjoint, name: str, kind: str, index: int, held: list[Array]
+) -> Iterator[tuple[tuple[str, str], Any]]:
     """Derivatives by name, (..., 6)."""
     state = adjoint.state
     plan, links = state.plan, state.kinematics.links
@@ -99,7 +184,6 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
                 )
             total = total - adjoint.deformations[group][index][..., at, :] * state.member_forces[group][..., at, :]
         yield ("members", member), total
-    held = adjoint.held(index)
     for k, link in enumerate(links):
         edge = link.edge
         if edge.name is None:

@@ -76,6 +76,10 @@ class LinearResults(Protocol):
         """The same with what is coupled with these unknowns solved for too."""
         ...
 
+    def joint_displacement(self, joint: str) -> Array:
+        """Displacement of a joint's second node from its first in its axes, (..., 6)."""
+        ...
+
     def joint_force(self, joint: str) -> Array:
         """Force and moment that a joint exerts on its first node, in the joint's axes, (..., 6)."""
         ...

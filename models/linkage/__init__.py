@@ -1,5 +1,7 @@
 """Any linkage, planar or spatial: description, motion, reactions, compliance."""
 
+from .derivatives.displacement_sensitivity import DisplacementSensitivity
+from .derivatives.position_sensitivity import PositionSensitivity
 from .description.joints import KINDS, Kind
 from .description.parts import GROUND, LinkageLink, LinkageSpring, Load, Pair
 from .files import read_linkage, write_linkage
@@ -10,12 +12,19 @@ from .poses.mobility import Mobility
 from .poses.states import PoseState
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
+from .worst_case.contributors import Contributors
+from .worst_case.finite import FiniteWorstCase
+from .worst_case.region import ReachableRegion
+from .worst_case.worst_case import WorstCase
 
 __all__ = [
     "GROUND",
     "KINDS",
+    "Contributors",
     "DeadPoint",
+    "DisplacementSensitivity",
     "DriveRange",
+    "FiniteWorstCase",
     "Kind",
     "Linkage",
     "LinkageLink",
@@ -27,8 +36,11 @@ __all__ = [
     "Pair",
     "PointAccuracy",
     "PoseState",
+    "PositionSensitivity",
+    "ReachableRegion",
     "Reactions",
     "Stress",
+    "WorstCase",
     "read_linkage",
     "write_linkage",
 ]

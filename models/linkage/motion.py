@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ...framework.batch import Array
 from ...framework.frame import Frame
 from ...framework.renamed import RenamedAttribute
+from .derivatives.position_sensitivity import PositionSensitivity, position_sensitivity
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
 from .statics.actions import kinetic_energy
@@ -21,6 +22,8 @@ from .statics.frame import FramedPoses, frame
 from .statics.free import free_accelerations
 from .statics.reactions import Reactions, reactions
 from .statics.transmission import transmission_angle
+from .worst_case.limits import Given
+from .worst_case.worst_case import WorstCase, worst_case
 
 
 class LoadsWarning(UserWarning):
@@ -173,6 +176,114 @@ class Motion(FramedPoses):
             If there is no such joint.
         """
         return rates_of_coordinate(self, self.linkage.joint(joint), 1)
+
+    # -- derivatives ------------------------------------------------------------------------------------------------
+
+    def sensitivity(self, point: str, link: str | None = None) -> PositionSensitivity:
+        """How the position of a point depends on dimensions, drives and displacements in the joints, to first order.
+
+        One equilibrium of the rigid linkage for each component serves all dimensions, at all poses at once: a unit load
+        at the point works on its displacement as much as the forces in the joints work on theirs.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+
+        Returns
+        -------
+        PositionSensitivity
+            Derivatives of ``ux uy uz rx ry rz`` by each, (..., 6, n).
+
+        Raises
+        ------
+        FrameError
+            If there is no such point or link, or the link has it not.
+
+        Examples
+        --------
+        Of an arm of 2 m that points along y: by its drive, and by a shift of its pivot.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> by = linkage.move(A=np.radians(90.0)).sensitivity("B")
+        >>> by.drives["A"][:2, 0].round(12).tolist()
+        [-2.0, 0.0]
+        >>> (by.places["ground", "A"][:2, 0].round(12) + 0.0).tolist()
+        [1.0, 0.0]
+        """
+        return position_sensitivity(self, point, link)
+
+    def worst_case(
+        self,
+        point: str,
+        link: str | None = None,
+        *,
+        clearances: Mapping[str, ArrayLike] | None = None,
+        journals: Mapping[str, ArrayLike] | None = None,
+        end_play: Mapping[str, ArrayLike] | None = None,
+        lengths: Mapping[str | tuple[str, str, str], ArrayLike] | None = None,
+        places: Mapping[tuple[str, str], ArrayLike] | None = None,
+        drives: Mapping[str, ArrayLike] | None = None,
+    ) -> WorstCase:
+        """The worst that clearances and tolerances can do to a point and the orientation of its link, at every pose.
+
+        Links and joints are rigid, the drives locked. Each deviation e_j is a vector in an interval, a disc or a ball
+        of radius eps_j, and displaces the point by ``J_j e_j``. In a direction n the point then reaches
+        ``h(n) = sum eps_j |J_j^T n|``, exactly to first order: the support function of all that it can reach
+        (Voglewede & Ebert-Uphoff, Journal of Mechanical Design 126, 2004, have the workspace of clearances).
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+        clearances
+            Radial clearance by joint, (...), in place of those of the description: of a pin, slider or screw across its
+            axis, of a ball in all directions, of a planar joint along its normal.
+        journals
+            Length of the bearing by joint, (...), of pins, sliders and screws that can tilt: both ends of the journal
+            then lie anywhere within the clearance.
+        end_play
+            How far a pin can go along its axis, to either side, by joint, (...).
+        lengths
+            Tolerance by link of two points, or by (link, point, point) on a link or the ``"ground"``: half width (...),
+            or a pair of a lower and an upper deviation.
+        places
+            Radius of the zone in which a point of a link lies, by (link, point), (...).
+        drives
+            Tolerance of the values of drives by joint, as for `lengths`.
+
+        Returns
+        -------
+        WorstCase
+            Reachable region, largest displacement and its direction, largest rotation, contributors, envelope.
+
+        Raises
+        ------
+        FrameError
+            If a name is unknown, a limit below zero, or nothing deviates.
+
+        Examples
+        --------
+        The end of an arm of 2 m whose pin has 0.1 mm of clearance and whose drive is good to 0.2 mrad.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True, clearance=1e-4)
+        >>> worst = linkage.move().worst_case("B", drives={"A": 2e-4})
+        >>> round(float(worst.greatest), 12), worst.direction.round(6).tolist()
+        (0.0005, [0.0, 1.0, 0.0])
+        """
+        given = Given(clearances or {}, journals or {}, end_play or {}, lengths or {}, places or {}, drives or {})
+        return worst_case(self, point, link, given)
 
     # -- forces, compliance and clearance -----------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ from ....framework.errors import FrameError
 from ....framework.frame import Frame
 from ....framework.solution import Solution
 from ....framework.states import States
+from ..derivatives.displacement_sensitivity import DisplacementSensitivity, displacement_sensitivity
 from .contact import has_contacts
 from .frame import FramedPoses, frame
 from .tangent import Tangent, is_loaded
@@ -106,6 +107,48 @@ class PointAccuracy:
     def solution(self) -> Solution:
         """The loaded frame solved, clearances open."""
         return self._open
+
+    def sensitivity(self, *components: str) -> DisplacementSensitivity:
+        """How the displacement by compliance depends on dimensions, sections, moduli, drives and loads.
+
+        One adjoint for each component serves all inputs, of the frame and through the loop closure of the linkage.
+
+        Parameters
+        ----------
+        *components
+            Such as ``"uy"``; ``ux uy uz`` where none is named.
+
+        Returns
+        -------
+        DisplacementSensitivity
+            Derivatives of the components, (..., k, n).
+
+        Raises
+        ------
+        FrameError
+            If a component is unknown, or the linkage has springs, loads that turn with links, inertia forces, given
+            masses under gravity, or sliders on beams.
+
+        Examples
+        --------
+        An arm of 1 m under a load across, ``F L^3 / (3 E I)``: by its length, the height of its section, and E.
+
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0))
+        >>> linkage.link("arm", "A", "B", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> by = linkage.move(A=0.0).accuracy("B", fy=10.0).sensitivity("uy")
+        >>> float(by.lengths["arm"][0].round(9)), float(by.frame["uy"].sections["arm"]["y"].round(9))
+        (0.0075, -0.375)
+        """
+        if self.inertia:
+            raise FrameError("sensitivity of a displacement: inertia forces change with the pose: leave them out")
+        motion, nodes = self.motion, self.motion.bare.nodes
+        named = {
+            (name, point): nodes.of(name, point) for name, link in motion.linkage.links.items() for point in link.points
+        }
+        return displacement_sensitivity(motion, self._closed, named, self.point, components or ("ux", "uy", "uz"))
 
     @cached_property
     def _open(self) -> Solution:

@@ -1,0 +1,231 @@
+"""How a result depends on where nodes are and how thick members are, from the same adjoint.
+
+With u the displacements and z those of the adjoint, the result changes by what ``z . (f - K u)`` does while both stay:
+a sum over the members, of which each is evaluated at neighbouring shapes (differences of sixth order, which leave
+hardly more than the rounding). Rigid links turn with their arm and pass on their forces. Nothing is solved again
+(Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*, 2005, ch. 2; semi-analytical method).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..batch import Array, aligned, turned
+from ..batched.plan import Plan
+from ..errors import FrameError
+from ..structure.member_loads import applied_forces, equivalent, strain_forces, weight_forces
+from ..structure.topology import Group
+from .adjoint import Adjoint
+from .equilibrium import Statics
+from .kinematics import KinematicEdge
+
+# Relative step, and weights of the differences over one, two and three steps.
+STEP = 1e-3
+WEIGHTS = ((1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0))
+
+
+@dataclass(frozen=True, eq=False)
+class MemberWork:
+    """Displacements and those of the adjoint, global, and the forces in rigid links, of the whole batch.
+
+    Attributes
+    ----------
+    moved, adjoint
+        Of the nodes, (..., nodes, 6).
+    arms
+        Rigid links of the tree, by their number among the edges.
+    forces, adjoint_forces
+        By that number: force on its child in its coordinates, (..., 6), under the loads and under those of the adjoint.
+    """
+
+    moved: Array
+    adjoint: Array
+    arms: dict[int, KinematicEdge]
+    forces: dict[int, Array]
+    adjoint_forces: dict[int, Array]
+
+    @classmethod
+    def empty(cls, statics: Statics, shape: tuple[int, ...]) -> MemberWork:
+        """For a batch of that shape, to be entered part by part."""
+        edges = enumerate(statics.kinematics.links)
+        arms = {k: link for k, link in edges if link.arm is not None and link.sign != 0.0}
+        moved, adjoint = (np.zeros((*shape, statics.kinematics.count, 6)) for _ in range(2))
+        forces, others = ({k: np.zeros((*shape, 6)) for k in arms} for _ in range(2))
+        return cls(moved, adjoint, arms, forces, others)
+
+    def enter(self, where: Any, adjoint: Adjoint, index: int, held: list[Array]) -> None:
+        """Enter a part of the batch, of one result, with what `Adjoint.held` tells of it."""
+        state = adjoint.state
+        self.moved[where] = state.displacements
+        self.adjoint[where] = adjoint.displacements[index]
+        for k, link in self.arms.items():
+            self.forces[k][where] = state.residual[..., link.child, :]
+            self.adjoint_forces[k][where] = held[k]
+
+
+def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
+    """Derivatives by the coordinates of each node, (..., 3): on a body in its axes.
+
+    Raises
+    ------
+    FrameError
+        If a member has a force at rest, or rigid links close loops.
+    """
+    frame, topology = plan.frame, plan.topology
+    _check(plan)
+    out = {name: np.zeros((*work.moved.shape[:-2], 3)) for name in frame.nodes}
+    names = list(topology.number)
+
+    def add(name: str, value: Array, body: Any) -> None:
+        own = frame.nodes[name].body
+        if own is not None and body is None:
+            value = turned(np.swapaxes(aligned(frame.bodies[own].axes, value.ndim - 1, 2), -1, -2), value)
+        out[name] = out[name] + value
+
+    for group in topology.groups:
+        slope = np.stack([_difference(plan, group, work, _shifted(group, k)) for k in range(3)], axis=-1)
+        for at, piece in enumerate(group.pieces):
+            member = frame.members[topology.pieces[piece].member]
+            for name, sign in ((member.end, 1.0), (member.start, -1.0)):
+                add(name, sign * slope[at], group.body)
+    for link, slope in _by_arms(work):
+        for node, sign in ((link.child, 1.0), (link.parent, -1.0)):
+            add(names[node], sign * slope, None)
+    return out
+
+
+def _by_arms(work: MemberWork) -> Iterator[tuple[KinematicEdge, Array]]:
+    """Rigid links, and derivatives by a shift of the node that each carries, global, (..., 3)."""
+    for k, link in work.arms.items():
+        pulled = [np.asarray(link.out(each[k]), np.float64)[..., :3] for each in (work.forces, work.adjoint_forces)]
+        turns = [each[..., link.parent, 3:] for each in (work.adjoint, work.moved)]
+        yield link, np.cross(pulled[0], turns[0]) + np.cross(pulled[1], turns[1])
+
+
+def by_rotations(plan: Plan, work: MemberWork) -> dict[str, Array]:
+    """Derivatives by a small rotation of each body with its members and rigid links about its origin, (..., 3).
+
+    The rotation vector is in global axes; loads and the axes of joints stay as they are.
+    """
+    frame, topology = plan.frame, plan.topology
+    _check(plan)
+    out = {name: np.zeros((*work.moved.shape[:-2], 3)) for name in frame.bodies}
+    nodes = list(frame.nodes.values())
+    for group in topology.groups:
+        if group.body is None:
+            continue
+        slope = np.stack([_difference(plan, group, work, _turned(group, k)) for k in range(3)], axis=-1)
+        for at, piece in enumerate(group.pieces):
+            body = frame.nodes[frame.members[topology.pieces[piece].member].start].body
+            assert body is not None
+            out[body] = out[body] + slope[at]
+    for link, slope in _by_arms(work):
+        body = nodes[link.child].body
+        if body is not None and link.arm is not None:
+            out[body] = out[body] + np.cross(np.asarray(link.sign * link.arm, np.float64), slope)
+    return out
+
+
+def by_sizes(plan: Plan, work: MemberWork) -> dict[str, dict[str, Array]]:
+    """By member whose element has a section: derivatives by each of its sizes, (...); of the far end as ``end.y``."""
+    topology = plan.topology
+    out: dict[str, dict[str, Array]] = {}
+    for group in topology.groups:
+        for name, size, change in _sizes(group):
+            slope = _difference(plan, group, work, change) / np.asarray(size, np.float64)
+            for at, piece in enumerate(group.pieces):
+                of = out.setdefault(topology.pieces[piece].member, {})
+                of[name] = of.get(name, 0.0) + slope[at]
+    return out
+
+
+Change = Callable[[float], Group]
+
+
+def _shifted(group: Group, component: int) -> Change:
+    """A group whose chords are longer along one axis by a share of their length."""
+    length = np.linalg.norm(group.chord, axis=-1)[..., None]
+
+    def change(step: float) -> Group:
+        return replace(group, chord=group.chord + step * length * np.eye(3)[component])
+
+    return change
+
+
+def _turned(group: Group, component: int) -> Change:
+    """A group whose body is turned about a global axis."""
+
+    def change(step: float) -> Group:
+        assert group.body is not None
+        vector = step * np.eye(3)[component]
+        return replace(group, body=Rotation.from_rotvec(vector).as_matrix() @ group.body)
+
+    return change
+
+
+def _sizes(group: Group) -> Iterator[tuple[str, Any, Change]]:
+    """Sizes of a group's sections by name, and the group with one of them thicker by a share."""
+    element: Any = group.element
+    for field, prefix in (("section", ""), ("end", "end.")):
+        section = getattr(element, field, None)
+        if section is None or not hasattr(section, "sizes"):
+            continue
+        for name, size in section.sizes().items():
+
+            def change(step: float, field: str = field, name: str = name, section: Any = section) -> Group:
+                thicker = replace(section, **{name: getattr(section, name) * (1.0 + step)})
+                return replace(group, element=replace(element, **{field: thicker}))
+
+            yield prefix + name, size, change
+
+
+def _difference(plan: Plan, group: Group, work: MemberWork, change: Change) -> Array:
+    """Derivative of the work of a group's pieces by the share of a change, (n, ...)."""
+    total: Any = 0.0
+    for steps, weight in WEIGHTS:
+        ahead, behind = (_work(plan, change(sign * steps * STEP), work) for sign in (1.0, -1.0))
+        total = total + weight / STEP * (ahead - behind)
+    length = np.linalg.norm(group.chord, axis=-1)
+    found = np.asarray(total, dtype=np.float64)
+    return found / length if change(STEP).chord is not group.chord else found
+
+
+def _work(plan: Plan, group: Group, work: MemberWork) -> Array:
+    """Work ``z . (f - K u)`` of the pieces of a group, (n, ...)."""
+    u, z = (_local(group, displacements) for displacements in (work.moved, work.adjoint))
+    stiffness, rows = group.element.springs(group.length)
+    strained, worked = ((rows @ each[..., None])[..., 0] for each in (u, z))
+    return np.asarray(np.sum(z * _loads(plan, group), axis=-1) - np.sum(stiffness * strained * worked, axis=-1))
+
+
+def _local(group: Group, displacements: Array) -> Array:
+    """Displacements of both ends (n, ..., 12) in the local axes of the pieces."""
+    ends = np.moveaxis(displacements[..., group.nodes, :], -3, 0)
+    return turned(group.level, ends.reshape(*ends.shape[:-2], 12))
+
+
+def _loads(plan: Plan, group: Group) -> Array:
+    """Equivalent forces on both ends of the pieces, (n, ..., 12), local."""
+    every = np.arange(len(group.pieces))
+    out = equivalent(group, every, weight_forces(plan.topology, group, every)) + strain_forces(group, every)
+    for at, piece in enumerate(group.pieces):
+        if plan.frame.member_loads.get(plan.topology.pieces[piece].member):
+            own = equivalent(group, every[at : at + 1], applied_forces(plan.topology, group, at))
+            out = np.broadcast_to(out, np.broadcast_shapes(out.shape, (len(every), *own.shape[1:]))).copy()
+            out[at] = out[at] + own[0]
+    return out
+
+
+def _check(plan: Plan) -> None:
+    for name, member in plan.frame.members.items():
+        if np.any(member.element.tension):
+            raise FrameError(
+                f"sensitivity to nodes: member {name!r} has a force at rest, which turns with it: load its ends instead"
+            )
+    if plan.tree.elimination.rows and any(edge.kind == "rigid" for edge, _ in plan.tree.closing):
+        raise FrameError("sensitivity to nodes: rigid links close a loop: leave out one of them")

@@ -1,0 +1,1 @@
+"""How positions depend on what a linkage is made of."""

@@ -1,0 +1,227 @@
+"""Forces in the joints under unit loads: by virtual work they are the derivatives by a misalignment of the joints.
+
+Let the second link of a joint be displaced by d from where the joint would have it on the first, and let the drives be
+locked. A unit load at a point then works on the displacement of the point as much as the force f in the joint that
+balances the load works on d, ``u = f . d``. One solution for the load serves all joints; it has the transposed Jacobian
+of the loop closure (Innocenti, Journal of Mechanical Design 124, 2002, has it for clearances of spatial structures).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.joints import COMPONENTS
+from ..description.parts import GROUND, Pair
+from ..kinematics.linear import stacked_solve
+from ..poses.classified import ClassifiedPoses
+from ..poses.singular import SINGULAR
+
+# A load is not balanced where this share of it is left.
+IDLE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class JointPlace:
+    """A joint's point on its second link (..., 3), in units of the linkage's size, and its axes (..., 3, 3)."""
+
+    point: Array
+    axes: Array
+
+    def components(self, wrench: Array) -> Array:
+        """Force and moment about the joint's point in its axes (..., k, 6) of a wrench (..., k, 6) about the origin."""
+        force, moment = wrench[..., :3], wrench[..., 3:] - np.cross(self.point[..., None, :], wrench[..., :3])
+        return np.concatenate([force @ self.axes, moment @ self.axes], axis=-1)
+
+
+class VirtualWork:
+    """Equilibrium of a linkage whose drives are locked, under loads on its links; lengths in units of its size.
+
+    Parameters
+    ----------
+    motion
+        The motion, (...).
+
+    Attributes
+    ----------
+    regular
+        Poses at which loads have a finite answer: assembled, and no dead point, (...).
+    """
+
+    def __init__(self, motion: ClassifiedPoses) -> None:
+        self.motion, self.mechanism = motion, motion.mechanism
+        self.regular = motion.is_assembled & ~(motion.conditioning < SINGULAR)
+        self.origin = self.mechanism.bodies[GROUND].place
+        tree = self.mechanism.tree
+        self.signs = {branch.pair.name: -1.0 if branch.turned else 1.0 for branch in tree.branches}
+        self.ways: dict[str, dict[str, float]] = {GROUND: {}}
+        for branch in tree.branches:
+            self.ways[branch.child] = self.ways[branch.parent] | {branch.pair.name: self.signs[branch.pair.name]}
+
+    def place(self, point: Array) -> Array:
+        """A global position (..., 3) in units of the size; zero where the pose is not regular."""
+        return np.where(self.regular[..., None], (point - self.origin) / self.mechanism.size, 0.0)
+
+    @cached_property
+    def places(self) -> dict[str, JointPlace]:
+        """Place of each joint, by name."""
+        motion, turned = self.motion, self.regular[..., None, None]
+        return {
+            name: JointPlace(
+                self.place(motion.position(pair.point, pair.second)),
+                np.where(turned, motion.joint_axes(name), np.eye(3)),
+            )
+            for name, pair in motion.linkage.joints.items()
+        }
+
+    def at_point(self, position: Array) -> Array:
+        """Unit forces and moments (..., 6, 6) at a global position, about the origin, row by row."""
+        place = self.place(position)
+        wrenches = np.zeros((*place.shape[:-1], 6, 6))
+        wrenches[...] = np.eye(6)
+        wrenches[..., :3, 3:] = np.cross(place[..., None, :], np.eye(3))
+        return wrenches
+
+    def joint_forces(self, loads: Mapping[str, Array]) -> dict[str, Array]:
+        """Forces and moments in the joints' axes by which each balances the loads, (..., k, 6).
+
+        Parameters
+        ----------
+        loads
+            By link: forces and moments (..., k, 6) about the origin, of k load cases.
+        """
+        tree = self._through_tree(loads)
+        rows = self._row_forces(tree)
+        cut = {link: wrench for link, wrench in self._on_links(rows).items() if link != GROUND}
+        through_cuts = self._through_tree(cut) if cut else {}
+        out = {name: force + through_cuts.get(name, 0.0) for name, force in tree.items()}
+        for pair, own, wrenches in self._closing:
+            if pair.name not in out:
+                out[pair.name] = -self.places[pair.name].components(rows[..., own] @ wrenches)
+        return out
+
+    def self_stresses(self) -> dict[str, Array]:
+        """By joint: forces and moments in its axes (..., s, 6) that need no load, of s redundant constraints.
+
+        They span all such states, those of the constraints that no coordinate acts on included.
+        """
+        count, every = self.redundant, len(self.mechanism.rows)
+        rows = np.broadcast_to(np.eye(every), (*self.regular.shape, every, every))
+        if self.mechanism.unknown:
+            rows = np.linalg.svd(self._transposed, full_matrices=True)[2][..., every - count :, :]
+        through = self._through_tree({link: wrench for link, wrench in self._on_links(rows).items() if link != GROUND})
+        none = np.zeros((*self.regular.shape, count, 6))
+        out = {name: through.get(name, none) for name in self.signs}
+        for pair, own, wrenches in self._closing:
+            if pair.name not in out:
+                out[pair.name] = -self.places[pair.name].components(rows[..., own] @ wrenches)
+        return out
+
+    # -- equations --------------------------------------------------------------------------------------------------
+
+    @property
+    def redundant(self) -> int:
+        """Number of closing equations that others imply."""
+        return len(self.mechanism.rows) - self.motion.assembly.loops.linear.rank
+
+    def _through_tree(self, loads: Mapping[str, Array]) -> dict[str, Array]:
+        """What each joint of the tree passes on of loads on the links behind it, in its axes, (..., k, 6)."""
+        total: dict[str, Array] = {}
+        for link, wrench in loads.items():
+            for name, sign in self.ways[link].items():
+                total[name] = total[name] + sign * wrench if name in total else sign * wrench
+        shape = np.broadcast_shapes(*(wrench.shape for wrench in loads.values()))
+        return {
+            name: self.places[name].components(total[name]) if name in total else np.zeros(shape) for name in self.signs
+        }
+
+    @cached_property
+    def _closing(self) -> list[tuple[Pair, slice, Array]]:
+        """Joints that close loops, their rows, and the unit wrench of each row about the origin, (..., rows, 6)."""
+        out, start = [], 0
+        for pair in self.mechanism.tree.cuts:
+            held = pair.kind.held
+            out.append((pair, slice(start, start + len(held)), self._row_wrenches(pair, held)))
+            start += len(held)
+        return out
+
+    def _row_wrenches(self, pair: Pair, held: tuple[str, ...]) -> Array:
+        """In the directions in which the mechanism takes its rows, about the origin."""
+        place = self.places[pair.name]
+        axes = place.axes
+        if pair.first in self.mechanism.tree.twins:
+            axes = np.where(self.regular[..., None, None], self.motion.axes(pair.second), np.eye(3)) @ pair.axes
+        forces = axes
+        if sum(name[0] == "u" for name in held) == 3:
+            forces = np.broadcast_to(self.mechanism.bodies[GROUND].drawn_axes, axes.shape)
+        wrenches = np.zeros((*self.regular.shape, len(held), 6))
+        for row, name in enumerate(held):
+            part, k = divmod(COMPONENTS.index(name), 3)
+            direction = (axes if part else forces)[..., k]
+            wrenches[..., row, 3 * part : 3 * part + 3] = direction
+            if not part:
+                wrenches[..., row, 3:] = np.cross(place.point, direction)
+        return wrenches
+
+    def _on_links(self, rows: Array) -> dict[str, Array]:
+        """Wrenches (..., k, 6) of forces in the rows (..., k, rows) on the links that they join."""
+        out: dict[str, Array] = {}
+        for pair, own, wrenches in self._closing:
+            wrench = rows[..., own] @ wrenches
+            for link, sign in ((pair.second, 1.0), (pair.first, -1.0)):
+                out[link] = out[link] + sign * wrench if link in out else sign * wrench
+        return out
+
+    def _coordinates(self, forces: Mapping[str, Array]) -> Array:
+        """Force (..., k, unknowns) on each coordinate that is not driven, from those in the joints of the tree."""
+        return np.stack([self._on_coordinate(forces, *self.mechanism.columns[k]) for k in self.mechanism.unknown], -1)
+
+    def _on_coordinate(self, forces: Mapping[str, Array], joint: str, component: str) -> Array:
+        force = forces[joint]
+        along = force[..., COMPONENTS.index(component)]
+        pair = self.motion.linkage.joint(joint)
+        if pair.pitch is None:
+            return along
+        lead = pair.pitch / (2.0 * np.pi * self.mechanism.size)
+        return np.asarray(along + lead[..., None] * force[..., COMPONENTS.index("uz")])
+
+    @cached_property
+    def _transposed(self) -> Array:
+        """Force on each unknown coordinate by the force in each row, (..., unknowns, rows)."""
+        units = np.broadcast_to(
+            np.eye(len(self.mechanism.rows)), (*self.regular.shape, *2 * (len(self.mechanism.rows),))
+        )
+        loads = {link: wrench for link, wrench in self._on_links(units).items() if link != GROUND}
+        return np.swapaxes(self._coordinates(self._through_tree(loads)), -1, -2)
+
+    def _row_forces(self, tree: Mapping[str, Array]) -> Array:
+        """Forces (..., k, rows) in the closing rows that balance what the tree passes on."""
+        shape = next(iter(tree.values())).shape[:-1]
+        out = np.zeros((*shape, len(self.mechanism.rows)))
+        active, linear = self.mechanism.active, self.motion.assembly.loops.linear
+        if not active or not self.mechanism.unknown:
+            return out
+        matrix = self._transposed[..., active]
+        matrix = np.where(self.regular[..., None, None], matrix, np.eye(*matrix.shape[-2:]))
+        right = -np.swapaxes(self._coordinates(tree), -1, -2)
+        if linear.square:
+            found = stacked_solve(matrix, right)
+        else:
+            found = _least(matrix, right, linear.rank)
+            # What moves with the drives locked, such as a rod's spin between two balls, balances no load.
+            left = np.linalg.norm(matrix @ found - right, axis=-2, keepdims=True)
+            found = np.where(left > IDLE * np.linalg.norm(right, axis=-2, keepdims=True), np.nan, found)
+        out[..., active] = np.swapaxes(found, -1, -2)
+        return out
+
+
+def _least(matrix: Array, right: Array, rank: int) -> Array:
+    """The least solution X (..., n, k) of A X = B, in the sense of least squares, for A (..., m, n) of a rank."""
+    u, s, vt = np.linalg.svd(matrix, full_matrices=False)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = np.swapaxes(u[..., :rank], -1, -2) @ right / s[..., :rank, None]
+    return np.asarray(np.swapaxes(vt[..., :rank, :], -1, -2) @ along)

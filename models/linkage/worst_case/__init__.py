@@ -1,0 +1,1 @@
+"""How far clearances and tolerances let a point go at most."""

@@ -1,0 +1,76 @@
+"""Clearances that are not small: the farthest that contact lets a rigid linkage go, with finite rotations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..derivatives.position_sensitivity import PositionSensitivity
+from ..description.linkage_description import LinkageDescription
+from ..statics.frame import Builder
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FiniteWorstCase:
+    """Where a point goes when it is pulled in a direction until all clearances are used up; by `WorstCase.finite`.
+
+    Attributes
+    ----------
+    direction
+        Direction of the pull, (..., 3).
+    displacement
+        Displacement of the point, (..., 3), to finite rotations; NaN where no stable contact was found.
+    first_order
+        What the worst case of first order says, (..., 3).
+    """
+
+    direction: Array
+    displacement: Array
+    first_order: Array
+
+    def __repr__(self) -> str:
+        off = self.difference
+        told = (
+            f"first order is off by up to {100.0 * np.nanmax(np.abs(off)):.2g} %" if np.isfinite(off).any() else "none"
+        )
+        return f"<FiniteWorstCase of shape {self.reach.shape}: {told}>"
+
+    @property
+    def reach(self) -> Array:
+        """Displacement in the direction of the pull, (...)."""
+        return np.asarray(np.sum(self.displacement * self.direction, axis=-1))
+
+    @property
+    def difference(self) -> Array:
+        """How much further than in first order, as a share of that, (...); below zero where less far."""
+        expected = np.sum(self.first_order * self.direction, axis=-1)
+        return np.asarray(self.reach / np.where(expected > 0.0, expected, np.nan) - 1.0)
+
+
+def finite(
+    by: PositionSensitivity, clearances: Mapping[str, Array], direction: Array, first_order: Array
+) -> FiniteWorstCase:
+    """Pull at the point of a linkage of rigid links with some clearances alone; see `WorstCase.finite`."""
+    motion = replace(by.motion, linkage=rigid(by.linkage, clearances))
+    built = Builder(motion, clearance=True)
+    node = built.nodes.of(by.link, by.point)
+    n = np.where(np.isfinite(direction), direction, 0.0)
+    built.frame.load(node, fx=n[..., 0], fy=n[..., 1], fz=n[..., 2])
+    found = built.frame.solve(large=True)
+    displacement = np.where(found.converged[..., None], found.displacement(node)[..., :3], np.nan)
+    return FiniteWorstCase(direction, displacement, first_order)
+
+
+def rigid(linkage: LinkageDescription, clearances: Mapping[str, Array]) -> LinkageDescription:
+    """The linkage with rigid links and ideal joints, given clearances, and neither springs nor loads."""
+    out = linkage.alike()
+    out.links = {name: replace(link, beams={}, mass=None, inertia=None) for name, link in linkage.links.items()}
+    out.joints = {
+        name: replace(pair, stiffness=None, contact=None, clearance=clearances.get(name))
+        for name, pair in linkage.joints.items()
+    }
+    out.springs, out.loads = [], []
+    return out

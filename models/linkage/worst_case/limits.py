@@ -1,0 +1,164 @@
+"""What may deviate, and how far: clearances of joints, lengths, places of points, drives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....framework.batch import Array, finite
+from ....framework.errors import FrameError
+from ..derivatives.position_sensitivity import PositionSensitivity
+from ..description.joints import COMPONENTS
+from ..description.parts import Pair
+from ..statics.frame import DIRECTIONS
+
+# Kinds of joint that a bearing of some length keeps from tilting, so that clearance lets them tilt.
+TILTING = ("revolute", "prismatic", "cylindrical", "screw")
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """Deviations that a tolerance, or the clearance of a joint, allows: a vector in an interval, a disc or a ball.
+
+    Attributes
+    ----------
+    name
+        What is blamed for it.
+    by
+        Derivatives ``ux uy uz rx ry rz`` of the point by each component of the deviation, (..., 6, m).
+    radius
+        Greatest length of the deviation, (...).
+    middle
+        Where the interval has its middle, (...); 0 for discs and balls.
+    joint
+        The joint of which it is the whole clearance; empty for anything else.
+    """
+
+    name: str
+    by: Array
+    radius: Array
+    middle: Array
+    joint: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Limits as the user gave them: see `Motion.worst_case`."""
+
+    clearances: Mapping[str, ArrayLike]
+    journals: Mapping[str, ArrayLike]
+    end_play: Mapping[str, ArrayLike]
+    lengths: Mapping[str | tuple[str, str, str], ArrayLike]
+    places: Mapping[tuple[str, str], ArrayLike]
+    drives: Mapping[str, ArrayLike]
+
+
+def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
+    """All limits, clearances first.
+
+    Raises
+    ------
+    FrameError
+        If a name is unknown, or a limit below zero.
+    """
+    yield from _clearances(by, given)
+    for joint, value in given.end_play.items():
+        pair = _of_kind(by, joint, ("revolute", "universal"), "end play")
+        play = _not_negative(value, f"end play of joint {joint!r}")
+        yield Limit(f"joint {pair.name}", _components(by, pair, ("uz",)), play, np.zeros(()))
+    for where, value in given.lengths.items():
+        name, column = _length(by, where)
+        yield _interval(f"length {name}", column[..., None], value)
+    for place, value in given.places.items():
+        if place not in by.places:
+            known = ", ".join(map(str, by.places))
+            raise FrameError(f"place {place!r} is no point of a link: give (link, point), one of {known}")
+        radius = _not_negative(value, f"place {place!r}")
+        yield Limit(f"place {'.'.join(place)}", by.places[place], radius, np.zeros(()))
+    for joint, value in given.drives.items():
+        pair = by.linkage.joint(joint)
+        if joint not in by.drives:
+            raise FrameError(f"joint {joint!r} is not driven: the drives are {', '.join(by.drives) or 'none'}")
+        found = by.drives[joint]
+        if found.shape[-1] > 1:
+            raise FrameError(
+                f"joint {joint!r} has {found.shape[-1]} drives: a tolerance is known for one of them alone"
+            )
+        yield _interval(f"drive {pair.name}", found, value)
+
+
+def _clearances(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
+    own: dict[str, ArrayLike] = {
+        name: pair.clearance for name, pair in by.linkage.joints.items() if pair.clearance is not None
+    }
+    for joint in given.journals:
+        _of_kind(by, joint, TILTING, "length of the bearing")
+        if joint not in own | dict(given.clearances):
+            raise FrameError(f"joint {joint!r} has the length of a bearing and no clearance: give its clearance, too")
+    for joint, value in (own | dict(given.clearances)).items():
+        pair = by.linkage.joint(joint)
+        radius = _not_negative(value, f"clearance of joint {joint!r}")
+        if joint not in given.journals:
+            across = _components(by, pair, DIRECTIONS[pair.kind.name])
+            yield Limit(f"joint {joint}", across, radius, np.zeros(()), joint)
+            continue
+        length = _not_negative(given.journals[joint], f"length of the bearing of joint {joint!r}")
+        if np.any(length == 0.0):
+            raise FrameError(f"length of the bearing of joint {joint!r} is 0: leave it out where the joint cannot tilt")
+        for end in _ends(by, pair, length):
+            yield Limit(f"joint {joint}", end, radius, np.zeros(()))
+
+
+def _ends(by: PositionSensitivity, pair: Pair, length: Array) -> Iterator[Array]:
+    """Derivatives by the displacement across the axis of either end of a bearing, (..., 6, 2).
+
+    The ends at ``z = L/2`` and ``-L/2`` displaced by d1 and d2 displace the middle by their mean, and tilt the joint by
+    ``e_z x (d1 - d2) / L``, by no more than 2 eps / L.
+    """
+    across, tilt = _components(by, pair, ("ux", "uy")), _components(by, pair, ("rx", "ry"))
+    turned = np.stack([tilt[..., 1], -tilt[..., 0]], axis=-1) / length[..., None, None]
+    yield 0.5 * across + turned
+    yield 0.5 * across - turned
+
+
+def _components(by: PositionSensitivity, pair: Pair, names: tuple[str, ...]) -> Array:
+    return by.joints[pair.name][..., [COMPONENTS.index(name) for name in names]]
+
+
+def _of_kind(by: PositionSensitivity, joint: str, kinds: tuple[str, ...], what: str) -> Pair:
+    pair = by.linkage.joint(joint)
+    if pair.kind.name not in kinds:
+        raise FrameError(
+            f"{what} of joint {joint!r}, which is {pair.kind.name}: only {', '.join(kinds)} joints have it"
+        )
+    return pair
+
+
+def _length(by: PositionSensitivity, where: str | tuple[str, str, str]) -> tuple[str, Array]:
+    """Name and derivative (..., 6) of a link of two points, or of the distance of two points on a link."""
+    if isinstance(where, tuple) and len(where) == 3:
+        return f"{where[0]} {where[1]}-{where[2]}", by.length(*where)
+    if where not in by.lengths:
+        known = ", ".join(by.lengths) or "none"
+        raise FrameError(f"length {where!r} is none: name a link of two points ({known}), or give (link, point, point)")
+    return str(where), by.lengths[str(where)]
+
+
+def _interval(name: str, column: Array, value: ArrayLike) -> Limit:
+    """Limits of a number: its half width, or a pair of a lower and an upper deviation."""
+    if isinstance(value, tuple) and len(value) == 2:
+        lower, upper = (finite(end, f"tolerance of {name}") for end in value)
+        if np.any(upper < lower):
+            raise FrameError(f"tolerance of {name} is {value!r}: give the lower deviation before the upper one")
+        return Limit(name, column, 0.5 * (upper - lower), 0.5 * (upper + lower))
+    return Limit(name, column, _not_negative(value, f"tolerance of {name}"), np.zeros(()))
+
+
+def _not_negative(value: ArrayLike, what: str) -> Array:
+    given = finite(value, what)
+    if np.any(given < 0.0):
+        raise FrameError(f"{what} is {given[given < 0.0].flat[0]:g}: give zero or more")
+    return given

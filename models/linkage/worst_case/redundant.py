@@ -1,0 +1,86 @@
+"""Sums of lengths made as small as multipliers can: how far what closes overconstrained loops lets a region reach.
+
+Deviations that open a redundant constraint cannot come about. Of all e_b in their limits that keep them closed,
+``sum S_b e_b = 0``, the farthest in a direction are as far as ``min over m of sum |a_b + S_b^T m|``, by duality
+(Rockafellar, *Convex Analysis*, 1970, section 28).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....framework.batch import Array
+
+# Lengths are rounded off by this share of the whole in the last steps, and the steps that lead there.
+LEAST, STEPS = 1e-7, 30
+# Shares of a step with the curvature that are tried.
+DAMPED = (1.0, 0.3, 0.1, 0.02)
+
+
+def least_lengths(along: Array, stress: Array, starts: Sequence[int], sizes: Sequence[int]) -> tuple[Array, Array]:
+    """Vectors ``a + S^T m`` one after the other, (..., n), with the least sum of lengths, and these lengths (..., b).
+
+    By weighted least squares (Weiszfeld), each step also tried with the curvature of the lengths (Newton), and lengths
+    rounded off less and less.
+
+    Parameters
+    ----------
+    along
+        Vectors a one after the other, (..., n).
+    stress
+        Multiplied rows S, (..., s, n).
+    starts, sizes
+        Where each vector begins, and its number of components.
+    """
+    whole = np.sqrt(np.sum(along * along, axis=-1))[..., None]
+    multipliers = np.zeros((*np.broadcast_shapes(along.shape[:-1], stress.shape[:-2]), stress.shape[-2]))
+    # Rows of one size in all, so that the equations for the multipliers are well scaled.
+    unit = np.linalg.norm(stress, axis=(-1, -2), keepdims=True)
+    rows = stress / np.where(unit > 0.0, unit, 1.0)
+    for step in range(STEPS):
+        rounded = whole * max(LEAST, 0.1 * 0.5**step)
+        found = along + _times(multipliers, rows)
+        length = _rounded(found, starts, rounded)
+        across = np.repeat(1.0 / np.where(length > 0.0, length, 1.0), sizes, axis=-1)
+        slope = _sum(rows, found * across)
+        best = _total(found, starts, rounded)
+        for newton in (False, True):
+            matrix = (rows * across[..., None, :]) @ np.swapaxes(rows, -1, -2)
+            if newton:
+                pulled = np.add.reduceat(rows * (found * across)[..., None, :], starts, axis=-1)
+                weight = 1.0 / np.where(length > 0.0, length, 1.0)
+                matrix = matrix - (pulled * weight[..., None, :]) @ np.swapaxes(pulled, -1, -2)
+            move = _solved(matrix, slope)
+            here = multipliers
+            for share in DAMPED if newton else DAMPED[:1]:
+                tried = here - share * move
+                total = _total(along + _times(tried, rows), starts, rounded)
+                better = total < best
+                multipliers, best = np.where(better[..., None], tried, multipliers), np.where(better, total, best)
+    found = along + _times(multipliers, rows)
+    return found, _rounded(found, starts, whole * LEAST)
+
+
+def _times(multipliers: Array, rows: Array) -> Array:
+    return np.asarray((multipliers[..., None, :] @ rows)[..., 0, :])
+
+
+def _sum(rows: Array, vector: Array) -> Array:
+    return np.asarray((rows @ vector[..., None])[..., 0])
+
+
+def _rounded(vectors: Array, starts: Sequence[int], rounded: Array) -> Array:
+    return np.asarray(np.sqrt(np.add.reduceat(vectors * vectors, starts, axis=-1) + rounded * rounded))
+
+
+def _total(vectors: Array, starts: Sequence[int], rounded: Array) -> Array:
+    return np.asarray(np.sum(_rounded(vectors, starts, rounded), axis=-1))
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Steps (..., s); rows that act on nothing, or on what others do, take none."""
+    size = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None]
+    shifted = matrix + (1e-13 * size + (size == 0.0)) * np.eye(matrix.shape[-1])
+    return np.asarray(np.linalg.solve(shifted, right[..., None])[..., 0])
