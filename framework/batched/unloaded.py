@@ -13,7 +13,7 @@ import scipy
 from ..cache import ORDERS
 from ..description import Description
 from ..solvers.graph import Graph
-from ..solvers.method import LARGE
+from ..solvers.method import BROADCAST, LARGE
 from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
@@ -23,6 +23,7 @@ from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
+from .one_entry import MOST_NODES, EntryNumbers, forest
 from .order import Order, Pattern, link, order
 from .progress import Springs
 from .stage import Matrix
@@ -49,7 +50,21 @@ class Unloaded:
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
         self.topology = Topology.of(frame, cut=cut)
-        self.tree = JointTree.of(self.topology, self.knowns)
+        self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
+        if not (self._plain and forest(frame)):
+            self.tree  # noqa: B018  # refuses at once what contradicts itself
+
+    @cached_property
+    def tree(self) -> JointTree:
+        """What each node's displacement is made of."""
+        return JointTree.of(self.topology, self.knowns)
+
+    @cached_property
+    def entry(self) -> EntryNumbers | None:
+        """The numbers of a frame of one entry; None of a batch, and where there are too many."""
+        if not self._plain or len(self.topology.number) > MOST_NODES:
+            return None
+        return EntryNumbers(self.topology)
 
     @cached_property
     def constant(self) -> bool:

@@ -38,11 +38,16 @@ def stiffness_entries(groups: Iterable[Group], grid: Grid, condensed: Condensati
         values = list(entries.reshape(-1)) if shared else [grid.value(entry) for entry in entries]
         first, second = (numbers[piece, end].tolist() for end in (a, b))
         for i, j, value in zip(first, second, values, strict=True):
-            row = matrix.setdefault(i, {})
-            if j not in row:
-                row[j] = matrix.setdefault(j, {})[i] = {}
-            add(row[j], 0 if shared else grid.mask(value), value)
+            enter(matrix, i, j, 0 if shared else grid.mask(value), value)
     return matrix
+
+
+def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
+    """Add a term, which varies over `mask`, to the entries (i, j) and (j, i), which are one."""
+    row = matrix.setdefault(i, {})
+    if j not in row:
+        row[j] = matrix.setdefault(j, {})[i] = {}
+    add(row[j], mask, value)
 
 
 def _stacks(groups: Iterable[Group], condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
@@ -75,12 +80,17 @@ def force_entries(topology: Topology, knowns: Knowns) -> Forces:
                 continue
             for c, share in enumerate(grid.components(_in_node(topology, node, np.eye(6)[k]))):
                 put(6 * node + c, -1 - key, combine([(factor, share)]))
-    for node, vector in mass_loads(topology):
-        for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
-            put(6 * node + c, 0, share)
-    for dof, share in _member_shares(topology, grid):
+    for dof, share in member_and_mass_loads(topology, grid):
         put(dof, 0, share)
     return forces
+
+
+def member_and_mass_loads(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
+    """Weight of masses and loads on members, by DOF, in the nodes' axes; some of them may be zero."""
+    for node, vector in mass_loads(topology):
+        for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
+            yield 6 * node + c, share
+    yield from _member_shares(topology, grid)
 
 
 def _member_shares(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:

@@ -79,12 +79,15 @@ class JointTree:
     def of(cls, topology: Topology, knowns: Knowns) -> JointTree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
-        chosen, closing = spanning(tree.edges)
-        tree._grow(chosen)
-        for edge in closing:
-            tree._close(edge)
-        tree._hold()
+        tree.grow(*spanning(tree.edges))
         return tree
+
+    def grow(self, chosen: list[Edge], closing: list[Edge]) -> None:
+        """Express all nodes by the edges of the tree, and what closes loops by them."""
+        self._grow(chosen)
+        for edge in closing:
+            self._close(edge)
+        self._hold()
 
     def row(self, node: int, component: int) -> Row:
         """A displacement component of a node, in its own axes."""
@@ -101,7 +104,11 @@ class JointTree:
 
     def turn(self, node: int) -> Matrix3:
         """Axes of a node as columns."""
-        return _entries(self.grid, None if node == GROUND else self.topology.axes(node))
+        return entries(self.grid, None if node == GROUND else self.topology.axes(node))
+
+    def axes(self, edge: Edge) -> Matrix3:
+        """Axes of an edge as columns."""
+        return entries(self.grid, edge.axes)
 
     def arm(self, edge: Edge) -> list[Value]:
         """Vector from the first to the second node of a rigid link, global."""
@@ -142,7 +149,7 @@ class JointTree:
         self.branches.append(branch)
         self._stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
         rows = self._carried(edge, branch.parent, sign)
-        axes = _entries(self.grid, edge.axes)
+        axes = self.axes(edge)
         for k in _SIX:
             free, offset = k not in edge.ideal, edge.offset[k]
             if not free and not offset:
@@ -172,7 +179,7 @@ class JointTree:
         moved = [dict(row) for row in self.global_rows(edge.second)]
         for row, first in zip(moved, self._carried(edge, edge.first), strict=True):
             add_row(row, first, -1.0)
-        between = _rotated(_transposed(_entries(self.grid, edge.axes)), moved)
+        between = _rotated(_transposed(self.axes(edge)), moved)
         self.closing.append((edge, between))
         self._stiffen(edge, edge.elastic(between))
 
@@ -244,8 +251,11 @@ def _offset(knowns: Knowns, given: dict[int, Array]) -> tuple[Row, ...]:
     return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in _SIX)
 
 
-def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
-    """Spanning forest by Kruskal's rule, strongest edges first, and the edges that are left over."""
+def spanning(edges: list[Edge], *, ordered: bool = False) -> tuple[list[Edge], list[Edge]]:
+    """Spanning forest by Kruskal's rule, strongest edges first, and the edges that are left over.
+
+    Where `ordered` they come so.
+    """
     leader: dict[int, int] = {}
 
     def find(node: int) -> int:
@@ -255,7 +265,7 @@ def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
         return node
 
     chosen, closing = [], []
-    for edge in sorted(edges, key=lambda e: e.strength, reverse=True):
+    for edge in edges if ordered else sorted(edges, key=lambda e: e.strength, reverse=True):
         a, b = find(edge.first), find(edge.second)
         if a == b:
             closing.append(edge)
@@ -265,7 +275,8 @@ def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
     return chosen, closing
 
 
-def _entries(grid: Grid, axes: Array | None) -> Matrix3:
+def entries(grid: Grid, axes: Array | None) -> Matrix3:
+    """Axes (..., 3, 3) as three rows of numbers; None for the global ones."""
     if axes is None:
         return None
     flat = grid.components(axes, trailing=2) if axes.size > 9 else list[Value](axes.reshape(-1).tolist())
