@@ -1,8 +1,8 @@
 """A frame of one entry as the numbers that its solution is made of, and where each of them stands.
 
 All that is done with such a frame, from its joint tree to the displacement of its last node, is one list of operations
-on these numbers, which frames of one topology have in common (`linkframe.framework.batched.entry_recording`). What stands
-where, and what of it is zero, is the key by which the list is found.
+on these numbers, which frames of one topology have in common: see `linkframe.framework.batched.entry_recording`. What
+stands where, and what of it is zero, is the key by which the list is found.
 """
 
 from __future__ import annotations

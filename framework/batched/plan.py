@@ -44,12 +44,16 @@ class Plan:
         Whether members are cut into their segments: for inertia and buckling, not for statics.
     method
         The way in which it is to be solved, see `linkframe.framework.solvers.method`; the plan chooses where None.
+    former
+        What is known of a frame with the same members, not cut, if anything.
     """
 
-    def __init__(self, frame: Description, *, cut: bool = False, method: str | None = None) -> None:
+    def __init__(
+        self, frame: Description, *, cut: bool = False, method: str | None = None, former: Unloaded | None = None
+    ) -> None:
         times: dict[str, float] = {}
         with timed(times, "numbering"):
-            unloaded = Unloaded(frame, cut=cut, method=method)
+            unloaded = Unloaded(frame, cut=cut, method=method, former=former)
         self._chained: Bounded[tuple[object, ...], Chained] = Bounded(_CHAINED)
         self._of(frame, unloaded, times, again=False)
 

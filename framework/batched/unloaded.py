@@ -6,9 +6,11 @@ import functools
 import operator
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ..cache import ORDERS
 from ..description import Description
@@ -43,13 +45,18 @@ class Unloaded:
         Whether members are cut into their segments.
     method
         The way in which it is to be solved; None for the one that promises to be fastest.
+    former
+        What is known of a frame with the same members, not cut, if anything.
     """
 
-    def __init__(self, frame: Description, *, cut: bool, method: str | None) -> None:
+    def __init__(
+        self, frame: Description, *, cut: bool, method: str | None, former: Unloaded | None = None
+    ) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
-        self.topology = Topology.of(frame, cut=cut)
+        self.topology = Topology.of(frame, cut=cut) if former is None else former.topology.loaded(frame)
+        self._stacks = None if former is None else former.known_stacks
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
         if not (self._plain and forest(frame)):
             self.tree  # noqa: B018  # refuses at once what contradicts itself
@@ -64,7 +71,13 @@ class Unloaded:
         """The numbers of a frame of one entry; None of a batch, and where there are too many."""
         if not self._plain or len(self.topology.number) > MOST_NODES:
             return None
-        return EntryNumbers(self.topology)
+        return EntryNumbers(self.topology, self._stacks)
+
+    @property
+    def known_stacks(self) -> list[NDArray[Any]] | None:
+        """Matrices of the members of a frame of one entry, once they were asked for."""
+        known: EntryNumbers | None = vars(self).get("entry")
+        return self._stacks if known is None else known.stacks
 
     @cached_property
     def constant(self) -> bool:
