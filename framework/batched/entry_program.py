@@ -8,8 +8,9 @@ the same order, and so the same bits.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -102,36 +103,79 @@ class EntryProgram:
     excited: frozenset[int]
     method: Method
 
-    def run(self, numbers: EntryNumbers, loads: EntryLoads) -> EntrySolution | None:
-        """The solution of a frame; None where a pivot is suspicious."""
+    def run(self, numbers: EntryNumbers, loads: EntryLoads, *, compiled: bool) -> EntrySolution | None:
+        """The solution of a frame, step by step or `compiled`; None where a pivot is suspicious."""
         former = numbers.former
-        again = former is not None and former[0] is self
+        again = former is not None and former[0] is self and former[1] is compiled
         with np.errstate(all="ignore"):
-            shared = former[1] if former is not None and again else self._shared(numbers)
-            least = {name: shared[place] for name, place in self.least.items()}
-            if not all(ratio > SUSPECT for ratio in least.values()):
-                return None
-            numbers.former = self, shared
-            values = [*shared, *(loads.values[k] for k in self.loads)]
-            _carry_out(self.loaded, values)
-            found = np.array([values[k] for k in self.nodes], dtype=np.float64).reshape(-1, 6)
-        known = {k: values[place] for k, place in self.unknowns.items()}
-        return EntrySolution(found, known, self.component, self.excited, least, self.method, again)
+            if former is not None and again:
+                state = former[2]
+            else:
+                given = self._given(numbers)
+                state = self.code[0](given) if compiled else carried_out(self.shared, given)
+            places = self.least.values()
+            ratios = [state[k] for k in range(len(places))] if compiled else [state[place] for place in places]
+            for ratio in ratios:
+                if not ratio > SUSPECT:
+                    return None
+            numbers.former = self, compiled, state
+            pushes = [loads.values[k] for k in self.loads]
+            if compiled:
+                nodes, known = self.code[1](state, pushes)
+            else:
+                values = carried_out(self.loaded, [*state, *pushes])
+                nodes, known = [values[k] for k in self.nodes], [values[k] for k in self.unknowns.values()]
+            found = np.array(nodes, dtype=np.float64).reshape(-1, 6)
+        unknowns, least = dict(zip(self.unknowns, known, strict=True)), dict(zip(self.least, ratios, strict=True))
+        return EntrySolution(found, unknowns, self.component, self.excited, least, self.method, again)
 
-    def _shared(self, numbers: EntryNumbers) -> list[Any]:
+    def _given(self, numbers: EntryNumbers) -> list[Any]:
         values: list[Any] = [numbers.edges[k] for k in self.edges]
         values += [numbers.turns[k] for k in self.turns]
         for stack, places in zip(numbers.stacks, self.members, strict=True):
             values += stack.reshape(-1)[places].tolist()
         values += self.constants
-        _carry_out(self.shared, values)
         return values
 
+    @cached_property
+    def code(self) -> tuple[Callable[[list[Any]], list[Any]], Callable[[list[Any], list[Any]], Any]]:
+        """Both parts as functions of Python, which takes some ten milliseconds; the first begins with the ratios."""
+        size = len(self.edges) + len(self.turns) + sum(map(len, self.members)) + len(self.constants)
+        first = size + len(self.shared)
+        wanted = [*self.nodes, *self.unknowns.values()]
+        used = {k for _, a, b in self.loaded for k in (a, b)}.union(wanted)
+        kept = [*self.least.values(), *sorted(k for k in used if k < first)]
+        source = [
+            "def shared(given):",
+            f" {_names(range(size))} = given",
+            *_lines(self.shared, size),
+            f" return {_names(kept)}",
+            "def loaded(kept, loads):",
+            f" {_names(kept)} = kept",
+            f" {_names(range(first, first + len(self.loads)))} = loads",
+            *_lines(self.loaded, first + len(self.loads)),
+            f" return {_names(self.nodes)}, {_names(self.unknowns.values())}",
+        ]
+        made: dict[str, Any] = {"wide": Extended, "inf": np.inf}
+        exec(compile("\n".join(source), "<frame>", "exec"), made)
+        return made["shared"], made["loaded"]
 
-def _carry_out(steps: Sequence[Step], values: list[Any]) -> None:
+
+def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
+    """All numbers: what is given, and what each step makes."""
+    values = list(given)
     put = values.append
     for operation, a, b in steps:
         put(operation(values[a], values[b]))
+    return values
+
+
+def _names(places: Iterable[int]) -> str:
+    return "[" + ", ".join(f"v{place}" for place in places) + "]"
+
+
+def _lines(steps: Sequence[Step], first: int) -> list[str]:
+    return [f" v{first + k} = " + _TEXTS[do].format(a=f"v{a}", b=f"v{b}") for k, (do, a, b) in enumerate(steps)]
 
 
 def values_of(
@@ -180,4 +224,15 @@ OPERATIONS: dict[Operation, Callable[[Any, Any], Any]] = {
     Operation.NEGATE: _negative,
     Operation.MINIMUM: _least,
     Operation.MAXIMUM: _most,
+}
+# The same in words of Python.
+_TEXTS: dict[Callable[[Any, Any], Any], str] = {
+    operator.add: "{a} + {b}",
+    operator.sub: "{a} - {b}",
+    operator.mul: "{a} * {b}",
+    widen: "wide({a})",
+    _divided: "{a} / {b} if {b} else inf",
+    _negative: "-{a}",
+    _least: "{b} if {b} < {a} or {b} != {b} else {a}",
+    _most: "{b} if {b} > {a} or {b} != {b} else {a}",
 }

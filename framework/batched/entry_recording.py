@@ -32,6 +32,8 @@ from .stage import Forces, Matrix
 _MOST = 40_000
 # Frames of a topology that are worked on before the list is written, which takes as long as some ten of them.
 _FEW = 3
+# And after which it is compiled, which takes as long as the list spares in two hundred.
+_OFTEN = 200
 
 
 class Terms(Protocol):
@@ -83,7 +85,7 @@ class _Topology:
         if self.program is None:
             self.program = _written(plan, numbers, loads)
             self.without = self.program is None
-        return None if self.program is None else self.program.run(numbers, loads)
+        return None if self.program is None else self.program.run(numbers, loads, compiled=self.met > _OFTEN)
 
 
 def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySolution | None:
