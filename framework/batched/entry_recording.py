@@ -18,7 +18,7 @@ from ..program.recording import Recording, Term
 from ..solvers.method import BROADCAST, Compiled, choose
 from ..structure.assembly import enter
 from ..structure.edge import Edge
-from ..structure.parts import Extended, Knowns, Row, Value, add, combine, is_zero
+from ..structure.parts import Extended, Row, Value, add, combine, is_zero
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of, spanning
 from .block import Block
@@ -59,9 +59,6 @@ class Writable(Compiled, Protocol):
 
     @property
     def topology(self) -> Topology: ...
-
-    @property
-    def knowns(self) -> Knowns: ...
 
     @property
     def islands(self) -> Index: ...

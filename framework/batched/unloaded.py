@@ -49,13 +49,11 @@ class Unloaded:
         What is known of a frame with the same members, not cut, if anything.
     """
 
-    def __init__(
-        self, frame: Description, *, cut: bool, method: str | None, former: Unloaded | None = None
-    ) -> None:
+    def __init__(self, frame: Description, *, cut: bool, method: str | None, former: Unloaded | None = None) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
-        self.topology = Topology.of(frame, cut=cut) if former is None else former.topology.loaded(frame)
+        self.topology: Topology = Topology.of(frame, cut=cut) if former is None else former.topology.loaded(frame)
         self._stacks = None if former is None else former.known_stacks
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
         if not (self._plain and forest(frame)):

@@ -67,8 +67,8 @@ class Topology:
         segments = [e.segments if cut or not e.exact else 1 for e in (elements[k] for k in leaders)]
         counts = np.array(segments, dtype=np.int64)[which]
         if all(segment == 1 for segment in segments):
-            ends = [(number[member.start], number[member.end]) for member in members.values()]
-            return cls(frame, number, bodies, counts, _pairs(ends))
+            pairs = [(number[member.start], number[member.end]) for member in members.values()]
+            return cls(frame, number, bodies, counts, _pairs(pairs))
         first, last = ([number[node] for node in side] for side in _sides(frame))
         # Interior nodes come after all others, member by member.
         inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
