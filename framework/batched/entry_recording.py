@@ -25,14 +25,12 @@ from .block import Block
 from .entry_program import OPERATIONS, EntryProgram, EntrySolution, Step, values_of, widen
 from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
 from .progress import Masks
-from .replay import RecordedElimination
+from .replay import MOST, RecordedElimination, operations
 from .stage import Forces, Matrix
 
-# Operations up to which a calculation is kept.
-_MOST = 40_000
-# Frames of a topology that are worked on before the list is written, which takes as long as some ten of them.
+# Frames of a topology that are worked on before the list is written, which takes as long as some six of them.
 _FEW = 3
-# And after which it is compiled, which takes as long as the list spares in two hundred.
+# And after which it is compiled, which takes as long again.
 _OFTEN = 200
 
 
@@ -228,7 +226,6 @@ class _Layout:
         recording, numbers = writer.recording, writer.numbers
         terms = [value for value in asked if isinstance(value, Term)]
         program, places = recording.program(terms)
-        self.size = len(program.steps)
         sizes = [len(numbers.edges), len(numbers.turns), *(stack.size for stack in numbers.stacks)]
         starts = np.cumsum([0, *sizes, len(writer.pushes)]).tolist()
         inside = [[k for k in places if a <= k < b] for a, b in pairwise(starts)]
@@ -311,18 +308,22 @@ def _square(nine: list[Value]) -> Matrix3:
 
 def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryProgram | None:
     """The program of a frame; None where what is done depends on more than what stands where, or is not all of one."""
-    writer = _Writer(plan, numbers, loads)
     method = choose(plan, plan.asked)
-    if method.name != BROADCAST or writer.tree is None:
+    if method.name != BROADCAST:
+        return None
+    writer = _Writer(plan, numbers, loads)
+    if writer.tree is None:
         return None
     with np.errstate(all="ignore"):
         written = plan.written(writer.tree, writer.matrix, writer.forces)
         if len({int(plan.islands[name // 6]) for name in written.excited}) > 1:
             return None  # of parts that nothing connects each is solved when it is read
+        blocks = {name: written.block(name) for name in sorted(written.excited)}
+        if sum(operations(block.orders) for block in blocks.values()) > MOST:
+            return None
         known: dict[int, Value] = {}
         least: dict[int, Value] = {}
-        for name in sorted(written.excited):
-            block = written.block(name)
+        for name, block in blocks.items():
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
             masks = Masks.of(block.grid, block.rows, block.springs)
             done = RecordedElimination(block.orders, *given).plainly(masks, block.knowns)
@@ -333,8 +334,6 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
         for node in range(len(plan.topology.number)):
             nodes += values_of(written.tree.global_rows(node), written.component, written.excited, known)
     program = _Layout(writer, [*nodes, *known.values(), *least.values()])
-    if program.size > _MOST:
-        return None
     places = program.outputs
     known_at = places[len(nodes) : len(nodes) + len(known)]
     return EntryProgram(

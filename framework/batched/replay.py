@@ -26,9 +26,14 @@ from .stage import Forces, Matrix, Pivot, Stage
 Operations = tuple[Callable[[Any, Any], Any], int, int]
 
 # Operations up to which a list is worth its memory.
-_MOST = 20_000
+MOST = 20_000
 # Frames of a topology that are worked on before the list is written, which takes as long as some twenty of them.
 _FEW = 3
+
+
+def operations(orders: tuple[Order, Order]) -> int:
+    """Operations of both stages of an elimination, about."""
+    return sum(len(order.below[k]) * (len(order.below[k]) + 2) for order in orders for k in order.pivots)
 
 
 class RecordedElimination:
@@ -64,10 +69,10 @@ class RecordedElimination:
         knowns
             The known numbers.
         """
-        operations = sum(len(order.below[k]) * (len(order.below[k]) + 2) for order in self.orders for k in order.pivots)
-        if operations > _MOST:
+        count = operations(self.orders)
+        if count > MOST:
             return self.plainly(masks, knowns)
-        recorded: _Recorded = PROGRAMS.found(self._key(), _Recorded, operations + 100)
+        recorded: _Recorded = PROGRAMS.found(self._key(), _Recorded, count + 100)
         return recorded.replayed(self, masks, knowns)
 
     def plainly(self, masks: Masks, knowns: list[Value]) -> PartialFactorisation:

@@ -151,7 +151,9 @@ class Chained:
         varying = self.unloaded.varying
         left = {group for group, _ in varying.groups}
         groups = [group for group in self.unloaded.topology.groups if group not in left]
-        return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying)
+        stacks = self.unloaded.known_stacks
+        known = {} if stacks is None else dict(zip(self.unloaded.topology.groups, stacks, strict=True))
+        return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying, known)
 
     def scale(self, dof: int) -> Parts:
         """Parts of the stiffness whose rounding the diagonal of the matrix carries."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,16 +22,22 @@ from .varying import Varying
 _SLICE = 2**13
 
 
-def stiffness_entries(groups: Iterable[Group], grid: Grid, condensed: Condensation, varying: Varying) -> Matrix:
+def stiffness_entries(
+    groups: Iterable[Group],
+    grid: Grid,
+    condensed: Condensation,
+    varying: Varying,
+    known: Mapping[Group, NDArray[Any]] = MappingProxyType({}),
+) -> Matrix:
     """Parts of the stiffness of members by pair of DOF numbers, those in chains condensed to their ends.
 
-    Of the `varying` ones only the place.
+    Of the `varying` ones only the place. The stiffness of some may be `known`.
     """
     matrix: Matrix = {}
     for entry in varying.entries:
         i, j = entry.at
         matrix.setdefault(i, {})[j] = matrix.setdefault(j, {})[i] = {}
-    for numbers, stacks in _stacks(groups, condensed):
+    for numbers, stacks in _stacks(groups, condensed, known):
         used = np.triu((stacks != 0.0).any(axis=tuple(range(1, stacks.ndim - 2))))
         piece, a, b = np.nonzero(used)
         entries = np.moveaxis(stacks, (0, -2, -1), (0, 1, 2))[piece, a, b]
@@ -50,10 +57,13 @@ def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
     add(row[j], mask, value)
 
 
-def _stacks(groups: Iterable[Group], condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
+def _stacks(
+    groups: Iterable[Group], condensed: Condensation, known: Mapping[Group, NDArray[Any]]
+) -> Iterator[tuple[Index, NDArray[Any]]]:
     """DOF numbers (n, 12) and stiffness (n, ..., 12, 12) of members and chains."""
     if not condensed.chains:
-        yield from ((group.dofs, group.extended_stiffness()) for group in groups)
+        for group in groups:
+            yield group.dofs, known[group] if group in known else group.extended_stiffness()
         return
     for group in groups:
         left = np.flatnonzero(~np.isin(group.pieces, condensed.pieces))

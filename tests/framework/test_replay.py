@@ -38,10 +38,10 @@ def test_the_same_bits_as_without(seed: int, monkeypatch: pytest.MonkeyPatch) ->
     frame = as_frame((random_frame, random_constrained, random_linkage)[seed % 3](seed))
     rng = np.random.default_rng(seed)
     for _ in range(3):
-        monkeypatch.setattr(replay, "_MOST", 20_000)
+        monkeypatch.setattr(replay, "MOST", 20_000)
         found = answers(frame.copy())
         assert len(PROGRAMS) > 0
-        monkeypatch.setattr(replay, "_MOST", 0)
+        monkeypatch.setattr(replay, "MOST", 0)
         assert answers(frame.copy()) == found
         name = next(iter(frame.members))
         frame.change(name, Beam(Circle(diameter=float(rng.uniform(0.01, 0.1))), STEEL))
