@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cache import STACKS
 from ..description import Description
+from ..protocol import is_proven
 from ..structure.assembly import component_loads, member_and_mass_loads
 from ..structure.parts import Grid, is_zero
-from ..structure.topology import Topology
+from ..structure.topology import Group, Topology
 
 # What stands where of a joint, tie or support, and how strong it is.
 Head = tuple[Hashable, tuple[int, float]]
@@ -60,7 +62,7 @@ class EntryNumbers:
 
     def __init__(self, topology: Topology, stacks: list[NDArray[Any]] | None = None) -> None:
         frame, self.topology = topology.frame, topology
-        self.stacks = [group.extended_stiffness() for group in topology.groups] if stacks is None else stacks
+        self.stacks = [_stack(group) for group in topology.groups] if stacks is None else stacks
         self.former: tuple[Any, bool, list[Any]] | None = None
         self.edges: list[float] = []
         self.turns: list[float] = []
@@ -149,6 +151,21 @@ class EntryLoads:
             self.shares = [(dof, float(share)) for dof, share in found if not is_zero(share)]
         self.values = [value for _, _, value in self.nodal] + [value for _, value in self.shares]
         self.key = tuple([(node, k) for node, k, _ in self.nodal]), tuple([dof for dof, _ in self.shares])
+
+
+def _stack(group: Group) -> NDArray[Any]:
+    """Matrices of members; of those on a body they are the same in its axes wherever it goes."""
+    if group.body is None or group.axes != (None, None) or group.stacked or not is_proven(group.element):
+        return group.extended_stiffness()
+
+    def made() -> NDArray[Any]:
+        found = group.extended_stiffness()
+        found.setflags(write=False)
+        return found
+
+    key = group.element.kind, group.chord.tobytes(), group.counts.tobytes()
+    found: NDArray[Any] = STACKS.found(key, made, 144 * len(group.pieces))
+    return found
 
 
 def _six(given: dict[int, Any]) -> list[float]:

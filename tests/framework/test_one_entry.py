@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution
 from linkframe.framework.batched import entry_recording
-from linkframe.framework.cache import PROGRAMS
+from linkframe.framework.cache import PROGRAMS, STACKS
+from linkframe.models import Linkage
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -129,6 +130,30 @@ def test_later_frames_are_as_the_first(
     found = everything(solution)
     assert solution.plan.entry is not None
     assert_same(found, wanted)
+
+
+def test_frames_of_a_motion_pose_by_pose() -> None:
+    """Links keep their stiffness from pose to pose: their results are those of the pose alone."""
+    linkage = Linkage(A=(0, 0), B=(0, 0.1), P=(0.1, 0.1), D=(0.2, 0.1), E=(0.2, 0))
+    for name, points in {"crank": "AB", "coupler": "BPD", "rocker": "DE"}.items():
+        linkage.link(name, *points, beam=Beam(Rectangle(y=0.0127, z=0.00635), STEEL))
+    linkage.revolute("A", "ground", "crank", drive=True)
+    for name, pair in {"B": ("crank", "coupler"), "D": ("coupler", "rocker"), "E": ("rocker", "ground")}.items():
+        linkage.revolute(name, *pair, stiffness=PIN)
+
+    def framed(angle: float) -> Frame:
+        frame = linkage.move(A=angle).frame()
+        frame.load("P", fx=10.0, fy=100.0, mz=1.0)
+        return frame
+
+    met(lambda: framed(0.2))
+    for angle in (-0.4, 0.3, 0.9):
+        solution = framed(angle).solve()
+        found = everything(solution)
+        assert solution.plan.entry is not None
+        STACKS.clear()
+        assert_same(found, anew(framed(angle)))
+        met(lambda: framed(0.2))
 
 
 def test_results_do_not_depend_on_what_is_read_first() -> None:
