@@ -101,8 +101,8 @@ def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySol
         None where the topology was met a few times only, has no program, or a pivot is suspicious: then the frame is
         solved as ever.
     """
-    weight = 60 * len(numbers.topology.number)
-    topology: _Topology = PROGRAMS.found((numbers.key, loads.key), _Topology, weight)
+    weight = 80 * len(numbers.topology.number) ** 2
+    topology: _Topology = PROGRAMS.found((numbers.key, loads.key, plan.asked), _Topology, weight)
     return topology.solution(plan, numbers, loads)
 
 
@@ -309,7 +309,7 @@ def _square(nine: list[Value]) -> Matrix3:
 def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryProgram | None:
     """The program of a frame; None where what is done depends on more than what stands where, or is not all of one."""
     method = choose(plan, plan.asked)
-    if method.name != BROADCAST:
+    if method.name != BROADCAST or plan.chains:
         return None
     writer = _Writer(plan, numbers, loads)
     if writer.tree is None:

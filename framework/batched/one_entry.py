@@ -98,7 +98,7 @@ class EntryNumbers:
             self.edges += [*springs, float(element.pitch / (2.0 * np.pi)), *offsets]
             if element.axes is not None:
                 self.turns += element.axes.reshape(-1).tolist()
-            head = number[link.first], number[link.second], ideal, element.axes is None
+            head = "joint", number[link.first], number[link.second], ideal, element.axes is None
             heads.append((head, (len(ideal), max(springs))))
         return heads
 
@@ -108,7 +108,7 @@ class EntryNumbers:
             self.edges += _ALL_OF_THEM
             if tie.rigid:
                 self.turns += (frame.position(tie.slave) - frame.position(tie.master)).reshape(-1).tolist()
-            head = number[tie.master], number[tie.slave], tie.components, tie.rigid
+            head = "tie", number[tie.master], number[tie.slave], tie.components, tie.rigid
             heads.append((head, (len(tie.components), 0.0)))
         return heads
 
@@ -117,7 +117,7 @@ class EntryNumbers:
         for node, held in frame.supports.items():
             self.edges += (*_ALL_OF_THEM[:OFFSETS], *_six(held))
             ideal = (*sorted(held),)
-            heads.append(((number[node], ideal), (len(ideal), 0.0)))
+            heads.append((("support", number[node], ideal), (len(ideal), 0.0)))
         return heads
 
 

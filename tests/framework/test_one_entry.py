@@ -232,3 +232,50 @@ def test_solutions_travel() -> None:
     twin = pickle.loads(pickle.dumps(solution))
     np.testing.assert_array_equal(twin.displacement("P"), wanted)
     np.testing.assert_array_equal(twin.reaction("A"), solution.reaction("A"))
+
+
+def test_long_chains_are_condensed_as_ever() -> None:
+    """Members in line, which are condensed two by two, are not written down one by one."""
+    rod = Beam(Rectangle(y=0.02, z=0.01), STEEL)
+
+    def chain(step: float = 1.0) -> Frame:
+        frame = Frame()
+        for k in range(20):
+            frame.node(f"{k}", (step * k, 0.1 * (k % 3), 0.2 * (k % 2)))
+            if k:
+                frame.add(f"m{k}", rod, f"{k - 1}", f"{k}")
+        frame.fix("0")
+        frame.load("19", fy=1.0)
+        return frame
+
+    met(chain)
+    solution = chain(1.1).solve()
+    np.testing.assert_array_equal(solution.displacement("19"), anew(chain(1.1))["displacement of 19"])
+    assert solution.plan.entry is None
+
+
+def test_the_method_is_told_as_it_was_asked_for() -> None:
+    met(four_bar)
+    for method, told in ((None, "unknowns are no more than"), ("broadcast", "as asked for")):
+        for _ in range(MET):
+            solution = four_bar().solve(method)
+            solution.displacement("P")
+        assert solution.plan.entry is not None
+        assert told in solution.explain()
+
+
+def test_two_parts_that_nothing_connects_are_solved_apart() -> None:
+    def pair(length: float = 1.0) -> Frame:
+        frame, rod = Frame(), Beam(Rectangle(y=0.02, z=0.01), STEEL)
+        for k, (start, end) in enumerate(("AB", "CD")):
+            frame.node(start, (0.0, 0.0, k))
+            frame.node(end, (length, 0.0, k))
+            frame.add(start + end, rod, start, end)
+            frame.fix(start)
+            frame.load(end, fy=1.0)
+        return frame
+
+    met(pair)
+    solution = pair(1.5).solve()
+    np.testing.assert_array_equal(solution.displacement("B"), anew(pair(1.5))["displacement of B"])
+    assert solution.plan.entry is None
