@@ -34,7 +34,7 @@ _FEW = 3
 _OFTEN = 200
 
 
-class Terms(Protocol):
+class TermPlan(Protocol):
     """A plan whose numbers are terms."""
 
     @property
@@ -61,7 +61,7 @@ class Writable(Compiled, Protocol):
     @property
     def islands(self) -> Index: ...
 
-    def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> Terms: ...
+    def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> TermPlan: ...
 
 
 class _Topology:
