@@ -255,10 +255,10 @@ class Beam(LineElement):
             that it varies over.
         """
         arm, length = np.asarray(length), as_real(length)
-        shape = np.broadcast_shapes(arm.shape, self.sections_shape)
+        shape = shape_of(arm.shape, self.sections_shape)
         planes = [self._plane(way, length) for way in DIRECTIONS]
         # With the sections they vary only where these move the elastic centre.
-        varying = np.broadcast_shapes(arm.shape, *(np.shape(plane.fraction) for plane in planes))
+        varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
         # Each number lies in one piece: that is how batches are read and written.
         stiffness = np.zeros((6, *shape))
         rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
@@ -272,7 +272,7 @@ class Beam(LineElement):
             before = plane.fraction * arm
             rows[way.moved, r1], rows[way.moved, r2] = way.sign * before, way.sign * (arm - before)
             rows[way.turned, r1], rows[way.turned, r2] = -way.sign, way.sign
-        return np.moveaxis(stiffness, 0, -1), np.moveaxis(rows, (0, 1), (-2, -1))
+        return stiffness.transpose(*range(1, stiffness.ndim), 0), rows.transpose(*range(2, rows.ndim), 0, 1)
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
         """Force and moment on each end of the member, by way of its deformations.
