@@ -26,8 +26,6 @@ Head = tuple[Hashable, tuple[int, float]]
 # Numbers of each joint, tie and support: six springs, the pitch, and six offsets.
 SPRINGS, PITCH, OFFSETS, EACH = 0, 6, 7, 13
 _ALL_OF_THEM = (0.0,) * EACH
-# Nodes up to which the whole calculation of an entry is written down.
-MOST_NODES = 40
 # Numbers that rows are made of and that are one in all frames, if they are in one.
 _UNITS = (0.0, 1.0, -1.0)
 

@@ -25,7 +25,7 @@ from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
-from .one_entry import MOST_NODES, EntryNumbers, forest
+from .one_entry import EntryNumbers, forest
 from .order import Order, Pattern, link, order
 from .progress import Springs
 from .stage import Matrix
@@ -67,7 +67,11 @@ class Unloaded:
     @cached_property
     def entry(self) -> EntryNumbers | None:
         """The numbers of a frame of one entry; None of a batch, and where there are too many."""
-        if not self._plain or len(self.topology.number) > MOST_NODES:
+        if not self._plain:
+            return None
+        frame = self.frame
+        held = sum(map(len, frame.supports.values())) + 6 * (len(frame.joints) + len(frame.ties))
+        if 6 * len(self.topology.number) - held > LARGE:
             return None
         return EntryNumbers(self.topology, self._stacks)
 
