@@ -21,6 +21,8 @@ from .prismatic import bar_mass, plane_geometric, plane_mass
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
+_NOTHING: frozenset[int] = frozenset()
+
 
 @proven
 @dataclass(frozen=True, eq=False)
@@ -253,24 +255,24 @@ class Beam(LineElement):
             that it varies over.
         """
         arm, length = np.asarray(length), as_real(length)
-        shape = np.broadcast_shapes(arm.shape, self.sections_shape)
+        shape = shape_of(arm.shape, self.sections_shape)
         planes = [self._plane(way, length) for way in DIRECTIONS]
         # With the sections they vary only where these move the elastic centre.
-        varying = np.broadcast_shapes(arm.shape, *(np.shape(plane.fraction) for plane in planes))
+        varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
         # Each number lies in one piece: that is how batches are read and written.
-        stiffness = np.moveaxis(np.zeros((6, *shape)), 0, -1)
-        rows = np.moveaxis(np.zeros((6, 12, *varying), np.result_type(arm, np.float64)), (0, 1), (-2, -1))
+        stiffness = np.zeros((6, *shape))
+        rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
         for i in BARS:
-            stiffness[..., i], rows[..., i, i], rows[..., i, i + 6] = self._bar(i, length), -1.0, 1.0
+            stiffness[i], rows[i, i], rows[i, i + 6] = self._bar(i, length), -1.0, 1.0
         for way, plane in zip(DIRECTIONS, planes, strict=True):
             v1, r1, v2, r2 = way.dofs
-            stiffness[..., way.moved], stiffness[..., way.turned] = plane.shear, plane.bend
-            rows[..., way.moved, v1], rows[..., way.moved, v2] = 1.0, -1.0
+            stiffness[way.moved], stiffness[way.turned] = plane.shear, plane.bend
+            rows[way.moved, v1], rows[way.moved, v2] = 1.0, -1.0
             # the parts add up to the length in its precision, so that a rigid turn costs no energy
             before = plane.fraction * arm
-            rows[..., way.moved, r1], rows[..., way.moved, r2] = way.sign * before, way.sign * (arm - before)
-            rows[..., way.turned, r1], rows[..., way.turned, r2] = -way.sign, way.sign
-        return stiffness, rows
+            rows[way.moved, r1], rows[way.moved, r2] = way.sign * before, way.sign * (arm - before)
+            rows[way.turned, r1], rows[way.turned, r2] = -way.sign, way.sign
+        return stiffness.transpose(*range(1, stiffness.ndim), 0), rows.transpose(*range(2, rows.ndim), 0, 1)
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
         """Force and moment on each end of the member, by way of its deformations.
@@ -597,6 +599,8 @@ class Beam(LineElement):
         return bending_plane(centre, length, whole, self._released(way))
 
     def _released(self, way: Direction) -> frozenset[int]:
+        if not self.releases:
+            return _NOTHING
         dofs = (end * 6 + component for end, component in self.releases)
         return frozenset(way.dofs.index(dof) for dof in dofs if dof in way.dofs)
 

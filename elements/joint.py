@@ -16,6 +16,9 @@ from ..framework.renamed import RenamedAttribute, renamed_keywords
 from .clearance_directions import checked_directions
 from .parameters import array_of, common_shape, require, shape_of
 
+# Clearance and pitch of a joint that has none.
+_NONE = array_of("Joint", "clearance", 0.0)
+
 
 @proven
 @dataclass(frozen=True, eq=False, init=False)
@@ -86,10 +89,13 @@ class Joint(JointElement):
             raise FrameError(f"Joint: stiffness has shape {springs.shape}; give six springs, (..., 6)")
         require("Joint", "stiffness", springs, springs >= 0.0, "0 (free) to inf (ideal)")
         turned = None if axes is None else rotation(axes, "Joint: axes")
-        gap = array_of("Joint", "clearance", clearance)
-        require("Joint", "clearance", gap, np.isfinite(gap) & (gap >= 0.0), "a length, zero or above")
-        advance = array_of("Joint", "pitch", pitch)
-        require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
+        gap = advance = _NONE
+        if not _is_zero(clearance):
+            gap = array_of("Joint", "clearance", clearance)
+            require("Joint", "clearance", gap, np.isfinite(gap) & (gap >= 0.0), "a length, zero or above")
+        if not _is_zero(pitch):
+            advance = array_of("Joint", "pitch", pitch)
+            require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
         shapes = {"stiffness": springs.shape[:-1], "axes": () if turned is None else turned.shape[:-2]}
         common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
         object.__setattr__(self, "stiffness", springs)
@@ -151,3 +157,8 @@ class Joint(JointElement):
             Its stiffness (6,), its axes and pitch as they are.
         """
         return Joint(self.stiffness.reshape(-1, 6).max(axis=0), self.axes, pitch=self.pitch)
+
+
+def _is_zero(value: ArrayLike) -> bool:
+    """Whether a number is plainly zero, as it is where it was not given."""
+    return type(value) is float and value == 0.0

@@ -76,7 +76,12 @@ class Section(CrossSection):
         dict
             Number or array, (...), by the name of the property.
         """
-        return {name: value for name, value in super().sizes().items() if not np.any(np.isnan(value))}
+        # a number that is none is not equal to itself
+        return {
+            name: value
+            for name, value in super().sizes().items()
+            if (value == value if type(value) is float else not np.any(np.isnan(value)))
+        }
 
     def _derive(self) -> dict[str, Real]:
         return {}

@@ -20,7 +20,7 @@ _FEW = 16
 
 def numbers(value: ArrayLike, what: str) -> Array:
     """`value` as a read-only float array of its own: what becomes of the given one later changes nothing."""
-    if np.ma.is_masked(value):
+    if hasattr(value, "_mask") and np.ma.is_masked(value):
         raise FrameError(f"{what} has masked entries: give a number for each, or leave them out")
     try:
         given = np.array(value)
@@ -42,7 +42,7 @@ def _short(value: object) -> str:
 def finite(value: ArrayLike, what: str) -> Array:
     """`numbers`, refused where one of them is not finite."""
     array = numbers(value, what)
-    if not np.isfinite(array).all():
+    if not (math.isfinite(array.item()) if array.size == 1 else np.isfinite(array).all()):
         bad = array[~np.isfinite(array)].flat[0]
         raise FrameError(f"{what} contains {bad}: give finite numbers")
     return array

@@ -148,6 +148,8 @@ ORDERS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 PROGRAMS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 # What programs are compiled to, by their steps; they weigh as many.
 KERNELS: Bounded[tuple[object, ...], Any] = Bounded(2**18)
+# Matrices of members on a body, by element and chord in the axes of the body; they weigh as many as they have entries.
+STACKS: Bounded[tuple[object, ...], Any] = Bounded(2**20)
 # Of a frame its plan and factors; of a linkage its mechanism, and the inertia of its links. None of them refers to the
 # description that it is kept for, which would then never go.
 SOLVED: Leases[Any] = Leases()

@@ -198,7 +198,9 @@ class Description:
         place = vector(coordinates, f"coordinates of node {name!r}")
         self._join({f"node {name!r}": place.shape[:-1]})
         self.nodes[name] = Node(place, body)
-        if body is None or self.bodies[body].far + float(np.linalg.norm(place, axis=-1).max(initial=0.0)) > self.size:
+        if body is None and place.ndim == 1:
+            self.size = max(self.size, *map(abs, place.tolist()))
+        elif body is None or self.bodies[body].far + float(np.linalg.norm(place, axis=-1).max(initial=0.0)) > self.size:
             self.size = max(self.size, float(np.abs(self.position(name)).max(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
@@ -871,6 +873,8 @@ class Description:
     def _widened(self, given: Mapping[str, Shape]) -> tuple[Shape, dict[Shape, str]]:
         """The batch, and what was given in each shape, with the shapes of what one call gives."""
         whole, known = self._shape, self._shapes
+        if not any(given.values()):
+            return whole, known
         for name, shape in given.items():
             if shape and shape not in known:
                 for other, what in known.items():
@@ -898,13 +902,19 @@ class Description:
         return {} if known else {kind: name}
 
     def _check_length(self, name: str, start: str, end: str) -> None:
-        length = np.linalg.norm(self._chord(start, end), axis=-1)
+        chord = self._chord(start, end)
+        if chord.ndim == 1 and any(part * part > 0.0 for part in chord.tolist()):
+            return
+        length = np.linalg.norm(chord, axis=-1)
         if np.any(length <= 0.0):
             where = f" at batch entry {np.argwhere(length <= 0)[0].tolist()}" if length.ndim else ""
             raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
-        gaps = np.linalg.norm(self.position(second) - self.position(first), axis=-1)
+        apart = self.position(second) - self.position(first)
+        if apart.ndim == 1 and not any(apart.tolist()):
+            return
+        gaps = np.linalg.norm(apart, axis=-1)
         # Entries that are left out may lie anyhow.
         gap = float(np.max(gaps if self.absent is None else np.where(self.absent, 0.0, gaps), initial=0.0))
         if gap > max(COINCIDENT * self.size, self.tolerance):

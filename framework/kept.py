@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .batched.block import BlockFactor
 from .batched.plan import Plan
-from .batched.reuse import same_structure
+from .batched.reuse import same_members, same_structure
 from .batched.unloaded import Chained, Unloaded
 from .cache import SOLVED
 from .description import Description, alone
@@ -42,6 +42,8 @@ class Factors:
 def planned(frame: Description, described: Description, method: str | None) -> tuple[Plan, Factors]:
     """The plan of a description: that of the last solution where nothing but loads has changed.
 
+    Where joints or supports have, its members are those of the last one.
+
     Parameters
     ----------
     frame
@@ -62,7 +64,8 @@ def planned(frame: Description, described: Description, method: str | None) -> t
     if last is not None and last[0].asked == method and same_structure(last[0].frame, described):
         found = last[0].reloaded(described), last[1]
     else:
-        found = Plan(described, method=method), Factors()
+        former = last[0].unloaded if last is not None and same_members(last[0].frame, described) else None
+        found = Plan(described, method=method, former=former), Factors()
         if method is not None:
             choose(found[0], method)  # refuses at once what does not suit the batch
     SOLVED.put(frame, found)

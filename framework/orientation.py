@@ -18,7 +18,7 @@ def default_axes(chord: Array) -> Array:
     """
     chord = np.asarray(chord)
     chord = chord.astype(np.result_type(chord, np.float64), copy=False)
-    x, y, z = np.moveaxis(chord, -1, 0)
+    x, y, z = chord[..., 0], chord[..., 1], chord[..., 2]
     level = np.hypot(x, y)
     upright = level == 0.0
     length = np.hypot(level, z)

@@ -162,7 +162,7 @@ class Solution(SavedResults):
         0.0001
         """
         number = self.plan.topology.number[self._node(node)]
-        return self._read(("displacement", node), lambda: self._settled(self.plan.tree.global_rows(number)))
+        return self._read(("displacement", node), lambda: self._displacement(number))
 
     @of_part(of_joint)
     def joint_displacement(self, joint: str) -> Array:
@@ -418,6 +418,8 @@ class Solution(SavedResults):
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
         """Entries that are kinematically unstable under the loads."""
+        if self.plan.entry is not None:
+            return np.zeros(self.shape, dtype=bool)
         found = self.solver.singular(excited=True)
         if self.resolved is not None:
             found = found & ~self.resolved.mask
@@ -747,7 +749,9 @@ class Solution(SavedResults):
             Solution that shares what is known already with this one.
         """
         number = self.plan.topology.number.get(node or "")
-        if number is None or not isinstance(self.solver, BroadcastSolver) or len(self.plan.excited) < 2:
+        if number is None or self.plan.entry is not None:
+            return self
+        if not isinstance(self.solver, BroadcastSolver) or len(self.plan.excited) < 2:
             return self
         island = int(self.plan.islands[number])
         if island not in self._parts:
@@ -839,6 +843,12 @@ class Solution(SavedResults):
         if self.idle is not None:
             bound[self.idle.mask] = np.inf
         return bound
+
+    def _displacement(self, number: int) -> Array:
+        entry = self.plan.entry
+        if entry is not None:
+            return np.array(entry.displacements[number])
+        return self._settled(self.plan.tree.global_rows(number))
 
     def _settled(self, rows: Sequence[Row]) -> Array:
         """Six displacements, NaN where they depend on how far an idle frame has moved."""

@@ -11,7 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import harness, kinematics, paper_job, programs, run, samples, segments, size, start_up, work_precision
+from benchmarks import (
+    harness,
+    kinematics,
+    one_frame,
+    paper_job,
+    programs,
+    run,
+    samples,
+    segments,
+    size,
+    start_up,
+    work_precision,
+)
 from benchmarks.fifty_digits import displacements
 from benchmarks.job import error, job
 from benchmarks.monte_carlo import INPUTS, displacement, mean
@@ -137,6 +149,12 @@ def test_batches_of_linkages_close() -> None:
     rows = kinematics.batch_rows(0.005)
     assert [row["poses"] for row in rows] == [500, 50, 50]
     assert all(row["closure_error"] < kinematics.ERROR for row in rows)
+
+
+def test_one_frame_is_right_however_it_comes_about() -> None:
+    rows = one_frame.measure(1, many=5)
+    assert {row["what"] for row in rows} >= {*one_frame.LIMITS, one_frame.MOVED}
+    assert all(row["error"] < one_frame.ERROR for row in rows if row["what"] not in one_frame.RATIOS)
 
 
 def test_summary_and_figures(tmp_path: Path) -> None:

@@ -47,6 +47,8 @@ class BroadcastSolver:
 
     def values(self, rows: Sequence[Row], places: Sequence[Array] = ()) -> list[Value]:
         """Value of each of `rows` over the unknowns, some of them in `places`, memory of the batch shape for each."""
+        if self.plan.entry is not None:
+            return self.plan.entry.values(rows)
         rows = [self.plan.retained(row) for row in rows]
         split: dict[int, dict[int, Row]] = {}
         for index, row in enumerate(rows):
@@ -71,8 +73,10 @@ class BroadcastSolver:
 
         Pivots no larger than the rounding of what they are made of raise the suspicion, eigenvalues confirm it.
         """
-        names = self.plan.excited if excited else self.plan.components - self.plan.excited
         out = np.zeros(self.plan.frame.shape, dtype=bool)
+        if excited and self.plan.entry is not None:
+            return out
+        names = self.plan.excited if excited else self.plan.components - self.plan.excited
         for name in names:
             suspects = self._suspicious(name)
             if suspects.any():
@@ -83,6 +87,8 @@ class BroadcastSolver:
     def suspects(self) -> NDArray[np.bool_]:
         """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
         out = np.zeros(self.plan.frame.shape, dtype=bool)
+        if self.plan.entry is not None:
+            return out
         for name in self.plan.excited:
             suspects = self._suspicious(name)
             if suspects.any():
@@ -107,6 +113,8 @@ class BroadcastSolver:
 
     def origin(self, component: int) -> str:
         """What of the factor of a component is that of the last solution, in words; empty for nothing."""
+        if self.plan.known_entry is not None and self.plan.known_entry.again:
+            return "the factor"
         return self._factors[component].origin if component in self._factors else ""
 
     def factor(self, component: int) -> BlockFactor:

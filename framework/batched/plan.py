@@ -6,6 +6,7 @@ import copy
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
+from time import perf_counter
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from ..structure.tree import JointTree
 from ..structure.varying import Varying
 from .block import Block
 from .condensation import Chain, Condensation, chains, loaded
+from .entry_program import EntrySolution
+from .entry_recording import solved
+from .one_entry import EntryLoads
 from .stage import Forces, Matrix
 from .unloaded import Chained, Unloaded
 
@@ -40,12 +44,16 @@ class Plan:
         Whether members are cut into their segments: for inertia and buckling, not for statics.
     method
         The way in which it is to be solved, see `linkframe.framework.solvers.method`; the plan chooses where None.
+    former
+        What is known of a frame with the same members, not cut, if anything.
     """
 
-    def __init__(self, frame: Description, *, cut: bool = False, method: str | None = None) -> None:
+    def __init__(
+        self, frame: Description, *, cut: bool = False, method: str | None = None, former: Unloaded | None = None
+    ) -> None:
         times: dict[str, float] = {}
         with timed(times, "numbering"):
-            unloaded = Unloaded(frame, cut=cut, method=method)
+            unloaded = Unloaded(frame, cut=cut, method=method, former=former)
         self._chained: Bounded[tuple[object, ...], Chained] = Bounded(_CHAINED)
         self._of(frame, unloaded, times, again=False)
 
@@ -76,8 +84,37 @@ class Plan:
     def _exciting(self, components: set[int]) -> Plan:
         """This plan with `components` for those that are loaded."""
         twin = copy.copy(self)
-        twin.excited = components
+        twin.excited, twin.entry = components, None
         return twin
+
+    def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> Plan:
+        """This plan with other numbers, such as terms of a recording, in place of its own."""
+        unloaded = copy.copy(self.unloaded)
+        unloaded.tree = tree
+        chained = Chained(unloaded, [])
+        chained.matrix = matrix
+        twin = object.__new__(Plan)
+        twin._chained = Bounded(_CHAINED)
+        twin._of(self.frame, unloaded, {}, again=False)
+        twin.chained, twin.forces, twin.entry = chained, forces, None
+        return twin
+
+    @cached_property
+    def entry(self) -> EntrySolution | None:
+        """The solution of a frame of one entry by what was written down for its topology; None where nothing was."""
+        begin, numbers = perf_counter(), self.unloaded.entry
+        if numbers is None:
+            return None
+        found = solved(self, numbers, EntryLoads(self.topology, strained=numbers.strained))
+        if found is not None:
+            self.times["solution"] = self.times.get("solution", 0.0) + perf_counter() - begin
+        return found
+
+    @property
+    def known_entry(self) -> EntrySolution | None:
+        """`entry`, once that has been asked for."""
+        known: EntrySolution | None = vars(self).get("entry")
+        return known
 
     # -- without the loads ------------------------------------------------------------------------------------------
 
@@ -131,6 +168,8 @@ class Plan:
     @cached_property
     def method(self) -> Method:
         """The way in which this plan is solved, and why."""
+        if self.known_entry is not None:
+            return self.known_entry.method
         return choose(self, self.asked)
 
     @property
@@ -190,7 +229,7 @@ class Plan:
     @property
     def component(self) -> dict[int, int]:
         """Connected component of every unknown, named by one of its unknowns."""
-        return self.chained.component
+        return self.chained.component if self.known_entry is None else self.known_entry.component
 
     # -- loaded -----------------------------------------------------------------------------------------------------
 
@@ -203,6 +242,8 @@ class Plan:
     @cached_property
     def excited(self) -> set[int]:
         """Components that a load, an offset or a prescribed displacement reaches."""
+        if self.known_entry is not None:
+            return set(self.known_entry.excited)
         pushed = set(self.forces)
         rows = {6 * n + k: row for n, six in self.tree.rows.items() for k, row in enumerate(six)}
         moved = [dof for dof, row in rows.items() if min(row, default=0) < 0]

@@ -26,9 +26,14 @@ from .stage import Forces, Matrix, Pivot, Stage
 Operations = tuple[Callable[[Any, Any], Any], int, int]
 
 # Operations up to which a list is worth its memory.
-_MOST = 20_000
+MOST = 20_000
 # Frames of a topology that are worked on before the list is written, which takes as long as some twenty of them.
 _FEW = 3
+
+
+def operations(orders: tuple[Order, Order]) -> int:
+    """Operations of both stages of an elimination, about."""
+    return sum(len(order.below[k]) * (len(order.below[k]) + 2) for order in orders for k in order.pivots)
 
 
 class RecordedElimination:
@@ -64,13 +69,14 @@ class RecordedElimination:
         knowns
             The known numbers.
         """
-        operations = sum(len(order.below[k]) * (len(order.below[k]) + 2) for order in self.orders for k in order.pivots)
-        if operations > _MOST:
-            return self._plainly(masks, knowns)
-        recorded: _Recorded = PROGRAMS.found(self._key(), _Recorded, operations + 100)
+        count = operations(self.orders)
+        if count > MOST:
+            return self.plainly(masks, knowns)
+        recorded: _Recorded = PROGRAMS.found(self._key(), _Recorded, count + 100)
         return recorded.replayed(self, masks, knowns)
 
-    def _plainly(self, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
+    def plainly(self, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
+        """Both stages, operation by operation."""
         stage = Stage(self.matrix, self.forces, self.scale).mapped(_same)
         progress = PartialFactorisation(self.orders, stage, Stage(), self.rows, self.springs, knowns, masks)
         progress.factorise([True], given=True)
@@ -133,7 +139,7 @@ class _Recorded:
         """Both stages of a component: as ever the first few times, from the list the later ones."""
         self.met += 1
         if self.met <= _FEW:
-            return given._plainly(masks, knowns)
+            return given.plainly(masks, knowns)
         if self.made is None:
             self.made = self._record(given, masks)
         steps, constants, template = self.made
@@ -163,7 +169,7 @@ class _Recorded:
     ) -> tuple[list[Operations], list[Value], PartialFactorisation]:
         recording = Recording()
         terms = given.mapped(lambda value: recording.later(0))
-        progress = terms._plainly(masks, [])
+        progress = terms.plainly(masks, [])
         progress.forget()
         found: list[Term] = []
         note = _noting(found)

@@ -1,13 +1,25 @@
-"""What of a description a plan depends on, its loads apart: where that is the same, the plan is taken up again."""
+"""What of a description a plan depends on, its loads apart: where that is the same, the plan is taken up again, and
+where members alone are, what is known of these."""
 
 from __future__ import annotations
 
 from ..cache import alike
 from ..description import Description
 
-_PARTS = ("bodies", "nodes", "members", "joints", "masses", "supports", "offsets", "ties", "size")
+# What nodes and members, and the stiffness of these, are made of.
+_MEMBERS = ("nodes", "members", "bodies")
+_PARTS = (*_MEMBERS, "joints", "masses", "supports", "offsets", "ties", "size")
 
 
 def same_structure(one: Description, other: Description) -> bool:
     """Whether two descriptions differ in loads alone: the same parts by name, the same numbers held."""
-    return one.shape == other.shape and all(alike(getattr(one, part), getattr(other, part)) for part in _PARTS)
+    return _same(one, other, _PARTS)
+
+
+def same_members(one: Description, other: Description) -> bool:
+    """Whether two descriptions have the same members between the same places."""
+    return _same(one, other, _MEMBERS)
+
+
+def _same(one: Description, other: Description, parts: tuple[str, ...]) -> bool:
+    return one.shape == other.shape and all(alike(getattr(one, part), getattr(other, part)) for part in parts)

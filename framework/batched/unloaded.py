@@ -6,14 +6,16 @@ import functools
 import operator
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ..cache import ORDERS
 from ..description import Description
 from ..solvers.graph import Graph
-from ..solvers.method import LARGE
+from ..solvers.method import BROADCAST, LARGE
 from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
@@ -23,6 +25,7 @@ from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
+from .one_entry import EntryNumbers, forest
 from .order import Order, Pattern, link, order
 from .progress import Springs
 from .stage import Matrix
@@ -42,14 +45,41 @@ class Unloaded:
         Whether members are cut into their segments.
     method
         The way in which it is to be solved; None for the one that promises to be fastest.
+    former
+        What is known of a frame with the same members, not cut, if anything.
     """
 
-    def __init__(self, frame: Description, *, cut: bool, method: str | None) -> None:
+    def __init__(self, frame: Description, *, cut: bool, method: str | None, former: Unloaded | None = None) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
         self.knowns = Knowns(self.grid, _geometry(frame))
-        self.topology = Topology.of(frame, cut=cut)
-        self.tree = JointTree.of(self.topology, self.knowns)
+        self.topology: Topology = Topology.of(frame, cut=cut) if former is None else former.topology.loaded(frame)
+        self._stacks = None if former is None else former.known_stacks
+        self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
+        if not (self._plain and forest(frame)):
+            self.tree  # noqa: B018  # refuses at once what contradicts itself
+
+    @cached_property
+    def tree(self) -> JointTree:
+        """What each node's displacement is made of."""
+        return JointTree.of(self.topology, self.knowns)
+
+    @cached_property
+    def entry(self) -> EntryNumbers | None:
+        """The numbers of a frame of one entry; None of a batch, and where there are too many."""
+        if not self._plain:
+            return None
+        frame = self.frame
+        held = sum(map(len, frame.supports.values())) + 6 * (len(frame.joints) + len(frame.ties))
+        if 6 * len(self.topology.number) - held > LARGE:
+            return None
+        return EntryNumbers(self.topology, self._stacks)
+
+    @property
+    def known_stacks(self) -> list[NDArray[Any]] | None:
+        """Matrices of the members of a frame of one entry, once they were asked for."""
+        known: EntryNumbers | None = vars(self).get("entry")
+        return self._stacks if known is None else known.stacks
 
     @cached_property
     def constant(self) -> bool:
@@ -125,7 +155,9 @@ class Chained:
         varying = self.unloaded.varying
         left = {group for group, _ in varying.groups}
         groups = [group for group in self.unloaded.topology.groups if group not in left]
-        return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying)
+        stacks = self.unloaded.known_stacks
+        known = {} if stacks is None else dict(zip(self.unloaded.topology.groups, stacks, strict=True))
+        return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying, known)
 
     def scale(self, dof: int) -> Parts:
         """Parts of the stiffness whose rounding the diagonal of the matrix carries."""

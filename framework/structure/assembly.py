@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,16 +22,22 @@ from .varying import Varying
 _SLICE = 2**13
 
 
-def stiffness_entries(groups: Iterable[Group], grid: Grid, condensed: Condensation, varying: Varying) -> Matrix:
+def stiffness_entries(
+    groups: Iterable[Group],
+    grid: Grid,
+    condensed: Condensation,
+    varying: Varying,
+    known: Mapping[Group, NDArray[Any]] = MappingProxyType({}),
+) -> Matrix:
     """Parts of the stiffness of members by pair of DOF numbers, those in chains condensed to their ends.
 
-    Of the `varying` ones only the place.
+    Of the `varying` ones only the place. The stiffness of some may be `known`.
     """
     matrix: Matrix = {}
     for entry in varying.entries:
         i, j = entry.at
         matrix.setdefault(i, {})[j] = matrix.setdefault(j, {})[i] = {}
-    for numbers, stacks in _stacks(groups, condensed):
+    for numbers, stacks in _stacks(groups, condensed, known):
         used = np.triu((stacks != 0.0).any(axis=tuple(range(1, stacks.ndim - 2))))
         piece, a, b = np.nonzero(used)
         entries = np.moveaxis(stacks, (0, -2, -1), (0, 1, 2))[piece, a, b]
@@ -38,17 +45,25 @@ def stiffness_entries(groups: Iterable[Group], grid: Grid, condensed: Condensati
         values = list(entries.reshape(-1)) if shared else [grid.value(entry) for entry in entries]
         first, second = (numbers[piece, end].tolist() for end in (a, b))
         for i, j, value in zip(first, second, values, strict=True):
-            row = matrix.setdefault(i, {})
-            if j not in row:
-                row[j] = matrix.setdefault(j, {})[i] = {}
-            add(row[j], 0 if shared else grid.mask(value), value)
+            enter(matrix, i, j, 0 if shared else grid.mask(value), value)
     return matrix
 
 
-def _stacks(groups: Iterable[Group], condensed: Condensation) -> Iterator[tuple[Index, NDArray[Any]]]:
+def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
+    """Add a term, which varies over `mask`, to the entries (i, j) and (j, i), which are one."""
+    row = matrix.setdefault(i, {})
+    if j not in row:
+        row[j] = matrix.setdefault(j, {})[i] = {}
+    add(row[j], mask, value)
+
+
+def _stacks(
+    groups: Iterable[Group], condensed: Condensation, known: Mapping[Group, NDArray[Any]]
+) -> Iterator[tuple[Index, NDArray[Any]]]:
     """DOF numbers (n, 12) and stiffness (n, ..., 12, 12) of members and chains."""
     if not condensed.chains:
-        yield from ((group.dofs, group.extended_stiffness()) for group in groups)
+        for group in groups:
+            yield group.dofs, known[group] if group in known else group.extended_stiffness()
         return
     for group in groups:
         left = np.flatnonzero(~np.isin(group.pieces, condensed.pieces))
@@ -75,12 +90,17 @@ def force_entries(topology: Topology, knowns: Knowns) -> Forces:
                 continue
             for c, share in enumerate(grid.components(_in_node(topology, node, np.eye(6)[k]))):
                 put(6 * node + c, -1 - key, combine([(factor, share)]))
-    for node, vector in mass_loads(topology):
-        for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
-            put(6 * node + c, 0, share)
-    for dof, share in _member_shares(topology, grid):
+    for dof, share in member_and_mass_loads(topology, grid):
         put(dof, 0, share)
     return forces
+
+
+def member_and_mass_loads(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
+    """Weight of masses and loads on members, by DOF, in the nodes' axes; some of them may be zero."""
+    for node, vector in mass_loads(topology):
+        for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
+            yield 6 * node + c, share
+    yield from _member_shares(topology, grid)
 
 
 def _member_shares(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:

@@ -67,6 +67,9 @@ class Topology:
         leaders, which = distinct(elements)
         segments = [e.segments if cut or not e.exact else 1 for e in (elements[k] for k in leaders)]
         counts = np.array(segments, dtype=np.int64)[which]
+        if all(segment == 1 for segment in segments):
+            pairs = [(number[member.start], number[member.end]) for member in members.values()]
+            return cls(frame, number, bodies, counts, _pairs(pairs))
         first, last = ([number[node] for node in side] for side in _sides(frame))
         # Interior nodes come after all others, member by member.
         inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
@@ -74,12 +77,11 @@ class Topology:
         begin, end, inner, count = (np.repeat(part, counts) for part in (first, last, inner, counts))
         ends = np.stack([np.where(index == 0, begin, inner + index - 1),
                          np.where(index == count - 1, end, inner + index)], axis=1)  # fmt: skip
-        if len(ends) > len(members):
-            for (name, member), parts in zip(members.items(), counts.tolist(), strict=True):
-                shared = _shared(frame.nodes[member.start], frame.nodes[member.end])
-                for k in range(1, parts):
-                    number[f"{name}.{k}"] = len(number)
-                    bodies.append(shared)
+        for (name, member), parts in zip(members.items(), counts.tolist(), strict=True):
+            shared = _shared(frame.nodes[member.start], frame.nodes[member.end])
+            for k in range(1, parts):
+                number[f"{name}.{k}"] = len(number)
+                bodies.append(shared)
         return cls(frame, number, bodies, counts, ends.astype(np.int64))
 
     @cached_property
@@ -123,7 +125,9 @@ class Topology:
             ends = ((self.bodies[a], self.bodies[b]) for a, b in self.ends.tolist())
             where = zip(codes.tolist(), (chord.shape for chord in chords), ends, strict=True)
             codes = np.array([keys.setdefault(key, len(keys)) for key in where], dtype=np.int64)
-        members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
+        members = [np.arange(len(codes))]
+        if codes.any():
+            members = np.split(np.argsort(codes, kind="stable"), np.cumsum(np.bincount(codes))[:-1])
         groups = [self._group(numbers, chords) for numbers in members if len(numbers)]
         for group in groups:
             self._check_kind(group)
@@ -182,6 +186,8 @@ class Topology:
         if self._plain is None:
             chords = [self.frame.chord(name) for name in self.frame.members]
             return [chords[member] for member in self.members.tolist()]
+        if len(self.ends) == len(self.counts):
+            return self._plain[self.ends[:, 1]] - self._plain[self.ends[:, 0]]
         first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
         return (self._plain[last] - self._plain[first])[self.members]
 

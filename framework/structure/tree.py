@@ -79,13 +79,16 @@ class JointTree:
     def of(cls, topology: Topology, knowns: Knowns) -> JointTree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
-        branches, closing = forest(tree.edges)
-        for branch in branches:
-            tree._derive(branch)
-        for edge in closing:
-            tree._close(edge)
-        tree._hold()
+        tree.grow(*spanning(tree.edges))
         return tree
+
+    def grow(self, chosen: list[Edge], closing: list[Edge]) -> None:
+        """Express all nodes by the edges of the tree, and what closes loops by them."""
+        for branch in rooted(chosen):
+            self._derive(branch)
+        for edge in closing:
+            self._close(edge)
+        self._hold()
 
     def row(self, node: int, component: int) -> Row:
         """A displacement component of a node, in its own axes."""
@@ -102,7 +105,11 @@ class JointTree:
 
     def turn(self, node: int) -> Matrix3:
         """Axes of a node as columns."""
-        return _entries(self.grid, None if node == GROUND else self.topology.axes(node))
+        return entries(self.grid, None if node == GROUND else self.topology.axes(node))
+
+    def axes(self, edge: Edge) -> Matrix3:
+        """Axes of an edge as columns."""
+        return entries(self.grid, edge.axes)
 
     def arm(self, edge: Edge) -> list[Value]:
         """Vector from the first to the second node of a rigid link, global."""
@@ -123,7 +130,7 @@ class JointTree:
         self.branches.append(branch)
         self._stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
         rows = self._carried(edge, branch.parent, sign)
-        axes = _entries(self.grid, edge.axes)
+        axes = self.axes(edge)
         for k in _SIX:
             free, offset = k not in edge.ideal, edge.offset[k]
             if not free and not offset:
@@ -153,7 +160,7 @@ class JointTree:
         moved = [dict(row) for row in self.global_rows(edge.second)]
         for row, first in zip(moved, self._carried(edge, edge.first), strict=True):
             add_row(row, first, -1.0)
-        between = _rotated(_transposed(_entries(self.grid, edge.axes)), moved)
+        between = _rotated(_transposed(self.axes(edge)), moved)
         self.closing.append((edge, between))
         self._stiffen(edge, edge.elastic(between))
 
@@ -225,8 +232,11 @@ def _offset(knowns: Knowns, given: dict[int, Array]) -> tuple[Row, ...]:
     return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in _SIX)
 
 
-def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
-    """Spanning forest by Kruskal's rule, strongest edges first, and the edges that are left over."""
+def spanning(edges: list[Edge], *, ordered: bool = False) -> tuple[list[Edge], list[Edge]]:
+    """Spanning forest by Kruskal's rule, strongest edges first, and the edges that are left over.
+
+    Where `ordered` they come so.
+    """
     leader: dict[int, int] = {}
 
     def find(node: int) -> int:
@@ -236,7 +246,7 @@ def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
         return node
 
     chosen, closing = [], []
-    for edge in sorted(edges, key=lambda e: e.strength, reverse=True):
+    for edge in edges if ordered else sorted(edges, key=lambda e: e.strength, reverse=True):
         a, b = find(edge.first), find(edge.second)
         if a == b:
             closing.append(edge)
@@ -249,6 +259,11 @@ def spanning(edges: list[Edge]) -> tuple[list[Edge], list[Edge]]:
 def forest(edges: list[Edge]) -> tuple[list[TreeEdge], list[Edge]]:
     """Branches of a spanning forest from the ground and other roots on, parents first; and edges that close loops."""
     chosen, closing = spanning(edges)
+    return rooted(chosen), closing
+
+
+def rooted(chosen: list[Edge]) -> list[TreeEdge]:
+    """Edges without loops as branches from the ground and other roots on, parents first."""
     at: dict[int, list[Edge]] = {GROUND: []}
     for edge in chosen:
         at.setdefault(edge.first, []).append(edge)
@@ -266,10 +281,11 @@ def forest(edges: list[Edge]) -> tuple[list[TreeEdge], list[Edge]]:
                     seen.add(child)
                     branches.append(TreeEdge(edge, parent, child, 1.0 if child == edge.second else -1.0))
                     queue.append(child)
-    return branches, closing
+    return branches
 
 
-def _entries(grid: Grid, axes: Array | None) -> Matrix3:
+def entries(grid: Grid, axes: Array | None) -> Matrix3:
+    """Axes (..., 3, 3) as three rows of numbers; None for the global ones."""
     if axes is None:
         return None
     flat = grid.components(axes, trailing=2) if axes.size > 9 else list[Value](axes.reshape(-1).tolist())

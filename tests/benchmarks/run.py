@@ -30,6 +30,7 @@ BENCHMARKS = (
     "large_displacement",
     "programs",
     "middle",
+    "one_frame",
 )
 PACKAGES = (
     "linkframe",

@@ -11,6 +11,7 @@ from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution
 from linkframe.framework.batched import stage
 from linkframe.framework.batched.block import Block, BlockFactor
+from linkframe.framework.cache import PROGRAMS
 from linkframe.framework.structure.parts import Parts, Value
 from linkframe.models import FourBar
 
@@ -142,6 +143,7 @@ def test_only_what_is_read_is_solved(read: str, monkeypatch: pytest.MonkeyPatch)
         factorised(self, block, *rest)
 
     monkeypatch.setattr(BlockFactor, "__init__", counting)
+    PROGRAMS.clear()
     solution, alone = apart().solve(), apart(both=False).solve()
     np.testing.assert_array_equal(READS[read](solution), READS[read](alone))
     assert made == [18, 18]

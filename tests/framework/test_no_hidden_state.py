@@ -16,7 +16,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework.batched import unloaded
-from linkframe.framework.cache import COMPILED, ORDERS, SOLVED, Bounded, Leases, alike
+from linkframe.framework.cache import COMPILED, ORDERS, PROGRAMS, SOLVED, Bounded, Leases, alike
 from linkframe.models import Linkage
 
 TOP = Path(__file__).parents[2]
@@ -161,6 +161,7 @@ def test_another_frame_of_the_topology_orders_nothing_anew(monkeypatch: pytest.M
 
     monkeypatch.setattr(unloaded, "order", counting)
     ORDERS.clear()
+    PROGRAMS.clear()
     first = bent().solve().displacement("D")
     count = len(made)
     assert count

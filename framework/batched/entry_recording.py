@@ -1,0 +1,353 @@
+"""The solution of a frame of one entry written down, once for all frames of its topology.
+
+Joint tree, elimination, substitution and the displacements of all nodes are carried out on terms instead of numbers;
+what they leave is the list of operations of an `EntryProgram`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from ..cache import PROGRAMS
+from ..program.program import ProgramStep
+from ..program.recording import Recording, Term
+from ..solvers.method import BROADCAST, Compiled, choose
+from ..structure.assembly import enter
+from ..structure.edge import Edge
+from ..structure.parts import Extended, Row, Value, add, combine, is_zero
+from ..structure.topology import Index, Topology
+from ..structure.tree import JointTree, Matrix3, edges_of, spanning
+from .block import Block
+from .entry_program import OPERATIONS, EntryProgram, EntrySolution, Step, values_of, widen
+from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
+from .progress import Masks
+from .replay import MOST, RecordedElimination, operations
+from .stage import Forces, Matrix
+
+# Frames of a topology that are worked on before the list is written, which takes as long as some six of them.
+_FEW = 3
+# And after which it is compiled, which takes as long again.
+_OFTEN = 200
+
+
+class TermPlan(Protocol):
+    """A plan whose numbers are terms."""
+
+    @property
+    def tree(self) -> JointTree: ...
+
+    @property
+    def component(self) -> dict[int, int]: ...
+
+    @property
+    def excited(self) -> set[int]: ...
+
+    def block(self, component: int) -> Block: ...
+
+
+class Writable(Compiled, Protocol):
+    """A plan that can be carried out on terms."""
+
+    @property
+    def asked(self) -> str | None: ...
+
+    @property
+    def topology(self) -> Topology: ...
+
+    @property
+    def islands(self) -> Index: ...
+
+    def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> TermPlan: ...
+
+
+class _Topology:
+    """What is known of a topology: how often it was met, and its program once there is one."""
+
+    def __init__(self) -> None:
+        self.met = 0
+        self.program: EntryProgram | None = None
+        self.without = False
+
+    def solution(self, plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySolution | None:
+        """By the program of the topology; None where there is none, and where a pivot is suspicious."""
+        self.met += 1
+        if self.met <= _FEW or self.without:
+            return None
+        if self.program is None:
+            self.program = _written(plan, numbers, loads)
+            self.without = self.program is None
+        return None if self.program is None else self.program.run(numbers, loads, compiled=self.met > _OFTEN)
+
+
+def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySolution | None:
+    """The solution of a frame by the program of its topology.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    numbers
+        Its numbers.
+    loads
+        What loads it.
+
+    Returns
+    -------
+    EntrySolution or None
+        None where the topology was met a few times only, has no program, or a pivot is suspicious: then the frame is
+        solved as ever.
+    """
+    weight = 80 * len(numbers.topology.number) ** 2
+    topology: _Topology = PROGRAMS.found((numbers.key, loads.key, plan.asked), _Topology, weight)
+    return topology.solution(plan, numbers, loads)
+
+
+@dataclass(eq=False)
+class _TermTree(JointTree):
+    """A joint tree on terms: axes and arms are given."""
+
+    turns: tuple[Matrix3, ...] = ()
+    edge_axes: dict[int, Matrix3] = field(default_factory=dict)
+    arms: dict[int, list[Value]] = field(default_factory=dict)
+    places: dict[Edge, int] = field(default_factory=dict)
+
+    def turn(self, node: int) -> Matrix3:
+        """Axes of a node as columns."""
+        return self.turns[node] if node >= 0 else None
+
+    def axes(self, edge: Edge) -> Matrix3:
+        """Axes of an edge as columns."""
+        return self.edge_axes.get(self.places[edge])
+
+    def arm(self, edge: Edge) -> list[Value]:
+        """Vector from the first to the second node of a rigid link, global."""
+        return self.arms[self.places[edge]]
+
+
+class _Writer:
+    """A frame whose numbers are terms of a recording."""
+
+    def __init__(self, plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> None:
+        self.plan, self.numbers, self.loads = plan, numbers, loads
+        self.recording = recording = Recording()
+        # In the order of what is given; loads are told from the rest by what they are said to vary over.
+        self.edges = [recording.later(0) for _ in numbers.edges]
+        self.turns = [recording.later(0) for _ in numbers.turns]
+        self.members = [[recording.later(0) for _ in range(stack.size)] for stack in numbers.stacks]
+        self.pushes = [recording.later(1) for _ in loads.values]
+        self.tree = self._tree()
+
+    def _tree(self) -> JointTree | None:
+        """None where joints that close a loop hold components: what they make dependent is found by the numbers."""
+        numbers, topology, knowns = self.numbers, self.plan.topology, self.plan.knowns
+        edges = edges_of(topology, knowns)
+        by_place = [self._edge(place, edge) for place, edge in enumerate(edges)]
+        turn = iter(zip(self.turns, numbers.turns, strict=True))
+
+        def taken(count: int) -> list[Value]:
+            pairs = [next(turn) for _ in range(count)]
+            return [number if number in (0.0, 1.0, -1.0) else term for term, number in pairs]
+
+        axes: dict[int, Matrix3] = {}
+        arms: dict[int, list[Value]] = {}
+        for place, edge in enumerate(edges):
+            if edge.axes is not None:
+                axes[place] = _square(taken(9))
+            if edge.kind == "rigid":
+                arms[place] = taken(3)
+        bodies: dict[str | None, Matrix3] = {None: None}
+        for body in topology.bodies:
+            if body not in bodies:
+                bodies[body] = _square(taken(9))
+        chosen, closing = spanning([edges[k] for k in numbers.order], ordered=True)
+        if any(edge.ideal for edge in closing):
+            return None
+        by_edge = dict(zip(edges, by_place, strict=True))
+        tree = _TermTree(
+            topology, knowns.grid, knowns, by_place, turns=tuple(bodies[body] for body in topology.bodies),
+            edge_axes=axes, arms=arms, places={edge: place for place, edge in enumerate(by_place)},
+        )  # fmt: skip
+        tree.grow([by_edge[edge] for edge in chosen], [by_edge[edge] for edge in closing])
+        return tree
+
+    def _edge(self, place: int, edge: Edge) -> Edge:
+        """An edge with terms for its numbers."""
+        given = self.numbers.edges[EACH * place : EACH * (place + 1)]
+        terms = [term if number else 0.0 for term, number in zip(self.edges[EACH * place :], given, strict=False)]
+        offset: tuple[Row, ...] = tuple({-1: value} if not is_zero(value) else {} for value in terms[OFFSETS:])
+        return replace(edge, stiffness=tuple(terms[:PITCH]), pitch=terms[PITCH], offset=offset)
+
+    @property
+    def matrix(self) -> Matrix:
+        """Stiffness of the members, in the order in which it is added up."""
+        matrix: Matrix = {}
+        topology = self.plan.topology
+        for group, stack, terms in zip(topology.groups, self.numbers.stacks, self.members, strict=True):
+            for piece, a, b in zip(*(part.tolist() for part in np.nonzero(np.triu(stack != 0.0))), strict=True):
+                dofs = group.dofs[piece]
+                enter(matrix, int(dofs[a]), int(dofs[b]), 0, terms[(12 * piece + a) * 12 + b])
+        return matrix
+
+    @property
+    def forces(self) -> Forces:
+        """Loads in the nodes' axes, in the order in which they are added up."""
+        forces: Forces = {}
+
+        def put(dof: int, value: Value) -> None:
+            if not is_zero(value):
+                add(forces.setdefault(dof, {}).setdefault(0, {}), 0, value)
+
+        assert self.tree is not None
+        for (node, k, _), term in zip(self.loads.nodal, self.pushes, strict=False):
+            turn = self.tree.turn(node)
+            if turn is None:
+                put(6 * node + k, term)
+                continue
+            for c in range(3):
+                put(6 * node + 3 * (k // 3) + c, combine([(term, turn[k % 3][c])]))
+        for (dof, _), term in zip(self.loads.shares, self.pushes[len(self.loads.nodal) :], strict=True):
+            put(dof, term)
+        return forces
+
+
+class _Layout:
+    """The steps of a recording in the order in which they are carried out, each number in its place.
+
+    First what is given, then constants, then steps without loads; loads, and the steps that are left. Where a number in
+    double precision meets one in extended precision it is widened first, once for all: that changes nothing, and
+    operations on numbers of one kind are five times as fast.
+    """
+
+    def __init__(self, writer: _Writer, asked: list[Value]) -> None:
+        recording, numbers = writer.recording, writer.numbers
+        terms = [value for value in asked if isinstance(value, Term)]
+        program, places = recording.program(terms)
+        sizes = [len(numbers.edges), len(numbers.turns), *(stack.size for stack in numbers.stacks)]
+        starts = np.cumsum([0, *sizes, len(writer.pushes)]).tolist()
+        inside = [[k for k in places if a <= k < b] for a, b in pairwise(starts)]
+        own = [k for k in places if k >= starts[-1]]
+        self.edges, self.turns = (
+            tuple(k - start for k in found) for found, start in zip(inside, starts[:2], strict=False)
+        )
+        self.members = tuple(
+            np.array([k - start for k in found], dtype=np.int64)
+            for found, start in zip(inside[2:-1], starts[2:], strict=False)
+        )
+        self.loads = tuple(k - starts[-2] for k in inside[-1])
+        # numbers of the recorded program, in new order
+        at = {given: number for number, given in enumerate(places)}
+        self._place: dict[int, int] = {}
+        self._wide: list[bool] = []
+        self._widened: dict[int, int] = {}
+        self._steps: list[Step] = []
+        for k, found in enumerate(inside[:-1]):
+            for given in found:
+                self._put(at[given], wide=k > 1)
+        # what else takes part without loads, and constants widened
+        constants = [(at[k], float(recording.given[k])) for k in own]  # type: ignore[arg-type]
+        constants += [(program.given + k, value) for k, value in enumerate(program.constants)]
+        fixed: list[Value] = []
+        for number, value in [*constants, (-1, 0.0)]:
+            self._put(number, wide=False)
+            fixed.append(value)
+        for number, value in constants:
+            self._widened[self._place[number]] = len(self._wide)
+            self._wide.append(True)
+            fixed.append(Extended(value))
+        self.constants = tuple(fixed)
+        for later in (False, True):
+            if later:
+                self.shared, self._steps = tuple(self._steps), []
+                for given in inside[-1]:
+                    self._put(at[given], wide=False)
+            for k, step in enumerate(program.steps):
+                number = program.first + k
+                if bool(program.masks[number]) is later:
+                    self._step(number, step)
+        self.loaded = tuple(self._steps)
+        outputs = iter(program.outputs)
+        self.outputs = [self._of(next(outputs) if isinstance(value, Term) else value) for value in asked]
+
+    def _of(self, output: int | Value) -> int:
+        """Place of an output; those that are no terms are zero."""
+        if isinstance(output, int):
+            return self._place[output]
+        assert is_zero(output)
+        return self._place[-1]
+
+    def _put(self, number: int, *, wide: bool) -> None:
+        self._place[number] = len(self._wide)
+        self._wide.append(wide)
+
+    def _step(self, number: int, step: ProgramStep) -> None:
+        a = self._place[step.a]
+        b = self._place[step.b] if step.b >= 0 else a
+        wide = self._wide[a] or self._wide[b]
+        if wide:
+            a, b = self._as_wide(a), self._as_wide(b)
+        self._steps.append((OPERATIONS[step.operation], a, b))
+        self._put(number, wide=wide)
+
+    def _as_wide(self, place: int) -> int:
+        if self._wide[place]:
+            return place
+        if place not in self._widened:
+            self._widened[place] = len(self._wide)
+            self._wide.append(True)
+            self._steps.append((widen, place, place))
+        return self._widened[place]
+
+
+def _square(nine: list[Value]) -> Matrix3:
+    return [nine[:3], nine[3:6], nine[6:]]
+
+
+def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryProgram | None:
+    """The program of a frame; None where what is done depends on more than what stands where, or is not all of one."""
+    method = choose(plan, plan.asked)
+    if method.name != BROADCAST or plan.chains:
+        return None
+    writer = _Writer(plan, numbers, loads)
+    if writer.tree is None:
+        return None
+    with np.errstate(all="ignore"):
+        written = plan.written(writer.tree, writer.matrix, writer.forces)
+        if len({int(plan.islands[name // 6]) for name in written.excited}) > 1:
+            return None  # of parts that nothing connects each is solved when it is read
+        blocks = {name: written.block(name) for name in sorted(written.excited)}
+        if sum(operations(block.orders) for block in blocks.values()) > MOST:
+            return None
+        known: dict[int, Value] = {}
+        least: dict[int, Value] = {}
+        for name, block in blocks.items():
+            given = block.matrix, block.forces, block.scale, block.rows, block.springs
+            masks = Masks.of(block.grid, block.rows, block.springs)
+            done = RecordedElimination(block.orders, *given).plainly(masks, block.knowns)
+            own = [k for k, other in written.component.items() if other == name]
+            known.update(zip(own, done.values([{k: 1.0} for k in own]), strict=True))
+            least[name] = done.least
+        nodes: list[Value] = []
+        for node in range(len(plan.topology.number)):
+            nodes += values_of(written.tree.global_rows(node), written.component, written.excited, known)
+    program = _Layout(writer, [*nodes, *known.values(), *least.values()])
+    places = program.outputs
+    known_at = places[len(nodes) : len(nodes) + len(known)]
+    return EntryProgram(
+        edges=program.edges,
+        turns=program.turns,
+        members=program.members,
+        constants=program.constants,
+        shared=program.shared,
+        loads=program.loads,
+        loaded=program.loaded,
+        nodes=tuple(places[: len(nodes)]),
+        unknowns=dict(zip(known, known_at, strict=True)),
+        least=dict(zip(least, places[len(nodes) + len(known) :], strict=True)),
+        component=written.component,
+        excited=frozenset(written.excited),
+        method=method,
+    )

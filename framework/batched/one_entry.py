@@ -1,0 +1,191 @@
+"""A frame of one entry as the numbers that its solution is made of, and where each of them stands.
+
+All that is done with such a frame, from its joint tree to the displacement of its last node, is one list of operations
+on these numbers, which frames of one topology have in common: see `linkframe.framework.batched.entry_recording`. What
+stands where, and what of it is zero, is the key by which the list is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cache import STACKS
+from ..description import Description
+from ..protocol import is_proven
+from ..structure.assembly import component_loads, member_and_mass_loads
+from ..structure.parts import Grid, is_zero
+from ..structure.topology import Group, Topology
+
+# What stands where of a joint, tie or support, and how strong it is.
+Head = tuple[Hashable, tuple[int, float]]
+
+# Numbers of each joint, tie and support: six springs, the pitch, and six offsets.
+SPRINGS, PITCH, OFFSETS, EACH = 0, 6, 7, 13
+_ALL_OF_THEM = (0.0,) * EACH
+# Numbers that rows are made of and that are one in all frames, if they are in one.
+_UNITS = (0.0, 1.0, -1.0)
+
+
+class EntryNumbers:
+    """The numbers of a frame of one entry, its loads apart.
+
+    Parameters
+    ----------
+    topology
+        Its nodes and members.
+    stacks
+        Matrices of the members, stack by stack, where they are known.
+
+    Attributes
+    ----------
+    stacks
+        Matrices of the members in the nodes' axes, (n, 12, 12) each.
+    edges
+        Of each joint, tie and support, in turn: springs, pitch and offsets.
+    turns
+        Axes of joints, arms of rigid links, axes of bodies.
+    order
+        Places of joints, ties and supports, the strongest first.
+    strained
+        Whether members strain without forces.
+    key
+        What stands where.
+    former
+        The program that was last run on these numbers, whether compiled, and what it made of them before any load.
+    """
+
+    def __init__(self, topology: Topology, stacks: list[NDArray[Any]] | None = None) -> None:
+        frame, self.topology = topology.frame, topology
+        self.stacks = [_stack(group) for group in topology.groups] if stacks is None else stacks
+        self.former: tuple[Any, bool, list[Any]] | None = None
+        self.edges: list[float] = []
+        self.turns: list[float] = []
+        self.strained = any(group.strained for group in topology.groups)
+        heads = [*self._joints(frame), *self._ties(frame), *self._supports(frame)]
+        self.order = sorted(range(len(heads)), key=[strength for _, strength in heads].__getitem__, reverse=True)
+        places: dict[str, int] = {}
+        on = tuple([None if body is None else places.setdefault(body, len(places)) for body in topology.bodies])
+        for body in places:
+            self.turns += frame.bodies[body].axes.reshape(-1).tolist()
+        turns = tuple([turn if turn in _UNITS else 2.0 for turn in self.turns])
+        nonzero = (np.array(self.edges) != 0.0).tobytes()
+        stacks_of = [
+            (group.dofs.tobytes(), (stack != 0.0).tobytes())
+            for group, stack in zip(topology.groups, self.stacks, strict=True)
+        ]
+        self.key: tuple[Hashable, ...] = on, (*self.order,), (*(head for head, _ in heads),), nonzero, turns, *stacks_of
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process needs: programs it makes itself."""
+        return vars(self) | {"former": None}
+
+    def _joints(self, frame: Description) -> list[Head]:
+        number, heads = self.topology.number, list[Head]()
+        for name, link in frame.joints.items():
+            element = link.element
+            springs = element.stiffness.reshape(-1).tolist()
+            ideal: tuple[int, ...] = ()
+            if np.inf in springs:
+                ideal = tuple(k for k in range(6) if springs[k] == np.inf)
+                springs = [0.0 if spring == np.inf else spring for spring in springs]
+            offsets = _six(frame.offsets[name]) if name in frame.offsets else [0.0] * 6
+            self.edges += [*springs, float(element.pitch / (2.0 * np.pi)), *offsets]
+            if element.axes is not None:
+                self.turns += element.axes.reshape(-1).tolist()
+            head = "joint", number[link.first], number[link.second], ideal, element.axes is None
+            heads.append((head, (len(ideal), max(springs))))
+        return heads
+
+    def _ties(self, frame: Description) -> list[Head]:
+        number, heads = self.topology.number, list[Head]()
+        for tie in frame.ties:
+            self.edges += _ALL_OF_THEM
+            if tie.rigid:
+                self.turns += (frame.position(tie.slave) - frame.position(tie.master)).reshape(-1).tolist()
+            head = "tie", number[tie.master], number[tie.slave], tie.components, tie.rigid
+            heads.append((head, (len(tie.components), 0.0)))
+        return heads
+
+    def _supports(self, frame: Description) -> list[Head]:
+        number, heads = self.topology.number, list[Head]()
+        for node, held in frame.supports.items():
+            self.edges += (*_ALL_OF_THEM[:OFFSETS], *_six(held))
+            ideal = (*sorted(held),)
+            heads.append((("support", number[node], ideal), (len(ideal), 0.0)))
+        return heads
+
+
+class EntryLoads:
+    """What loads a frame of one entry.
+
+    Parameters
+    ----------
+    topology
+        Its nodes and members, and the loads on them.
+    strained
+        Whether members strain without forces.
+
+    Attributes
+    ----------
+    nodal
+        Loads at nodes: node, component and value of each that is not zero.
+    shares
+        Weights of masses and loads on members: DOF and value.
+    key
+        What stands where.
+    """
+
+    def __init__(self, topology: Topology, *, strained: bool) -> None:
+        frame = topology.frame
+        self.nodal = [(node, k, float(value)) for node, k, value in component_loads(topology)]
+        self.nodal = [load for load in self.nodal if load[2] != 0.0]
+        self.shares: list[tuple[int, float]] = []
+        if strained or frame.weight is not None or frame.member_loads:
+            found = member_and_mass_loads(topology, Grid(frame.shape))
+            self.shares = [(dof, float(share)) for dof, share in found if not is_zero(share)]
+        self.values = [value for _, _, value in self.nodal] + [value for _, value in self.shares]
+        self.key = tuple([(node, k) for node, k, _ in self.nodal]), tuple([dof for dof, _ in self.shares])
+
+
+def _stack(group: Group) -> NDArray[Any]:
+    """Matrices of members; of those on a body they are the same in its axes wherever it goes."""
+    if group.body is None or group.axes != (None, None) or group.stacked or not is_proven(group.element):
+        return group.extended_stiffness()
+
+    def made() -> NDArray[Any]:
+        found = group.extended_stiffness()
+        found.setflags(write=False)
+        return found
+
+    key = group.element.kind, group.chord.tobytes(), group.counts.tobytes()
+    found: NDArray[Any] = STACKS.found(key, made, 144 * len(group.pieces))
+    return found
+
+
+def _six(given: dict[int, Any]) -> list[float]:
+    return [float(given[k]) if k in given else 0.0 for k in range(6)]
+
+
+def forest(frame: Description) -> bool:
+    """Whether joints, ties and supports close no loop: then they can contradict each other in nothing."""
+    leader: dict[str, str] = {}
+
+    def find(node: str) -> str:
+        while (above := leader.get(node, node)) != node:
+            node = above
+        return node
+
+    pairs = [(link.first, link.second) for link in frame.joints.values()]
+    pairs += [(tie.master, tie.slave) for tie in frame.ties]
+    # no node has an empty name
+    pairs += [("", node) for node in frame.supports]
+    for first, second in pairs:
+        a, b = find(first), find(second)
+        if a == b:
+            return False
+        leader[a] = b
+    return True
