@@ -30,8 +30,8 @@ _Kind = TypeVar("_Kind", np.bool_, np.float64)
 _ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
 # Relative error of a solution from which on it is refined, as a random load tells it; what is left then; steps at most.
 ROUGH, _FINE, _STEPS = 1e-14, 1e-15, 5
-# Share of the solution that the last step of refinement may change.
-_LOST = 1e-9
+# Share of the solution that the last step of refinement may change; one step alone takes away up to the root of _FINE.
+_LOST = 1e-6
 _EPS = float(np.finfo(np.float64).eps)
 
 
