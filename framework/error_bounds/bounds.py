@@ -195,7 +195,8 @@ class Bounds:
     @cached_property
     def statics(self) -> Statics:
         """The frame in extended precision."""
-        return Statics(self.plan)
+        solver = self.solution.solver
+        return solver.statics if isinstance(solver, SparseSolver) else Statics(self.plan)
 
     @cached_property
     def _hung(self) -> Statics:

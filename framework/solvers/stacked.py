@@ -61,10 +61,21 @@ class StackedSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
         label = self.coupling.label
-        loaded = self.loaded | np.isin(label, label[asked])
-        if np.array_equal(loaded, self.loaded):
-            return self
-        return StackedSolver(self.plan, self._factors, loaded)
+        return self._with(self.loaded | np.isin(label, label[asked]))
+
+    def part(self, node: int) -> StackedSolver:
+        """The same where loads count on that part of the frame alone which a node is in."""
+        islands = self.plan.islands
+        return self._with(self.loaded & (islands[self.unknown // 6] == islands[node]))
+
+    @cached_property
+    def parts(self) -> int:
+        """Number of parts of the frame that loads reach; supports do not connect."""
+        return len(np.unique(self.plan.islands[self.unknown[self.loaded] // 6]))
+
+    def _with(self, loaded: Mask) -> StackedSolver:
+        """The same with other unknowns counting as loaded, (n,); itself where these do."""
+        return self if np.array_equal(loaded, self.loaded) else StackedSolver(self.plan, self._factors, loaded)
 
     @property
     def reason(self) -> str:
