@@ -117,11 +117,19 @@ class Bounds:
                 out[where] = self._inverted(state).distance()
         return out
 
-    def adjoints(self, name: str, kind: str, steps: int = 0) -> Iterator[tuple[Any, Adjoint]]:
-        """Part by part of the batch: where it is, and the adjoint of results there, refined in `steps` at least."""
+    def adjoints(self, name: str, kind: str) -> Iterator[tuple[Any, Adjoint]]:
+        """Part by part of the batch: where it is, and the adjoints of results there."""
         with np.errstate(all="ignore"):
             for part in self.parts():
-                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind), steps)
+                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind))
+
+    def influence(self, name: str, kind: str, index: int) -> Iterator[tuple[Any, Adjoint]]:
+        """Part by part of the batch: where it is, and the adjoint of one component of a result there, itself refined
+        once."""
+        with np.errstate(all="ignore"):
+            for part in self.parts():
+                result = asked(part.state, name, kind).only(index)
+                yield part.where, Adjoint(part.state, part.compliance, result, 1)
 
     def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
         """Results refined in extended precision, and what they may be off, (..., m)."""

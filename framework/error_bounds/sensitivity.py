@@ -72,7 +72,7 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
     solution = solution.reaching(worked_on(solution, name, kind, index))
     getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
-    for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
+    for where, adjoint in solution.bounds.influence(name, kind, index):
         for key, value in _derivatives(adjoint, name, kind, index):
             out.setdefault(key, np.zeros((*solution.shape, value.shape[-1])))[where] = value
     singular = solution.movable
@@ -83,10 +83,10 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
 
 
 def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator[tuple[tuple[str, str], Any]]:
-    """Derivatives by name, (..., 6)."""
+    """Derivatives by name, (..., 6), from the adjoint of the result's component `index` alone."""
     state = adjoint.state
     plan, links = state.plan, state.kinematics.links
-    moved = adjoint.displacements[index]
+    moved = adjoint.displacements[0]
     for node in plan.frame.nodes:
         yield ("loads", node), moved[..., plan.topology.number[node], :]
     for member, pieces in plan.topology.pieces_of.items():
@@ -97,9 +97,9 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
                 raise FrameError(
                     f"sensitivity: parts of member {member!r} have different numbers of springs: divide it into members"
                 )
-            total = total - adjoint.deformations[group][index][..., at, :] * state.member_forces[group][..., at, :]
+            total = total - adjoint.deformations[group][0][..., at, :] * state.member_forces[group][..., at, :]
         yield ("members", member), total
-    held = adjoint.held(index)
+    held = adjoint.held(0)
     for k, link in enumerate(links):
         edge = link.edge
         if edge.name is None:
@@ -107,7 +107,7 @@ def _derivatives(adjoint: Adjoint, name: str, kind: str, index: int) -> Iterator
         if edge.kind == "support":
             yield ("supports", edge.name), held[k]
             continue
-        stiffness, relative_displacement = state.stiffness[k], adjoint.relative_displacements[k][index]
+        stiffness, relative_displacement = state.stiffness[k], adjoint.relative_displacements[k][0]
         offset = state.imposed[k]
         stretch = state.relative_displacements[k] if offset is None else state.relative_displacements[k] - offset
         own = np.zeros(6)
