@@ -140,7 +140,7 @@ def test_of_one_component_one_adjoint_is_solved() -> None:
     frame = Frame()
     for name, x in {"A": 0.0, "B": 1.0}.items():
         frame.node(name, (x, 0.0, 0.0))
-    frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=np.array([2e11, 1e11]), nu=0.3)), "A", "B")
+    frame.add("AB", Beam(Circle(diameter=0.02), Material(E=np.array([2e11, 1e11]), nu=0.3)), "A", "B")
     frame.fix("A")
     frame.load("B", fy=10.0, fz=3.0)
     solution = frame.solve()
