@@ -27,7 +27,7 @@ from ..results.linear import LinearResults
 from ..solvers.sparse import SparseSolver
 from .adjoint import Adjoint
 from .asked import asked
-from .compliance import Compliance, DenseCompliance, SparseCompliance
+from .compliance import Compliance, DenseCompliance, Roughly, SparseCompliance
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematics import Real, extended
 from .resolved import MOST, excited, groups, hard, rest
@@ -37,6 +37,8 @@ HARD = 1e-10
 # Batch entries handled at a time, and parts of the batch kept for the next result.
 CHUNK = 1024
 _KEEP = 8
+# Share of its error that a correction leaves where iterations solve.
+_CORRECTION = 1e-4
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,12 @@ class Bounds:
     def _part(self, index: int) -> Iterator[BatchPart]:
         where, state = self._state(index)
         compliance = self._inverted(state)
-        yield BatchPart(where, state.corrected(compliance) if compliance.near else state, compliance)
+        if compliance.near:
+            state = state.corrected(compliance)
+        elif compliance.iterative:
+            # of a solution that is this much better adjoints need few digits, and each takes as long as it has digits
+            state = state.corrected(Roughly(compliance, _CORRECTION))
+        yield BatchPart(where, state, compliance)
         if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
             shape = state.values.shape[:-1]
             yield from self._hard(where, np.broadcast_to(compliance.least, shape) < HARD)
@@ -223,8 +230,11 @@ class Bounds:
         own = solver.unknown[solver.excited].tolist() if isinstance(solver, SparseSolver) else None
         unknowns = excited(self.plan) if own is None else own
         values = extended(np.zeros((*self.solution.shape, len(unknowns))))
-        for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
-            values[..., k] = value
+        if isinstance(solver, SparseSolver):
+            values[...] = solver.unknowns[solver.excited].T.reshape(values.shape)
+        else:
+            for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
+                values[..., k] = value
         resolved = self.solution.resolved
         if resolved is not None:
             values[resolved.mask] = resolved.values([{key: 1.0} for key in unknowns])
