@@ -6,6 +6,7 @@ import copy
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
@@ -121,6 +122,8 @@ class Plan:
     @cached_property
     def coupling(self) -> Coupling:
         """What the equations are sums of, for batches of matrices."""
+        if (rough := self.__dict__.get("rough_coupling")) is not None and rough.exact:
+            return cast(Coupling, rough)
         with timed(self.times, "pattern"):
             return Coupling(self)
 

@@ -113,3 +113,11 @@ def test_long_chains_are_no_mechanisms() -> None:
         assert solution.is_regular.all()
         found = solution.displacement(f"A{count}")[:, 1] * modulus
         np.testing.assert_allclose(found, found[0], rtol=1e-13)
+
+
+def test_batches_of_slender_frames_keep_their_digits() -> None:
+    """Where both ways take about the same time the one is taken that refines."""
+    modulus = E * np.linspace(1.0, 2.0, 300)
+    frame = arms({"A": 200}, modulus)
+    found = frame.solve().displacement("A200")[:, 1] * modulus
+    np.testing.assert_allclose(found, found[0], rtol=1e-12)
