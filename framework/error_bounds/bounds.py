@@ -37,6 +37,8 @@ HARD = 1e-10
 # Batch entries handled at a time, and parts of the batch kept for the next result.
 CHUNK = 1024
 _KEEP = 8
+# Numbers of a matrix, or of a vector, that are handled at a time; there are some tens of each.
+_NUMBERS = 2**22
 # Share of its error that a correction leaves where iterations solve.
 _CORRECTION = 1e-4
 
@@ -84,8 +86,17 @@ class Bounds:
         self.solution, self.plan = solution, solution.plan
         shape = self.plan.frame.shape
         self.axis = int(np.argmax(shape)) if shape else 0
-        self.step = max(1, CHUNK * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
         self._kept: dict[int, list[BatchPart]] = {}
+
+    @cached_property
+    def step(self) -> int:
+        """Indices along the axis over which the batch is cut that are handled at a time."""
+        shape = self.plan.frame.shape
+        dofs, unknowns = 6 * len(self.plan.topology.number), len(self.plan.unknowns)
+        # Deformations by unknowns, for each entry its own; vectors alone where one sparse factor serves all entries.
+        numbers = dofs * (1 if isinstance(self.solution.solver, SparseSolver) else unknowns)
+        entries = min(CHUNK, max(1, _NUMBERS // max(1, numbers)))
+        return max(1, entries * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
 
     def refined(self, name: str, kind: str) -> tuple[Array, Array]:
         """Results of one iterative refinement in extended precision, and the bound on their error.
