@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import repeat
+from operator import attrgetter, eq
 from typing import Any
 
 import numpy as np
@@ -185,14 +186,18 @@ class InBulk(Editable):
         for k, value in given.items():
             # of a batch a part is an array, of one number for each node a number, of one for all the array itself
             parts = repeat(value) if not value.ndim else map(np.asarray, np.moveaxis(value, -1, 0))
+            loads = self.loads
             for node, part in zip(there, parts, strict=False):
-                self.loads.setdefault(node, []).append((k, part))
+                if node in loads:
+                    loads[node].append((k, part))
+                else:
+                    loads[node] = [(k, part)]
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
     def _check_new(self, what: str, names: list[str], *known: Mapping[str, object]) -> None:
         """Refuse names that are none, that exist, or that are given twice."""
-        if not all(type(name) is str and name for name in names):
+        if set(map(type, names)) - {str} or not all(names):
             names[:] = [plain(what, name) for name in names]
         distinct = set(names)
         if len(distinct) < len(names):
@@ -206,7 +211,7 @@ class InBulk(Editable):
     def _known(self, nodes: Names, of: str) -> list[str]:
         """Names of nodes in the description."""
         given = [nodes] if isinstance(nodes, str) else list(nodes)
-        if all(type(name) is str for name in given) and self.nodes.keys() >= set(given):
+        if set(map(type, given)) <= {str} and all(map(self.nodes.__contains__, given)):
             return given
         return [self._node(name, of) for name in given]
 
@@ -221,12 +226,12 @@ class InBulk(Editable):
             starts, stops = (list(map(names.__getitem__, side)) for side in pairs.T.tolist())
         else:
             given: list[Any] = list(pairs)
-            wrong = next((pair for pair in given if isinstance(pair, str) or len(pair) != 2), None)
-            if wrong is not None:
+            if set(map(type, given)) & {str} or set(map(len, given)) - {2}:
+                wrong = next(pair for pair in given if isinstance(pair, str) or len(pair) != 2)
                 raise FrameError(f"add_many was given the pair {wrong!r}: give the names of two nodes")
             starts, stops = (self._known([pair[side] for pair in given], "pair") for side in (0, 1))
-        alone = next((a for a, b in zip(starts, stops, strict=True) if a == b), None)
-        if alone is not None:
+        if any(map(eq, starts, stops)):
+            alone = next(a for a, b in zip(starts, stops, strict=True) if a == b)
             raise FrameError(f"add_many was given the pair {(alone, alone)}: give two different nodes")
         return starts, stops
 
@@ -278,8 +283,8 @@ class InBulk(Editable):
         ends = []
         for side in (starts, stops):
             nodes = list(map(self.nodes.__getitem__, side))
-            places = [node.coordinates for node in nodes]
-            if any(node.body is not None for node in nodes) or {place.ndim for place in places} != {1}:
+            places = list(map(attrgetter("coordinates"), nodes))
+            if set(map(attrgetter("body"), nodes)) != {None} or set(map(attrgetter("ndim"), places)) != {1}:
                 return None
             ends.append(np.concatenate(places).reshape(-1, 3))
         chords: Array = ends[1] - ends[0]

@@ -28,7 +28,7 @@ from .kept import Factors, planned
 from .provenance import regular_there, with_origin
 from .results.conditioning import scaled, usual
 from .results.idle import ConsistentMechanisms
-from .results.parts import of_joint, of_member, of_node, of_part
+from .results.parts import node_of, of_joint, of_member, of_node, of_part
 from .results.primary import Primary
 from .results.recovery import Recovery
 from .results.saved import SavedResults
@@ -370,7 +370,8 @@ class Solution(SavedResults):
 
     @property
     def _at_once(self) -> Together | None:
-        apart = isinstance(self.solver, BroadcastSolver) and len(self.plan.excited) > 1
+        # what moves in one part of the frame leaves the results of the others
+        apart = self.solver.parts > 1 and (isinstance(self.solver, BroadcastSolver) or bool(self.movable.any()))
         return None if apart or self.idle is not None else Together(self)
 
     # -- trust ------------------------------------------------------------------------------------------------------
@@ -467,6 +468,8 @@ class Solution(SavedResults):
         >>> bool(abs(solution.displacement("B")[1] - 2.5e-3) <= bound), bool(bound < 1e-15)
         (True, True)
         """
+        if (own := self.part(node_of(self.frame, name, of))) is not self:
+            return own.error_bound(name, of)
         name, computed = self._asked(name, of)
         return self._read(
             ("bound", of, name), lambda: self._unknown(self.bounds.bound(name, of, computed)), mask=np.inf
@@ -507,6 +510,8 @@ class Solution(SavedResults):
         >>> bool(abs(value[1] - 2.5e-3) <= bound[1])
         True
         """
+        if (own := self.part(node_of(self.frame, name, of))) is not self:
+            return own.refined(name, of)
         name, computed = self._asked(name, of)
         values, bounds = self.bounds.refined(name, of)
         return (values if self.idle is None else np.where(np.isinf(bounds), computed, values)), self._unknown(bounds)
@@ -554,6 +559,8 @@ class Solution(SavedResults):
         >>> float(found.nodes["B"][0].round(12)), float(found.sections["AB"]["y"].round(9))
         (0.0075, -0.375)
         """
+        if (own := self.part(node_of(self.frame, name, of))) is not self:
+            return own.sensitivity(name, component, of)
         name, _ = self._asked(name, of)
         return sensitivity(self, name, component, of)
 
@@ -749,16 +756,14 @@ class Solution(SavedResults):
             Solution that shares what is known already with this one.
         """
         number = self.plan.topology.number.get(node or "")
-        if number is None or self.plan.entry is not None:
-            return self
-        if not isinstance(self.solver, BroadcastSolver) or len(self.plan.excited) < 2:
+        if number is None or self.plan.entry is not None or self.solver.parts < 2:
             return self
         island = int(self.plan.islands[number])
         if island not in self._parts:
-            plan = self.plan.part(number)
-            if plan is self.plan:
+            primary = self.primary.part(number, lambda: self.movable)
+            if primary is self.primary:
                 return self
-            part = Solution(self.frame, plan, self.clearances, self.primary.under(plan, self.solver.only(plan)))
+            part = Solution(self.frame, primary.plan, self.clearances, primary)
             part._known = self._known
             self._parts[island] = part
         return self._parts[island]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,16 @@ class BroadcastSolver:
         twin = BroadcastSolver(plan, self.former)
         twin._factors = self._factors
         return twin
+
+    def part(self, node: int) -> BroadcastSolver:
+        """The same where loads count on that part of the frame alone which a node is in."""
+        plan = self.plan.part(node)
+        return self if plan.excited == self.plan.excited else self.only(plan)
+
+    @cached_property
+    def parts(self) -> int:
+        """Number of parts of the frame that loads reach; supports do not connect."""
+        return len({int(self.plan.islands[name // 6]) for name in self.plan.excited})
 
     def reaching(self, unknowns: Iterable[int]) -> BroadcastSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
+from typing import cast
 
 import numpy as np
 
@@ -63,6 +64,8 @@ class Plan:
         self.topology = unloaded.topology if frame is unloaded.frame else unloaded.topology.loaded(frame)
         self.knowns = unloaded.knowns.copy()
         self._blocks: dict[int, Block] = {}
+        # Number of the only part of the frame that counts as loaded; None where all do that loads reach.
+        self._island: int | None = None
 
     def reloaded(self, frame: Description) -> Plan:
         """The plan of a frame that differs from this one in its loads alone: numbers, matrix and orders are shared."""
@@ -156,6 +159,8 @@ class Plan:
     @cached_property
     def coupling(self) -> Coupling:
         """What the equations are sums of, for batches of matrices."""
+        if (rough := self.__dict__.get("rough_coupling")) is not None and rough.exact:
+            return cast(Coupling, rough)
         with timed(self.times, "pattern"):
             return Coupling(self)
 
@@ -252,14 +257,15 @@ class Plan:
             pushed |= set(near[np.isin(near[:, 1], moved), 0].tolist())
         reached = {k for dof in pushed for k in self._coupled(dof)}
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
-        return {self.component[k] for k in reached}
+        found = {self.component[k] for k in reached}
+        return found if self._island is None else {k for k in found if self.islands[k // 6] == self._island}
 
     def part(self, node: int) -> Plan:
-        """The plan of that part of the frame alone which a node is in; this one where loads reach no other."""
-        if len(self.excited) < 2:
-            return self
-        inside = {name for name in self.excited if self.islands[name // 6] == self.islands[node]}
-        return self if len(inside) == len(self.excited) else self._exciting(inside)
+        """The plan of that part of the frame alone which a node is in, where loads reach others as well."""
+        twin = copy.copy(self)
+        twin.__dict__.pop("excited", None)
+        twin._island = int(self.islands[node])
+        return twin
 
     def reaching(self, unknowns: Iterable[int]) -> Plan:
         """This plan where what these unknowns are coupled with counts as loaded, too; itself where it is."""

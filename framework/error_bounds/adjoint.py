@@ -22,6 +22,9 @@ _CAREFUL, _CARRIED = 64.0, 4.0
 # The same in a deformation in double precision, for the size of what it is made of.
 _STRETCH = 8.0
 _LEAST = float(np.finfo(Extended).eps)
+# Of an adjoint by iterations: the part of a rounding of the result that what it leaves may make, the share of its size
+# that the greatest result of the same kind lends the others, and what is left at most.
+_PART, _FELLOWS, _ROUGH = 0.5, 1e-2, 1e-2
 
 
 class Adjoint:
@@ -51,10 +54,12 @@ class Adjoint:
         kinematics, imposed = state.kinematics, _relative_displacements(state, result)
         self._fixed = _imposed(state, result).astype(np.float64)
         self.right = self._unbalanced(self._fixed, state.double, state.double_springs)
-        self.answer: Real = compliance.solve(self.right)
+        refinements = max(steps, compliance.steps)
+        rough = compliance.iterative and not refinements
+        self.answer: Real = compliance.solve_to(self.right, self._enough()) if rough else compliance.solve(self.right)
         self.coordinates = kinematics.coordinates(state.unknowns, extended(self.answer), imposed)
         self._fine = compliance.near
-        for _ in range(max(steps, compliance.steps)):
+        for _ in range(refinements):
             left = self._unbalanced(self.coordinates, kinematics, state.springs)
             self.answer = extended(self.answer) + compliance.solve(left.astype(compliance.root.dtype))
             self.coordinates = kinematics.coordinates(state.unknowns, self.answer, imposed)
@@ -152,15 +157,37 @@ class Adjoint:
         unit energy norm, and forces p on the deformations no more than ``|k^-1/2 p|``. What drives w is bounded alike:
         the residual and its own rounding, and the rounding of the stiffness at the computed deformations.
         """
-        state, root = self.state, extended(self.compliance.root)
-        firm = np.sqrt(self.compliance.least)
-        energy = (_norm(root * state.balance) + _norm(root * state.unbalanced)) / firm + state.doubted
+        state, energy = self.state, self._energy
         members = zip(state.double_springs, self._stretches, strict=True)
         doubted = np.sqrt(sum((each.work(each.uncertain(e, state.rounding)) for each, e in members), np.zeros(())))
         loose = np.moveaxis(self.result.loose, -1, 0) if isinstance(self.result.loose, np.ndarray) else 0.0
         work = self._left() + doubted + loose
         out: Real = np.where((work == 0.0) | (energy == 0.0), 0.0, work * energy)
         return out
+
+    @cached_property
+    def _energy(self) -> Real:
+        """Energy norm of what the exact solution differs from the computed one, at most, (...)."""
+        state, root = self.state, extended(self.compliance.root)
+        balance = _norm(root * state.balance) + _norm(root * state.unbalanced)
+        out: Real = balance / np.sqrt(self.compliance.least) + state.doubted
+        return out
+
+    def _enough(self) -> Array:
+        """Share of each scaled unit load that may be left unbalanced, as its work is then a part of a rounding of the
+        result, (m, ...)."""
+        size = _norm(self.compliance.root * self.right)
+        result = np.abs(np.moveaxis(self.result.value, -1, 0))
+        firm = np.sqrt(self.compliance.least)
+        # a result that is zero, or almost, is as uncertain as its fellows make it
+        natural = np.where(size > 0.0, result / np.where(size > 0.0, size, 1.0), 0.0)
+        natural = np.maximum(natural, _FELLOWS * natural.max(axis=0))
+        work = self._energy / firm
+        share = _PART * self.state.rounding * natural / np.where(work > 0.0, work, 1.0)
+        found: Array = np.minimum(np.where(work > 0.0, share, _ROUGH), _ROUGH).astype(np.float64)
+        alike = tuple(axis for axis, n in enumerate(self.right.shape[:-1]) if n == 1 < found.shape[axis])
+        least: Array = found.min(axis=alike, keepdims=True)
+        return least
 
     def _left(self) -> Real:
         """Work of what the adjoint leaves of its equations on a motion of unit energy norm, (m, ...)."""

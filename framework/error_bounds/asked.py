@@ -50,6 +50,25 @@ class RequestedResults:
     sizes: Real | None = None
     loose: Real | float = 0.0
 
+    def only(self, index: int) -> RequestedResults:
+        """One of the results, as many axes as before.
+
+        Parameters
+        ----------
+        index
+            Its number.
+        """
+        one = slice(index, index + 1)
+        return RequestedResults(
+            self.value[..., one],
+            self.error_bound[..., one],
+            None if self.forces is None else self.forces[one],
+            {k: each[one] for k, each in self.generalised_forces.items()},
+            {k: each[one] for k, each in self.imposed.items()},
+            None if self.sizes is None else self.sizes[one],
+            self.loose[..., one] if isinstance(self.loose, np.ndarray) else self.loose,
+        )
+
 
 def checked(kind: str) -> str:
     """A kind of result that is known.

@@ -28,7 +28,7 @@ from ..results.linear import LinearResults
 from ..solvers.sparse import SparseSolver
 from .adjoint import Adjoint
 from .asked import asked
-from .compliance import Compliance, DenseCompliance, SparseCompliance
+from .compliance import Compliance, DenseCompliance, Roughly, SparseCompliance
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematics import Real, extended
 from .resolved import MOST, excited, groups, hard, rest
@@ -38,6 +38,10 @@ HARD = 1e-10
 # Batch entries handled at a time, and parts of the batch kept for the next result.
 CHUNK = 1024
 _KEEP = 8
+# Numbers of a matrix, or of a vector, that are handled at a time; there are some tens of each.
+_NUMBERS = 2**22
+# Share of its error that a correction leaves where iterations solve.
+_CORRECTION = 1e-4
 
 
 @dataclass(frozen=True)
@@ -62,8 +66,17 @@ class Bounds:
         self.solution, self.plan = solution, solution.plan
         shape = self.plan.frame.shape
         self.axis = int(np.argmax(shape)) if shape else 0
-        self.step = max(1, CHUNK * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
         self._kept: dict[int, list[BatchPart]] = {}
+
+    @cached_property
+    def step(self) -> int:
+        """Indices along the axis over which the batch is cut that are handled at a time."""
+        shape = self.plan.frame.shape
+        dofs, unknowns = 6 * len(self.plan.topology.number), len(self.plan.unknowns)
+        # Deformations by unknowns, for each entry its own; vectors alone where one sparse factor serves all entries.
+        numbers = dofs * (1 if isinstance(self.solution.solver, SparseSolver) else unknowns)
+        entries = min(CHUNK, max(1, _NUMBERS // max(1, numbers)))
+        return max(1, entries * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
 
     def refined(self, name: str, kind: str) -> tuple[Array, Array]:
         """Results of one iterative refinement in extended precision, and the bound on their error.
@@ -97,11 +110,19 @@ class Bounds:
                 out[where] = self._inverted(state).distance()
         return out
 
-    def adjoints(self, name: str, kind: str, steps: int = 0) -> Iterator[tuple[Any, Adjoint]]:
-        """Part by part of the batch: where it is, and the adjoint of results there, refined in `steps` at least."""
+    def adjoints(self, name: str, kind: str) -> Iterator[tuple[Any, Adjoint]]:
+        """Part by part of the batch: where it is, and the adjoints of results there."""
         with np.errstate(all="ignore"):
             for part in self.parts():
-                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind), steps)
+                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind))
+
+    def influence(self, name: str, kind: str, index: int) -> Iterator[tuple[Any, Adjoint]]:
+        """Part by part of the batch: where it is, and the adjoint of one component of a result there, itself refined
+        once."""
+        with np.errstate(all="ignore"):
+            for part in self.parts():
+                result = asked(part.state, name, kind).only(index)
+                yield part.where, Adjoint(part.state, part.compliance, result, 1)
 
     def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
         """Results refined in extended precision, and what they may be off, (..., m)."""
@@ -139,7 +160,12 @@ class Bounds:
     def _part(self, index: int) -> Iterator[BatchPart]:
         where, state = self._state(index)
         compliance = self._inverted(state)
-        yield BatchPart(where, state.corrected(compliance) if compliance.near else state, compliance)
+        if compliance.near:
+            state = state.corrected(compliance)
+        elif compliance.iterative:
+            # of a solution that is this much better adjoints need few digits, and each takes as long as it has digits
+            state = state.corrected(Roughly(compliance, _CORRECTION))
+        yield BatchPart(where, state, compliance)
         if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
             shape = state.values.shape[:-1]
             yield from self._hard(where, np.broadcast_to(compliance.least, shape) < HARD)
@@ -174,7 +200,8 @@ class Bounds:
     @cached_property
     def statics(self) -> Statics:
         """The frame in extended precision."""
-        return Statics(self.plan)
+        solver = self.solution.solver
+        return solver.statics if isinstance(solver, SparseSolver) else Statics(self.plan)
 
     @cached_property
     def _hung(self) -> Statics:
@@ -193,8 +220,11 @@ class Bounds:
         own = solver.unknown[solver.excited].tolist() if isinstance(solver, SparseSolver) else None
         unknowns = excited(self.plan) if own is None else own
         values = extended(np.zeros((*self.solution.shape, len(unknowns))))
-        for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
-            values[..., k] = value
+        if isinstance(solver, SparseSolver):
+            values[...] = solver.unknowns[solver.excited].T.reshape(values.shape)
+        else:
+            for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
+                values[..., k] = value
         resolved = self.solution.resolved
         if resolved is not None:
             values[resolved.mask] = resolved.values([{key: 1.0} for key in unknowns])

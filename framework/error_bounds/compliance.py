@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, merged
 from ..solvers.factor import Factor
+from ..solvers.iterative import Iterative
 from .deformations import Springs
 from .equilibrium import EquilibriumResidual
 from .kinematics import FrameKinematics, Real, extended
@@ -69,6 +70,16 @@ class Compliance(ABC):
     @abstractmethod
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""
+
+    def solve_to(self, load: Array, share: Array) -> Array:
+        """The same for loads (m, ..., n); where that saves time only until a `share` (m, ...) of each, scaled, is left
+        unbalanced."""
+        return self.solve(load)
+
+    @property
+    def iterative(self) -> bool:
+        """Whether time depends on how well it solves."""
+        return False
 
     @abstractmethod
     def apply(self, displacement: Array) -> Array:
@@ -212,6 +223,17 @@ class SparseCompliance(Factored, Compliance):
         motion = extended(self.root * self.softest)
         return float(np.max(resisted(rest, rest.unknowns, motion) @ motion))
 
+    @property
+    def iterative(self) -> bool:
+        """Whether time depends on how well it solves."""
+        return isinstance(self.factor, Iterative) and self.factor.instead is None
+
+    def solve_to(self, load: Array, share: Array) -> Array:
+        """Displacements for loads (m, ..., n) that leave no more than a `share` (m, ...) of each, scaled."""
+        flat = _flat(load.astype(np.float64)).T
+        shares = np.broadcast_to(share, load.shape[:-1]).astype(np.float64).reshape(-1)
+        return self.factor.solve_to(flat, shares).T.reshape(load.shape)
+
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, estimated, ()."""
         return np.asarray(1.0 / np.sqrt(self._growth))
@@ -221,6 +243,25 @@ class SparseCompliance(Factored, Compliance):
         flat = _flat(displacement.astype(np.float64) / self.root).T
         out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
         return out
+
+
+class Roughly:
+    """A compliance that leaves a share of what it solves for, which is enough for a correction.
+
+    Parameters
+    ----------
+    compliance
+        The compliance.
+    share
+        The share.
+    """
+
+    def __init__(self, compliance: Compliance, share: float) -> None:
+        self.root, self._compliance, self._share = compliance.root, compliance, share
+
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
+        return self._compliance.solve_to(load, np.full(load.shape[:-1], self._share))
 
 
 def by_unknowns(

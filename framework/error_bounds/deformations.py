@@ -7,6 +7,7 @@ extended precision; the stiffnesses k are positive, and known to a few roundings
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -83,7 +84,13 @@ class Springs:
     def sizes(self, displacements: Real, coordinates: Real) -> Real:
         """Sum of the sizes of what the deformations are made of, (..., n, springs), in double precision."""
         ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
-        return _applied(np.abs(self.rows).astype(np.float64), ends)
+        return _applied(self._absolute, ends)
+
+    @cached_property
+    def _absolute(self) -> Array:
+        """Sizes of the rows in double precision."""
+        found: Array = np.abs(self.rows).astype(np.float64)
+        return found
 
     def uncertain(self, deformations: Real, rounding: float) -> Real:
         """How much rounding of stiffness and elastic centre changes the forces on the deformations (..., n, springs).
@@ -115,8 +122,8 @@ class Springs:
 
     def spread_forces(self, generalised_forces: Real, count: int) -> Real:
         """Sum of the sizes of what the forces (..., count, 6) on the nodes are made of, in double precision."""
-        rows = np.abs(self.rows).astype(np.float64)
-        return self.gathered(np.einsum("...nij,...ni->...nj", rows, generalised_forces.astype(np.float64)), count)
+        forces = np.einsum("...nij,...ni->...nj", self._absolute, generalised_forces.astype(np.float64))
+        return self.gathered(forces, count)
 
     def forces(self, generalised_forces: Real, count: int) -> Real:
         """Forces (..., count, 6) on the nodes for forces (..., n, springs) that work on the deformations."""

@@ -153,9 +153,9 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
     getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
     work = MemberWork.empty(solution.bounds.statics, solution.shape)
-    for where, adjoint in solution.bounds.adjoints(name, kind, steps=1):
-        held = adjoint.held(index)
-        work.enter(where, adjoint, index, held)
+    for where, adjoint in solution.bounds.influence(name, kind, index):
+        held = adjoint.held(0)
+        work.enter(where, adjoint, 0, held)
         for key, value in _derivatives(adjoint, name, kind, index, held):
             out.setdefault(key, np.zeros((*solution.shape, value.shape[-1])))[where] = value
     singular = solution.movable
@@ -168,10 +168,10 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
 def _derivatives(
     adjoint: Adjoint, name: str, kind: str, index: int, held: list[Array]
 ) -> Iterator[tuple[tuple[str, str], Any]]:
-    """Derivatives by name, (..., 6)."""
+    """Derivatives by name, (..., 6), from the adjoint of the result's component `index` alone."""
     state = adjoint.state
     plan, links = state.plan, state.kinematics.links
-    moved = adjoint.displacements[index]
+    moved = adjoint.displacements[0]
     for node in plan.frame.nodes:
         yield ("loads", node), moved[..., plan.topology.number[node], :]
     for member, pieces in plan.topology.pieces_of.items():
@@ -182,7 +182,7 @@ def _derivatives(
                 raise FrameError(
                     f"sensitivity: parts of member {member!r} have different numbers of springs: divide it into members"
                 )
-            total = total - adjoint.deformations[group][index][..., at, :] * state.member_forces[group][..., at, :]
+            total = total - adjoint.deformations[group][0][..., at, :] * state.member_forces[group][..., at, :]
         yield ("members", member), total
     for k, link in enumerate(links):
         edge = link.edge
@@ -191,7 +191,7 @@ def _derivatives(
         if edge.kind == "support":
             yield ("supports", edge.name), held[k]
             continue
-        stiffness, relative_displacement = state.stiffness[k], adjoint.relative_displacements[k][index]
+        stiffness, relative_displacement = state.stiffness[k], adjoint.relative_displacements[k][0]
         offset = state.imposed[k]
         stretch = state.relative_displacements[k] if offset is None else state.relative_displacements[k] - offset
         own = np.zeros(6)

@@ -51,7 +51,16 @@ def members(group: Group, entries: Entries = WHOLE) -> Array:
 
 def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
     """Stiffness in joint-relative coordinates, (..., n, n), in the order of `plan.unknowns`."""
-    out = reduced(plan, nodal(plan, [(group, members(group, entries)) for group in plan.topology.groups]), entries)
+    return with_springs(plan, reduced(plan, of_members(plan, entries), entries), entries)
+
+
+def of_members(plan: Plan, entries: Entries = WHOLE) -> Array:
+    """Stiffness of members over all DOFs, in the nodes' axes, (..., N, N)."""
+    return nodal(plan, [(group, members(group, entries)) for group in plan.topology.groups])
+
+
+def with_springs(plan: Plan, out: Array, entries: Entries = WHOLE) -> Array:
+    """A matrix in joint-relative coordinates (..., n, n) with the springs of joints and supports."""
     for spring in plan.tree.springs:
         row = _spread(plan, [spring.row], entries)
         k = entries(np.asarray(spring.stiffness), 0)

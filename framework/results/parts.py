@@ -44,3 +44,11 @@ def of_member(frame: Description, name: str) -> str | None:
 def of_joint(frame: Description, name: str) -> str | None:
     """First node of a joint; None where it is unknown."""
     return frame.joints[name].first if name in frame.joints else None
+
+
+def node_of(frame: Description, name: str, kind: str) -> str | None:
+    """A node in the part of the frame that a result of a kind, such as ``joint_force``, is in; None where unknown."""
+    if not isinstance(name, str):
+        return None
+    found = {"end_forces": of_member, "joint_displacement": of_joint, "joint_force": of_joint}.get(kind, of_node)
+    return found(frame, name)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..batch import Array, Shape
 from ..batched.broadcast import BroadcastSolver
@@ -20,6 +21,9 @@ from ..structure.parts import Row, is_zero
 from .idle import ConsistentMechanisms, idle
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
+# Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
+# many that are small all take less time together.
+PARTS = 16
 
 
 class Primary:
@@ -58,6 +62,26 @@ class Primary:
     def under(self, plan: Plan, solver: Solver) -> Primary:
         """The same for another plan of the frame, of which other parts count as loaded."""
         return Primary(plan, self.factors, contact=self.contact, solver=solver)
+
+    def part(self, node: int, movable: Callable[[], NDArray[np.bool_]]) -> Primary:
+        """The same for that part of the frame alone which a node is in; itself where all are solved together.
+
+        Parameters
+        ----------
+        node
+            Number of the node.
+        movable
+            Gives the entries of the batch at which something can move: only what does loses its results.
+        """
+        solver = self.solver
+        together = not isinstance(solver, BroadcastSolver) and solver.parts > PARTS and not movable().any()
+        if solver.parts < 2 or together:
+            return self
+        alone = solver.part(node)
+        if alone is solver:
+            return self
+        plan = alone.plan if isinstance(alone, BroadcastSolver) else self.plan.part(node)
+        return self.under(plan, alone)
 
     @property
     def frame(self) -> Description:

@@ -20,7 +20,7 @@ from ..states import SolutionState
 from . import dense
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE
-from .under_load import Stack, at_entry, geometric_stacks, summed_stacks
+from .under_load import Stack, at_entry, geometric_stacks, over_dofs
 
 Mask = NDArray[np.bool_]
 # Numbers of the matrices over all DOFs that are held at a time.
@@ -95,21 +95,26 @@ def _whole(matrices: Array, ndim: int) -> Array:
 
 def _of(plan: Plan, stacks: list[Stack], asked: Mask, entries: Entries) -> Mask:
     """Those of the `asked` entries, from the matrices there."""
-    added = summed_stacks(plan, stacks, entries)
+    nodal = over_dofs(plan, stacks)
+    whole = dense.with_springs(plan, dense.reduced(plan, dense.of_members(plan, entries) + nodal, entries), entries)
+    if _definite(dense.scaled(whole)[0], asked):
+        return np.zeros(asked.shape, dtype=bool)
     stiffness = dense.stiffness(plan, entries)
     root = dense.scaled(stiffness)[1]
-    whole = (stiffness + added) * root[..., :, None] * root[..., None, :]
+    whole = (stiffness + dense.reduced(plan, nodal, entries)) * root[..., :, None] * root[..., None, :]
     whole[~np.broadcast_to(asked, whole.shape[:-2])] = np.eye(whole.shape[-1])
-    return np.asarray(asked & _indefinite(whole))
+    return np.asarray(asked & (np.linalg.eigvalsh(whole)[..., 0] < -zero_eigenvalue(whole.shape[-1])))
 
 
-def _indefinite(whole: Array) -> Mask:
-    """Which of scaled matrices (..., n, n) are not positive definite, (...)."""
+def _definite(whole: Array, asked: Mask) -> bool:
+    """Whether all `asked` ones of matrices (..., n, n) are positive definite."""
+    if not asked.all():
+        whole[~np.broadcast_to(asked, whole.shape[:-2])] = np.eye(whole.shape[-1])
     try:
         np.linalg.cholesky(whole)
     except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.eigvalsh(whole)[..., 0] < -zero_eigenvalue(whole.shape[-1]))
-    return np.zeros(whole.shape[:-2], dtype=bool)
+        return False
+    return True
 
 
 def _sparse(solution: BoundedResults) -> Mask:

@@ -21,6 +21,8 @@ from .spectrum import DENSE
 # Motions below this share of the largest are not named, and no more than so many nodes are.
 _NAMED = 0.05
 _MOST = 6
+# Unknowns, and numbers of the dense matrices of the whole frame, from which on bands tell what is singular.
+_FEW, _DENSE = 60, 2**23
 # Numbers of the bands that are held at a time.
 _ROOM = 2**22
 
@@ -32,7 +34,7 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
     kept = [k for k, unknown in enumerate(plan.unknowns) if unknown in unknowns]
     if not suspects.any():
         return out
-    if len(kept) > DENSE:
+    if len(kept) > DENSE or (len(kept) > _FEW and suspects.sum() * len(plan.unknowns) ** 2 > _DENSE):
         out[suspects] = _by_bands(plan, index, kept)
         return out
     entries = Entries(index or None)

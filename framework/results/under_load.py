@@ -91,8 +91,21 @@ def summed_stacks(plan: Plan, stacks: list[Stack], entries: Entries = WHOLE) -> 
     entries
         Those of the batch that the matrices are for.
     """
+    return dense.reduced(plan, over_dofs(plan, stacks), entries)
+
+
+def over_dofs(plan: Plan, stacks: list[Stack]) -> Array:
+    """Sum of matrices between nodes over all DOFs, (..., N, N).
+
+    Parameters
+    ----------
+    plan
+        The frame.
+    stacks
+        Node numbers (n, k) and matrices (n, ..., 6 k, 6 k).
+    """
     by_dof = [((6 * nodes[:, :, None] + np.arange(6)).reshape(len(nodes), -1), each) for nodes, each in stacks]
-    return dense.reduced(plan, dense.summed(by_dof, 6 * len(plan.topology.number)), entries)
+    return dense.summed(by_dof, 6 * len(plan.topology.number))
 
 
 def _ends(state: EquilibriumResidual, springs: Springs, number: int) -> tuple[Array, Array]:

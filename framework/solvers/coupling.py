@@ -130,13 +130,15 @@ class Coupling:
         Varying factors of T.
     mask
         Batch axes over which the stiffness varies.
+    exact
+        Whether what is zero is so at all entries of the batch.
     """
 
     def __init__(self, plan: Described, *, everywhere: bool = True) -> None:
         topology, tree, grid = plan.topology, plan.tree, plan.grid
         unknown, forces = plan.graph.unknown, plan.forces
         self.grid, self.size, self.knowns = grid, len(unknown), len(plan.knowns.values)
-        self._everywhere = everywhere
+        self._everywhere, self.exact = everywhere, True
         self.factors: list[Value] = []
         dofs = 6 * len(topology.number)
         self._rows = self._transformation(dofs, tree, unknown)
@@ -253,6 +255,7 @@ class Coupling:
         mask = _mask(group.stiffness_shape)
         rows = _deformed(group)
         if rows is None:
+            self.exact = self.exact and self._everywhere
             block = self._block(144 * count, group, None, [], mask)
             piece, pair = np.nonzero(self._used(group)[:, a, b])
             source = block.first + (12 * a[pair] + b[pair]) * count + piece

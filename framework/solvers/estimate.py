@@ -22,8 +22,8 @@ _COLUMN, _NUMBER = 0.1e-6, 8e-9
 _TURNED, _SUMMED = 6e-6, 1.2e-6
 
 
-def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int]) -> float:
-    """Seconds of the broadcasting elimination.
+def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: float = np.inf) -> float:
+    """Seconds of the broadcasting elimination; where it is above `most`, no more than that may be told.
 
     Parameters
     ----------
@@ -33,15 +33,20 @@ def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int]) -> flo
         Nodes and their coupling.
     condensed
         Members in line that are condensed before, numbers of the pieces: they cost next to nothing.
+    most
+        What need not be told apart.
     """
     extended = _EXTENDED if coupling.grid.sizes[-1] <= _SHORT else 1.0
     sizes, pieces = extended * np.array(coupling.grid.sizes), max(1, sum(map(_count, _members(coupling))))
-    operations = _operations(coupling, graph) * (1.0 - len(condensed) / pieces)
-    seconds = _START + _STEP * operations
+    seconds = _START
     for block in _members(coupling):
         assert block.group is not None
         count = len(np.setdiff1d(block.group.pieces, condensed))
         seconds += count * (_MEMBER + sizes[block.mask] * (_MOVED if block.rows is None else _FIXED))
+    if seconds > most:  # to count operations takes longer than all the rest
+        return seconds
+    operations = _operations(coupling, graph) * (1.0 - len(condensed) / pieces)
+    seconds += _STEP * operations
     # A pivot is computed once for all entries over which what it is coupled by does not vary.
     entries = sizes[coupling.masks[coupling.loaded]]
     return float(seconds + _OPERATION * operations * (entries.mean() if len(entries) else 0.0))

@@ -22,6 +22,8 @@ LARGE, FEW = 100, 48
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
+# Nodes along a frame from which on bands may take longer than broadcasting, which nothing refines, and how many times.
+_SLENDER, _PATIENCE = 20.0, 3.0
 # Entries up to which a band is held.
 _BAND = 4e8
 _ITERATION = 0.4e-9
@@ -125,13 +127,17 @@ def choose(plan: Compiled, asked: str | None) -> Method:
 def _fastest_batch(plan: Compiled) -> Method:
     """The way of a batch over which the stiffness varies."""
     why = "as the stiffness varies over the batch"
-    if len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains) <= FEW:
+    left = len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains)
+    if left <= FEW:
         return Method(BROADCAST, f"broadcasting LDL^T, {why}")
     condensed = [piece for _, pieces in plan.chains for piece in pieces]
     coupling, graph = plan.rough_coupling, plan.graph
-    shared, apart = broadcast(coupling, graph, condensed), banded(coupling, graph)
-    told = f"{why}: about {shared:.2g} s by broadcasting, {apart:.2g} s by a band for each entry"
-    if shared <= apart:
+    apart = banded(coupling, graph)
+    shared = broadcast(coupling, graph, condensed, apart)
+    told = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
+    # The condition number of a slender frame grows with the fourth power of its length, and bands are refined.
+    patience = np.clip(left / max(1, graph.width - 6) / _SLENDER, 1.0, _PATIENCE)
+    if shared * patience <= apart:
         return Method(BROADCAST, f"broadcasting LDL^T, {told}")
     return Method(BANDED, f"banded Cholesky of each entry, {told}")
 

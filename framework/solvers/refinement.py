@@ -12,7 +12,6 @@ from collections.abc import Callable
 import numpy as np
 
 from ..batch import Array
-from ..batched.plan import Plan
 from ..entries import Stretch
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..structure.topology import Index
@@ -24,13 +23,13 @@ REFINED = 20_000
 _ROOM = 2**20
 
 
-def refined(plan: Plan, unknowns: Index, values: Array, solve: Callable[[Array], Array]) -> Array:
+def refined(statics: Statics, unknowns: Index, values: Array, solve: Callable[[Array], Array]) -> Array:
     """A solution after one step of refinement.
 
     Parameters
     ----------
-    plan
-        The compiled frame; no stiffness in it varies over the batch.
+    statics
+        The frame in extended precision; no stiffness in it varies over the batch.
     unknowns
         Numbers of the unknowns (n,).
     values
@@ -43,7 +42,7 @@ def refined(plan: Plan, unknowns: Index, values: Array, solve: Callable[[Array],
     ndarray
         The better values (n, load cases).
     """
-    shape, statics, keys = plan.frame.shape, Statics(plan), unknowns.tolist()
+    shape, keys = statics.plan.frame.shape, unknowns.tolist()
     axis = int(np.argmax(shape)) if shape else 0
     whole = values.T.reshape(*shape, len(keys))
     better = np.empty_like(whole)

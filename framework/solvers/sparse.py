@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 import scipy
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array, turned
 from ..batched.plan import Plan
 from ..clock import timed
+from ..error_bounds.equilibrium import Statics
 from ..structure.assembly import component_loads, mass_loads, member_loads
 from ..structure.matrices import Matrices
 from ..structure.parts import Row, Value
@@ -42,11 +43,17 @@ class SparseSolver:
         self.unknown: Index = self.matrix.unknown
         # Unknowns that count as loaded beyond those that are, (n,).
         self._reached: NDArray[np.bool_] | None = None
+        self._statics = cache(partial(Statics, plan))
 
     @property
     def matrices(self) -> Matrices:
         """Stiffness and mass in joint-relative coordinates."""
         return self.matrix.matrices
+
+    @property
+    def statics(self) -> Statics:
+        """The frame in extended precision, once for all its parts."""
+        return self._statics()
 
     @property
     def reason(self) -> str:
@@ -80,13 +87,29 @@ class SparseSolver:
     def reaching(self, unknowns: Iterable[int]) -> SparseSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
-        excited = self.excited | np.isin(self.matrix.label, np.unique(self.matrix.label[asked]))
+        return self._with(self.excited | np.isin(self.matrix.label, np.unique(self.matrix.label[asked])))
+
+    def part(self, node: int) -> SparseSolver:
+        """The same where loads count on that part of the frame alone which a node is in."""
+        islands = self.plan.islands
+        return self._with(self.excited & (islands[self.unknown // 6] == islands[node]))
+
+    @cached_property
+    def parts(self) -> int:
+        """Number of parts of the frame that loads reach; supports do not connect."""
+        return len(np.unique(self.plan.islands[self.unknown[self.excited] // 6]))
+
+    def _with(self, excited: NDArray[np.bool_]) -> SparseSolver:
+        """The same with other unknowns counting as loaded, (n,); itself where these do."""
         if np.array_equal(excited, self.excited):
             return self
         twin = SparseSolver(self.plan, self.matrix)
-        twin._reached = excited
+        twin._reached, twin._statics = excited, self._statics
         if self._units is None:
-            twin.load = self.load
+            twin._units, twin.load = None, self.load
+        else:
+            solver, sizes = self._units
+            twin._units = solver._with(excited), sizes
         return twin
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
@@ -115,7 +138,7 @@ class SparseSolver:
                 out[where] = factor.solve(self.load[where])
             if self.plan.method.name != ITERATIVE and where.sum() <= REFINED and not factor.singular:
                 with timed(self.plan.times, "refinement"):
-                    out[where] = refined(self.plan, self.unknown[where], out[where], factor.solve)
+                    out[where] = refined(self.statics, self.unknown[where], out[where], factor.solve)
         return out
 
     # -- matrices ---------------------------------------------------------------------------------------------------

@@ -30,8 +30,8 @@ _Kind = TypeVar("_Kind", np.bool_, np.float64)
 _ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
 # Relative error of a solution from which on it is refined, as a random load tells it; what is left then; steps at most.
 ROUGH, _FINE, _STEPS = 1e-14, 1e-15, 5
-# Share of the solution that the last step of refinement may change.
-_LOST = 1e-9
+# Share of the solution that the last step of refinement may change; one step alone takes away up to the root of _FINE.
+_LOST = 1e-6
 _EPS = float(np.finfo(np.float64).eps)
 
 
@@ -61,10 +61,21 @@ class StackedSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
         label = self.coupling.label
-        loaded = self.loaded | np.isin(label, label[asked])
-        if np.array_equal(loaded, self.loaded):
-            return self
-        return StackedSolver(self.plan, self._factors, loaded)
+        return self._with(self.loaded | np.isin(label, label[asked]))
+
+    def part(self, node: int) -> StackedSolver:
+        """The same where loads count on that part of the frame alone which a node is in."""
+        islands = self.plan.islands
+        return self._with(self.loaded & (islands[self.unknown // 6] == islands[node]))
+
+    @cached_property
+    def parts(self) -> int:
+        """Number of parts of the frame that loads reach; supports do not connect."""
+        return len(np.unique(self.plan.islands[self.unknown[self.loaded] // 6]))
+
+    def _with(self, loaded: Mask) -> StackedSolver:
+        """The same with other unknowns counting as loaded, (n,); itself where these do."""
+        return self if np.array_equal(loaded, self.loaded) else StackedSolver(self.plan, self._factors, loaded)
 
     @property
     def reason(self) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import tracemalloc
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 from hypothesis import assume, given
 from linkframe.elements import Beam, Circle, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
+from linkframe.framework.error_bounds import bounds
 from reference.as_frame import as_frame
 from reference.four_bar import coordinates, four_bar
 from reference.random_structures import CLAMPED, constrained, few, screws, structures
@@ -398,3 +401,26 @@ def torsion(short: Any, long: Any) -> Any:
     whole = mp.zeta(5) * 31 / 32
     left = sum((mp.tanh(n * mp.pi * long / (2 * short)) - 1) / mp.mpf(n) ** 5 for n in odd)
     return short**3 * long * (mp.mpf(1) / 3 - 64 / mp.pi**5 * short / long * (whole + left))
+
+
+def test_bounds_of_middle_sized_batches_take_flat_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Entries are handled some at a time, as many as their matrices leave room for; bounds are the same."""
+    modulus = 2e11 * np.linspace(1.0, 2.0, 32)
+    frame = Frame()
+    names = frame.add_nodes(17, np.linspace(0.0, 1.0, 17)[:, None] * np.array([2.0, 0.5, 0.0]))
+    rod = Beam(Circle(diameter=0.02), Material(E=modulus[:, None], nu=0.3))
+    frame.add_many(rod, pairwise(names))
+    frame.fix(names[0])
+    frame.load(names[-1], fy=1.0)
+    found, peaks = [], []
+    for room in (2**22, 2**14):
+        monkeypatch.setattr(bounds, "_NUMBERS", room)
+        solution = frame.solve("banded")
+        solution.displacement(names[-1])
+        tracemalloc.start()
+        found.append(solution.error_bound(names[-1]))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert solution.bounds.step == 1
+    np.testing.assert_array_equal(*found)
+    assert peaks[1] < 0.5 * peaks[0]

@@ -133,3 +133,19 @@ def test_mechanisms_and_what_is_not_offered() -> None:
         solution.sensitivity("crank", "fx", "end_forces")
     with pytest.raises(FrameError, match="uw"):
         solution.sensitivity("P", "uw")
+
+
+def test_of_one_component_one_adjoint_is_solved() -> None:
+    """Each the same as all six together give."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 1.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("AB", Beam(Circle(diameter=0.02), Material(E=np.array([2e11, 1e11]), nu=0.3)), "A", "B")
+    frame.fix("A")
+    frame.load("B", fy=10.0, fz=3.0)
+    solution = frame.solve()
+    ((_, whole),) = solution.bounds.adjoints("B", "displacement")
+    for index in range(6):
+        ((_, one),) = solution.bounds.influence("B", "displacement", index)
+        assert len(one.coordinates) == 1
+        np.testing.assert_allclose(one.rough[0], whole.rough[index], rtol=1e-13, atol=1e-22)

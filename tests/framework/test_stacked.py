@@ -239,9 +239,12 @@ def expected_seconds(count: int, entries: int) -> float:
     """Of the way that is picked for a chain."""
     plan = chain(count, E * np.linspace(1.0, 2.0, entries)).solve().plan
     ways = estimate.broadcast(plan.rough_coupling, plan.graph, []), estimate.banded(plan.rough_coupling, plan.graph)
-    if len(plan.unknowns) > 48:
-        assert plan.method.name == ("broadcast" if ways[0] <= ways[1] else "banded")
-    return min(ways) if len(plan.unknowns) > 48 else ways[0]
+    if len(plan.unknowns) <= 48:
+        return ways[0]
+    # of long chains broadcasting loses digits
+    patience = min(max(count / 20.0, 1.0), 3.0)
+    assert plan.method.name == ("broadcast" if patience * ways[0] <= ways[1] else "banded")
+    return ways[plan.method.name == "banded"]
 
 
 def test_no_step_in_what_is_expected() -> None:
