@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Shape
-from .tape import Value
+from .terms import Value
 
 Block = tuple[slice, ...]
 # Members of a block: some hundred intermediate arrays of this length stay in the cache.

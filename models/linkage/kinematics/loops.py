@@ -17,7 +17,7 @@ from .blocks import MEMBERS, blocks, cut_all
 from .equations import Equations
 from .linear import Linear
 from .mechanism import Mechanism
-from .tape import Value
+from .terms import Value
 
 # A step below this ends the iteration: the next would be below rounding.
 LAST_STEP = 1e-9

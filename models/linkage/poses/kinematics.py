@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....framework.batch import Array, Shape, vector
 from ....framework.errors import FrameError
+from ....framework.program.source import Functions
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
 from ..kinematics.blocks import blocks, cut_all
 from ..kinematics.entries import combined, cross
 from ..kinematics.mechanism import Mechanism, compiled
-from ..kinematics.tape import Program, Value
+from ..kinematics.terms import Value
 from ..way.assemble import Assembly, assembled
 from ..way.driven import remedy
 from ..way.drives import Drives, given_drives
@@ -409,7 +410,7 @@ class Kinematics:
     def _moves(self) -> dict[str, list[list[Value]]]:
         return {}
 
-    def _run(self, program: tuple[Program, Program], *inputs: Sequence[Value]) -> list[Value]:
+    def _run(self, program: Functions, *inputs: Sequence[Value]) -> list[Value]:
         """Results of a program, entry by entry, NaN where the pose is not assembled."""
         state, *others = inputs
         found: Sequence[Value] = program[1](state, self.mechanism.parameters, *others)

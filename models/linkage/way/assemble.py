@@ -14,7 +14,7 @@ from ..kinematics.blocks import blocks, cut_all, taken
 from ..kinematics.loops import Loops, Pose
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import open_by
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .along import Along, Found
 from .change_point import Patch
 from .driven import check_driven

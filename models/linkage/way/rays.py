@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops, Pose
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .ends import at_dead_points
 from .follow import Guide
 from .guess import NEAR
