@@ -126,7 +126,7 @@ class Calculation:
         self._backend(axis, indices, shape, cast(list[Value], given), first)
         for k, out in asked:
             if k < self.program.first:
-                out[...] = cast(Value, given[k])
+                out[...] = cast(Value, [*given, *self.program.constants][k])
             elif first[k] is not out:
                 out[...] = first[k]
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
 from ....framework.batch import Array
-from ....framework.program.source import Function
+from ....framework.program.source import Function, Functions
 from .elimination import Eliminated
 from .linear import Linear
 from .mechanism import Mechanism
@@ -31,7 +32,7 @@ class Equations:
 
     def __init__(self, mechanism: Mechanism, linear: Linear) -> None:
         self.mechanism, self.linear = mechanism, linear
-        self._programs: dict[int, tuple[tuple[Function, Function], int]] = {}
+        self._programs: dict[int, tuple[Functions, int]] = {}
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; it composes its programs anew."""
@@ -57,6 +58,15 @@ class Equations:
             follow += [-1.0 * x for x in self.linear.solve(jacobian, drives[k::count])]
         step = self.linear.solve(jacobian, residual)
         return self.mechanism.program([*step, *follow, *self.linear.determinants(jacobian)])
+
+    def written(self, drives: int) -> tuple[Functions, int] | None:
+        """The whole of `step`, or of `pose` with so many drives, and how many pivots are told behind its results.
+
+        None where the equations take a choice of pivots.
+        """
+        if self.linear.compact:
+            return cast(Functions, self.pose if drives else self.step), 0
+        return None if self.linear.order is None else self._eliminated(drives)
 
     def step_of_one(self, state: Sequence[float], parameters: Sequence[float], *, compiled: bool = True) -> list[float]:
         """As `step` for floats, with the determinants, in the sums in which it is taken for arrays.
@@ -116,7 +126,7 @@ class Equations:
 
         return arrays
 
-    def _eliminated(self, drives: int) -> tuple[tuple[Function, Function], int]:
+    def _eliminated(self, drives: int) -> tuple[Functions, int]:
         """The program of `step`, or of `pose` with so many drives, with the pivots behind; and their number."""
         if drives not in self._programs:
             residual, jacobian, by_drives = self.mechanism.closing

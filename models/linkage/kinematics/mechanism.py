@@ -26,6 +26,7 @@ from .turning import moved
 
 # Groups of numbers that programs take.
 _STATE, _PARAMETERS, _VELOCITIES, _CHANGES = range(4)
+_FURTHER = 2
 EPS = float(np.finfo(np.float64).eps)
 
 
@@ -91,6 +92,7 @@ class Mechanism:
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self._poses: dict[str, Functions] = {}
         self._rates: dict[str, Functions] = {}
+        self._on_links: dict[tuple[str, tuple[int, ...]], Functions] = {}
         self.bodies: dict[str, MovingLink] = {}
         self.frames: dict[str, tuple[list[Vector], Vector, list[Vector], Vector]] = {}
         self._columns: list[Column] = []
@@ -345,6 +347,19 @@ class Mechanism:
             body = self.bodies[link]
             self._poses[link] = self.program([x for v in (body.origin, *body.axes) for x in v])
         return self._poses[link]
+
+    def point_of(self, link: str, kept: tuple[int, ...]) -> Functions:
+        """(state, parameters, arm and size) to a place of a link, three numbers in the ground's axes.
+
+        The arm leads there from the link's reference point; it has the components `kept`, along the link's axes.
+        """
+        if (link, kept) not in self._on_links:
+            body, given = self.bodies[link], [self._later(_FURTHER, k) for k in range(len(kept) + 1)]
+            there: Vector = [0.0, 0.0, 0.0]
+            for k, x in zip(kept, given, strict=False):
+                there = plus(there, times(x, body.axes[k]))
+            self._on_links[link, kept] = self.program(times(given[-1], plus(body.origin, there)))
+        return self._on_links[link, kept]
 
     @cached_property
     def joint_points(self) -> Functions:

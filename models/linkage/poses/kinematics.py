@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,10 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....framework.batch import Array, Shape, vector
 from ....framework.errors import FrameError
+from ....framework.program.calculation import worth_compiling
+from ....framework.program.sines import FARTHEST
 from ....framework.program.source import Functions
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
-from ..kinematics.blocks import blocks, cut_all
+from ..kinematics.blocks import blocks, cut_all, parts
 from ..kinematics.entries import combined, cross
 from ..kinematics.mechanism import Mechanism, compiled
 from ..kinematics.terms import Value
@@ -424,9 +427,42 @@ class Kinematics:
         ground = self.mechanism.bodies[GROUND]
         if link == GROUND:
             return np.broadcast_to(place, (*np.broadcast_shapes(self.shape, place.shape[:-1]), 3))
+        found = None if link in self._poses or place.ndim > 1 or self.linkage.shape else self._swept(link, place)
+        if found is not None:
+            return found
         origin, axes = self._pose(link)
         there = [x + y for x, y in zip(origin, self._arm(link, axes, place), strict=True)]
         return np.asarray(self._global(there, self.mechanism.size) + ground.place)
+
+    def _swept(self, link: str, place: Array) -> Array | None:
+        """Positions of a long batch as machine code, part by part in the cache; None where that does not pay."""
+        shape, mechanism = self.shape, self.mechanism
+        if not worth_compiling(math.prod(shape)) or self._far:
+            return None
+        arm = [float(x) for x in mechanism.arm(link, place)]
+        kept = tuple(k for k, x in enumerate(arm) if x)
+        inputs = [*(arm[k] for k in kept), mechanism.size]
+        work = mechanism.point_of(link, kept).calculation([self.assembly.state, mechanism.parameters, inputs], shape)
+        if work is None:
+            return None
+        out, ground = np.empty((*shape, 3)), mechanism.bodies[GROUND]
+        for block, axis, chosen in parts(shape):
+            whole = out[block]
+            made = [np.empty(whole.shape[:-1]) for _ in range(3)]
+            work.run(axis, chosen, made)
+            for k, x in enumerate(made):
+                whole[..., k] = x
+            if not mechanism.upright:
+                whole[...] = np.einsum("...ij,...j->...i", ground.drawn_axes, whole)
+            whole += ground.place
+        if not self.assembly.all_closed:
+            out[~np.broadcast_to(self.assembly.closed, shape)] = np.nan
+        return out
+
+    @cached_property
+    def _far(self) -> bool:
+        """Whether a drive goes so far that its sine takes more care."""
+        return any(float(np.abs(x).max(initial=0.0)) > 0.5 * FARTHEST for x in self.drives.states)
 
     def _arm(self, link: str, axes: list[list[Value]], place: Array) -> list[Value]:
         """Vector from the link's reference point to a place, in the ground's axes."""
