@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -100,6 +100,14 @@ class Calculation:
     def of(self, mask: int, shape: Shape | None = None) -> Shape:
         """The shape of what varies over these axes of the batch, or of a part of it."""
         return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape if shape is None else shape))
+
+    def results(self) -> list[Any]:
+        """All outputs, each of the shape over which it varies; those that are constants as such."""
+        program = self.program
+        held = [np.empty(self.of(program.masks[k]), np.bool_ if program.holds(k) else None) for k in program.outputs]
+        self.run(0, slice(None), held)
+        fixed = dict(enumerate(program.constants, program.given))
+        return [fixed.get(k, out) for k, out in zip(program.outputs, held, strict=True)]
 
     def run(self, axis: int, indices: slice, outs: Sequence[Array], later: Sequence[Value] = ()) -> None:
         """Do the steps for some indices of a batch axis.

@@ -34,7 +34,7 @@ def blocks(shape: Shape, members: int = MEMBERS) -> Iterator[Block]:
 
 
 def parts(shape: Shape, members: int = 4 * MEMBERS) -> Iterator[tuple[Block, int, slice]]:
-    """Index ranges along the longest axis of an array of `shape`, each of about `members` entries; the axis, and that."""
+    """Index ranges along the longest axis of an array, each of about `members` entries; the axis; its own range."""
     axis = int(np.argmax(shape))
     step = max(1, members * shape[axis] // max(1, math.prod(shape)))
     for start in range(0, shape[axis], step):

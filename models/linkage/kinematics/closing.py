@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -59,16 +60,11 @@ class WrittenDown:
         work = calculation(self.program, [inputs[group][place] for group, place in self.given], shape)
         if work is None:
             return None
-        program = work.program
-        outs: list[Any] = [
-            np.empty(work.of(program.masks[k]), dtype=np.bool_ if program.holds(k) else np.float64)
-            for k in program.outputs
-        ]
         with np.errstate(all="ignore"):
-            work.run(0, slice(None), outs)
-        whole = [out if out.shape == shape else np.array(np.broadcast_to(out, shape)) for out in outs]
+            outs = work.results()
+        whole = [out if np.shape(out) == shape else np.array(np.broadcast_to(out, shape)) for out in outs]
         cuts = np.cumsum((0, *self.outputs)).tolist()
-        return [whole[a:b] for a, b in zip(cuts[:-1], cuts[1:], strict=True)], work.choice.reason
+        return [whole[a:b] for a, b in pairwise(cuts)], work.choice.reason
 
 
 class Closing:
@@ -105,6 +101,18 @@ class Closing:
         """(driven states with that which moves first, parameters, shares, tables) to poses along a path; see `way`."""
         return self._found("sweep", self._sweep)
 
+    def rates(self) -> WrittenDown | None:
+        """(state, parameters, -, rates and accelerations of the drives) to velocity coordinates and their derivatives.
+
+        None where the equations are not solved by Cramer's rule.
+        """
+        mechanism = self.loops.mechanism
+        if not self.loops.linear.compact:
+            return None
+        key = "rates", self._key, mechanism.full.program, mechanism.bias.program, len(mechanism.columns)
+        made: WrittenDown = KERNELS.found(key, self._rates, len(mechanism.bias.program.steps))
+        return made
+
     def gap(self) -> WrittenDown:
         """(state, parameters) to the closure error."""
         key = "gap", self.residual.program, self.residual.places
@@ -127,6 +135,15 @@ class Closing:
     def _gap(self) -> WrittenDown:
         sheet = _Sheet(self.loops)
         return sheet.written([[self._error(sheet, sheet.state)]])
+
+    def _rates(self) -> WrittenDown:
+        loops, sheet = self.loops, _Sheet(self.loops)
+        mechanism = loops.mechanism
+        drives, changes = (sheet.more(len(mechanism.driven)) for _ in range(2))
+        entries = sheet.done(mechanism.full, sheet.state)
+        v = loops.velocities_of(entries, drives)
+        bias = sheet.done(mechanism.bias, sheet.state, v, loops.standing(changes))
+        return sheet.written([v, loops.accelerations_of(entries[loops.rows :], bias, changes)])
 
     def _sweep(self) -> WrittenDown:
         """Guesses by the cubic between the nodes of a path, closed; good are those that are closed on its branch."""
@@ -256,9 +273,9 @@ class _Sheet:
         self._given += [(group, start + k) for k in range(count)]
         return [cast(Any, self.recording.later(0)) for _ in range(count)]
 
-    def done(self, functions: Functions, state: Sequence[Any]) -> list[Any]:
-        """Results of functions of (state, parameters)."""
-        groups = state, self.parameters
+    def done(self, functions: Functions, state: Sequence[Any], *others: Sequence[Any]) -> list[Any]:
+        """Results of functions of (state, parameters), or of others too."""
+        groups = state, self.parameters, *others
         return done(functions.program, [groups[group][place] for group, place in functions.places])
 
     def written(self, parts: Sequence[Sequence[Any]]) -> WrittenDown:

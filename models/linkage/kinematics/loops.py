@@ -216,11 +216,11 @@ class Loops:
         """Programs of the closure, for long batches."""
         return Closing(self)
 
-    def at_once(self, shape: Shape) -> bool:
-        """Whether a batch of this shape is closed by machine code, which takes it whole."""
+    def at_once(self, shape: Shape, *, followed: bool = False) -> bool:
+        """Whether `close_all`, or `poses` where it is `followed`, is done by machine code, which takes a batch whole."""
         if not worth_compiling(math.prod(shape)):
             return False
-        written = self.closing.close()
+        written = self.closing.poses() if followed else self.closing.close()
         return written is not None and written.pays(shape)
 
     @cached_property
@@ -273,24 +273,49 @@ class Loops:
 
     def velocities(self, state: Sequence[Value], parameters: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
         """All velocity coordinates v from those of the drives: J v = 0."""
-        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
         with np.errstate(all="ignore"):
-            entries = self.mechanism.full[1](state, parameters)
-            behind = m + m * n
-            right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
-            return self._all(self.linear.solve(entries[m:behind], right), drives)
+            return self.velocities_of(self.mechanism.full[1](state, parameters), drives)
+
+    def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """`velocities` from the results of ``mechanism.full``, which may be written down."""
+        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
+        behind = m + m * n
+        right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
+        return self._all(self.linear.solve(entries[m:behind], right), drives)
 
     def accelerations(
         self, state: Sequence[Value], parameters: Sequence[Value], v: Sequence[Value], drives: Sequence[Value] | None
     ) -> list[Value]:
         """Time derivative of all velocity coordinates from those of the drives, 0 where None: J v' = -J' v."""
-        n, m = self.columns, self.rows
         own = [0.0] * len(self.mechanism.driven) if drives is None else drives
         with np.errstate(all="ignore"):
-            still = self._all([0.0] * n, own)
-            bias = self.mechanism.bias[1](state, parameters, v, still)
+            bias = self.mechanism.bias[1](state, parameters, v, self.standing(own))
             entries = self.mechanism.newton[1](state, parameters)
-            return self._all(self.linear.solve(entries[m:], [-x for x in bias]), own)
+            return self.accelerations_of(entries[self.rows :], bias, own)
+
+    def standing(self, drives: Sequence[Any]) -> list[Any]:
+        """Derivatives of the velocity coordinates from those of the drives, with the unknowns at rest."""
+        return self._all([0.0] * self.columns, drives)
+
+    def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """`accelerations` from the Jacobian by the unknowns and the bias, which may be written down."""
+        return self._all(self.linear.solve(jacobian, [-x for x in bias]), drives)
+
+    def rates_at_once(
+        self,
+        state: Sequence[Value],
+        parameters: Sequence[Value],
+        rates: Sequence[Value],
+        changes: Sequence[Value],
+        shape: Shape,
+    ) -> tuple[list[Value], list[Value]] | None:
+        """`velocities` and `accelerations` of a long batch as machine code; None where that does not pay."""
+        written = self.closing.rates() if worth_compiling(math.prod(shape)) else None
+        made = written and written.run([state, parameters, (), [*rates, *changes]], shape)
+        if not made:
+            return None
+        velocities, accelerations = made[0]
+        return velocities, accelerations
 
     def _all(self, unknown: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
         out: list[Value] = [0.0] * len(self.mechanism.columns)

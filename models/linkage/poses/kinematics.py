@@ -416,7 +416,9 @@ class Kinematics:
     def _run(self, program: Functions, *inputs: Sequence[Value]) -> list[Value]:
         """Results of a program, entry by entry, NaN where the pose is not assembled."""
         state, *others = inputs
-        found: Sequence[Value] = program[1](state, self.mechanism.parameters, *others)
+        given = state, self.mechanism.parameters, *others
+        work = program.calculation(given, self.shape) if worth_compiling(math.prod(self.shape)) else None
+        found: Sequence[Value] = work.results() if work is not None and not self._far else program[1](*given)
         if self.assembly.all_closed:
             return list(found)
         return [np.where(self.assembly.closed, x, np.nan) for x in found]
@@ -515,7 +517,22 @@ def _drawn(place: ArrayLike) -> Array:
 def _rates(motion: Kinematics) -> tuple[list[Value], list[Value]]:
     found, drives, mechanism = motion.assembly, motion.drives, motion.mechanism
     loops, shape = found.loops, motion.shape
-    count = len(mechanism.columns)
+    made = loops.rates_at_once(found.state, mechanism.parameters, drives.rates, drives.accelerations, shape)
+    first, second = made or _rates_in_blocks(motion)
+    for patch in found.patches:
+        members = np.broadcast_to(patch.members, shape)
+        spread = np.broadcast_to(np.cumsum(patch.members).reshape(patch.members.shape) - 1, shape)[members]
+        for k, follow, bend in zip(mechanism.unknown, patch.follow, patch.bend, strict=True):
+            rate = np.broadcast_to(drives.rates[patch.drive], shape)[members]
+            speeds_up = np.broadcast_to(drives.accelerations[patch.drive], shape)[members]
+            np.asarray(first[k])[members] = follow[spread] * rate
+            np.asarray(second[k])[members] = follow[spread] * speeds_up + bend[spread] * rate**2
+    return first, second
+
+
+def _rates_in_blocks(motion: Kinematics) -> tuple[list[Value], list[Value]]:
+    found, drives, mechanism = motion.assembly, motion.drives, motion.mechanism
+    loops, shape, count = found.loops, motion.shape, len(mechanism.columns)
     first, second = ([np.empty(shape) for _ in range(count)] for _ in range(2))
     for block in blocks(shape):
         state, parameters = cut_all(found.state, block), cut_all(mechanism.parameters, block)
@@ -523,12 +540,4 @@ def _rates(motion: Kinematics) -> tuple[list[Value], list[Value]]:
         w = loops.accelerations(state, parameters, v, cut_all(drives.accelerations, block))
         for k in range(count):
             first[k][block], second[k][block] = v[k], w[k]
-    for patch in found.patches:
-        members = np.broadcast_to(patch.members, shape)
-        spread = np.broadcast_to(np.cumsum(patch.members).reshape(patch.members.shape) - 1, shape)[members]
-        for k, follow, bend in zip(mechanism.unknown, patch.follow, patch.bend, strict=True):
-            rate = np.broadcast_to(drives.rates[patch.drive], shape)[members]
-            speeds_up = np.broadcast_to(drives.accelerations[patch.drive], shape)[members]
-            first[k][members] = follow[spread] * rate
-            second[k][members] = follow[spread] * speeds_up + bend[spread] * rate**2
     return list(first), list(second)

@@ -306,7 +306,7 @@ def _on_rays(
         own = taken(parameters, closed)
         states[:, closed], reached[closed] = along_rays(loops, own, states[:, closed], targets[:, closed])
     states[loops.driven_states] = targets
-    for block in blocks(reached.shape, TOGETHER):
+    for block in blocks(reached.shape, reached.size if loops.at_once(reached.shape) else TOGETHER):
         part = states[:, block[0]]
         found = loops.close_all(loops.unit(list(part)), cut_all(parameters, block))
         for row, x in zip(part, found.state, strict=True):

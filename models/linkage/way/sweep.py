@@ -1,7 +1,7 @@
 """Long sweeps of one drive as machine code: what `one_pose` does for one, for all poses at once.
 
-What is special about a pose, in and beside a change point, in a dead point and beyond, many turns away, or where Newton's
-method does not lead to it from the nodes of the path, is left to those who take a closer look.
+What is special about a pose, in and beside a change point, in a dead point and beyond, many turns away, or where
+Newton's method does not lead to it from the nodes of the path, is left to those who take a closer look.
 """
 
 from __future__ import annotations
