@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
 from ....framework.cache import KERNELS
-from ....framework.program.calculation import choose, worth_compiling
+from ....framework.program.calculation import Choice, choose, worth_compiling
 from ....framework.program.program import Operation, Program
 from ....framework.program.recording import Recording, done
 from ....framework.program.source import Functions, calculation
@@ -48,12 +48,10 @@ class WrittenDown:
     given: tuple[tuple[int, int], ...]
     outputs: tuple[int, ...]
 
-    def pays(self, shape: Shape) -> bool:
-        """Whether machine code makes them where they vary over the whole of a batch."""
-        if not shape:
-            return False
+    def choice(self, shape: Shape) -> Choice:
+        """Who makes them where they vary over the whole of a batch."""
         whole = (1 << len(shape)) - 1
-        return choose(self.program.over([whole] * self.program.given), shape).compiled
+        return choose(self.program.over([whole] * self.program.given), shape)
 
     def run(self, inputs: Sequence[Sequence[Value]], shape: Shape) -> tuple[list[list[Any]], str] | None:
         """Its results over a batch, part by part, and why machine code makes them; None where it does not pay."""
@@ -294,11 +292,11 @@ def _firm(shares: Sequence[Any], pivots: Sequence[Any]) -> Any:
 
 
 def gaps(loops: Loops, state: Sequence[Value], parameters: Sequence[Value], shape: Shape) -> Array | None:
-    """Closure errors of a long batch; None where machine code does not pay."""
+    """Closure errors of a long batch; None where machine code does not pay, or does not have all of them."""
     if not worth_compiling(math.prod(shape)):
         return None
     found = loops.closing.gap().run([state, parameters], shape)
     if found is None:
         return None
     error: Array = found[0][0][0]
-    return error
+    return None if np.isnan(error).any() else error

@@ -217,11 +217,11 @@ class Loops:
         return Closing(self)
 
     def at_once(self, shape: Shape, *, followed: bool = False) -> bool:
-        """Whether `close_all`, or `poses` where it is `followed`, is done by machine code, which takes a batch whole."""
+        """Whether `close_all`, or `poses` where `followed`, is done by machine code, which takes a batch whole."""
         if not worth_compiling(math.prod(shape)):
             return False
         written = self.closing.poses() if followed else self.closing.close()
-        return written is not None and written.pays(shape)
+        return written is not None and written.choice(shape).compiled
 
     @cached_property
     def equations(self) -> Equations:

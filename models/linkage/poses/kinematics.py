@@ -517,8 +517,8 @@ def _drawn(place: ArrayLike) -> Array:
 def _rates(motion: Kinematics) -> tuple[list[Value], list[Value]]:
     found, drives, mechanism = motion.assembly, motion.drives, motion.mechanism
     loops, shape = found.loops, motion.shape
-    made = loops.rates_at_once(found.state, mechanism.parameters, drives.rates, drives.accelerations, shape)
-    first, second = made or _rates_in_blocks(motion)
+    given = found.state, mechanism.parameters, drives.rates, drives.accelerations
+    first, second = (None if motion._far else loops.rates_at_once(*given, shape)) or _rates_in_blocks(motion)
     for patch in found.patches:
         members = np.broadcast_to(patch.members, shape)
         spread = np.broadcast_to(np.cumsum(patch.members).reshape(patch.members.shape) - 1, shape)[members]

@@ -89,6 +89,14 @@ class Assembly:
         return bool(self.closed.all())
 
     @property
+    def told(self) -> str:
+        """Who has found the poses, and why, in words."""
+        written = self.loops.closing.close()
+        if self.how or written is None:
+            return self.how or "by NumPy, as the equations take a choice of pivots at each pose"
+        return written.choice(self.shape).reason
+
+    @property
     def other(self) -> Mask:
         """Where the linkage can be assembled, but in another assembly mode, (...)."""
         return self._anew[0]
