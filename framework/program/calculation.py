@@ -150,6 +150,8 @@ class Calculation:
 
     def _run_compiled(self, shape: Shape, given: list[Value], made: dict[int, Array]) -> None:
         program, kernel = self.program, self._kernel
+        if not kernel.values:
+            return
         axis = program.widest.bit_length() - 1
         lead, length = self.of(program.widest, shape)[:axis], shape[axis]
         arrays: list[Array] = []

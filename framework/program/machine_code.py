@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cache import KERNELS
+from . import kept_code
 from .machine_text import SINES, WIDTH, Text
 from .program import Program
 
@@ -112,25 +113,40 @@ def _threads(count: int, process: int) -> ThreadPoolExecutor:
 # -- LLVM ------------------------------------------------------------------------------------------------------------
 
 
-def _machine() -> Any:
+def _machine(cpu: str, features: str) -> Any:
     """This processor, as LLVM knows it; one for each engine, to which it belongs from then on."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
     return llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=2)
 
 
 def _compiled(text: str) -> Callable[..., None]:
-    """The function."""
+    """The function, from disk where it has been compiled before."""
     import llvmlite.binding as llvm
 
     with _lock:
-        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), _machine())
+        cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+        version = ".".join(map(str, llvm.llvm_version_info))
+        name = kept_code.key([text, llvmlite_version(), version, llvm.get_process_triple(), cpu, features])
+        machine, content = _machine(cpu, features), kept_code.read(name)
+        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text if content is None else ""), machine)
+        if content is None:
+            engine.set_object_cache(notify_func=lambda _, made: kept_code.write(name, made))
+        else:
+            engine.add_object_file(llvm.ObjectFileRef.from_data(content))
         engine.finalize_object()
         whole = ctypes.c_int64
         kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, whole, whole, whole, whole)
         found: Any = kind(engine.get_function_address("run"))
     found.engine = engine  # lives as long as the function
     return found  # type: ignore[no-any-return]
+
+
+@cache
+def llvmlite_version() -> str:
+    """Version of llvmlite."""
+    import llvmlite
+
+    return str(llvmlite.__version__)

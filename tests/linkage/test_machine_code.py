@@ -40,7 +40,7 @@ def turning(count: int = 6000) -> np.ndarray:
 
 def rocking() -> np.ndarray:
     """A swing, and some angles at which the rocker cannot stand."""
-    return np.concatenate([np.linspace(-0.4, 0.4, 5000), np.linspace(-2.0, 3.0, 100)])
+    return np.concatenate([np.linspace(0.23, 2.41, 5000), np.linspace(-2.0, 3.0, 20)])
 
 
 def drawn_within(width: float) -> tuple[Linkage, Drives]:
