@@ -1,9 +1,9 @@
 """Machine code kept on disk, so that the next process compiles nothing.
 
-It lies in the folder for such things: ``LINKFRAME_CACHE`` where that is set, else ``linkframe`` in ``XDG_CACHE_HOME``, or
-where the system has its caches. ``LINKFRAME_CACHE=off`` switches it off. A file is named by all that its content depends
-on: the text that is compiled, the version of LLVM, and the processor with its features. It is written whole or not at
-all, carries a checksum, and is compiled anew where that is not right. What others may write to is not taken up.
+It lies in the folder for such things: ``LINKFRAME_CACHE`` where that is set, else ``linkframe`` in ``XDG_CACHE_HOME``,
+or where the system has its caches. ``LINKFRAME_CACHE=off`` switches it off. A file is named by all that its content
+depends on: the text that is compiled, the version of LLVM, and the processor with its features. It is written whole or
+not at all, carries a checksum, and is compiled anew where that is not right. What others may write to is not taken up.
 """
 
 from __future__ import annotations

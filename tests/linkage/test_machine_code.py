@@ -31,7 +31,7 @@ def by(*, machine: bool) -> Iterator[None]:
 def moved(case: Case, *, machine: bool) -> Motion:
     linkage, drives = case()
     with by(machine=machine):
-        return linkage.move(drives, rates={name: 2.0 for name in drives})
+        return linkage.move(drives, rates=dict.fromkeys(drives, 2.0))
 
 
 def turning(count: int = 6000) -> np.ndarray:

@@ -6,28 +6,88 @@ is left to that.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....framework.batch import Array, Shape
+from ....framework.batch import Shape
 from ....framework.cache import KERNELS
-from ....framework.program.calculation import Choice, choose, worth_compiling
+from ....framework.program.calculation import Choice, choose
 from ....framework.program.program import Operation, Program
 from ....framework.program.recording import Recording, done
 from ....framework.program.source import Functions, calculation
-from .equations import MARGIN
+from .equations import MARGIN, Equations
+from .linear import Linear
+from .mechanism import Mechanism
 from .terms import Value
 
-if TYPE_CHECKING:
-    from .loops import Loops
-
 Mask = NDArray[np.bool_]
+
+
+class ClosingArithmetic(Protocol):
+    """What of the loops is done alike on arrays and on what is written down; see `Loops`."""
+
+    mechanism: Mechanism
+    linear: Linear
+    rows: int
+    columns: int
+    iterations: int
+    singles: list[tuple[int, int]]
+    balls: list[tuple[int, int]]
+    driven_states: list[int]
+    driven_balls: list[int]
+
+    @property
+    def equations(self) -> Equations:
+        """Programs of the Newton step."""
+        ...
+
+    @property
+    def unknown_states(self) -> list[int]:
+        """Entries of the state that the drives do not give."""
+        ...
+
+    def unit(self, state: list[Any]) -> list[Any]:
+        """A state with unit Euler parameters."""
+        ...
+
+    def contracted(
+        self, step: Sequence[Any], state: list[Any], trusted: Any, moving: Any, before: Any
+    ) -> tuple[list[Any], Any, Any, Any]:
+        """A round of the closure."""
+        ...
+
+    def converged(self, before: Any) -> Any:
+        """Whether the last step was small enough."""
+        ...
+
+    def approached(
+        self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, first: Any, last: Any
+    ) -> tuple[list[Any], Any, Any, Any, Any]:
+        """A round towards a pose from which a path goes on."""
+        ...
+
+    def arrived(
+        self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, last: Any
+    ) -> tuple[list[Any], Any]:
+        """The last step to it."""
+        ...
+
+    def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """All velocity coordinates."""
+        ...
+
+    def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """Their derivatives."""
+        ...
+
+    def standing(self, drives: Sequence[Any]) -> list[Any]:
+        """Velocity coordinates with the unknowns at rest."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +134,7 @@ class Closing:
         The loops.
     """
 
-    def __init__(self, loops: Loops) -> None:
+    def __init__(self, loops: ClosingArithmetic) -> None:
         self.loops = loops
         self.residual = loops.mechanism.residual
         self.step = loops.equations.written(0)
@@ -247,7 +307,7 @@ class Closing:
 class _Sheet:
     """A recording that takes a state, dimensions, shares of pivots, and what else is asked for."""
 
-    def __init__(self, loops: Loops) -> None:
+    def __init__(self, loops: ClosingArithmetic) -> None:
         mechanism = loops.mechanism
         self.recording = Recording(fixed=True)
         self._given: list[tuple[int, int]] = []
@@ -289,14 +349,3 @@ def _firm(shares: Sequence[Any], pivots: Sequence[Any]) -> Any:
     for share, pivot in zip(shares[1:], pivots[1:], strict=True):
         least = np.minimum(least, abs(share * pivot))
     return least >= MARGIN
-
-
-def gaps(loops: Loops, state: Sequence[Value], parameters: Sequence[Value], shape: Shape) -> Array | None:
-    """Closure errors of a long batch; None where machine code does not pay, or does not have all of them."""
-    if not worth_compiling(math.prod(shape)):
-        return None
-    found = loops.closing.gap().run([state, parameters], shape)
-    if found is None:
-        return None
-    error: Array = found[0][0][0]
-    return None if np.isnan(error).any() else error

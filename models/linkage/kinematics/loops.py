@@ -211,6 +211,14 @@ class Loops:
 
     iterations = ITERATIONS
 
+    def gaps(self, state: Sequence[Value], parameters: Sequence[Value], shape: Shape) -> Array | None:
+        """Closure errors of a long batch; None where machine code does not pay, or does not have all of them."""
+        made = self.closing.gap().run([state, parameters], shape) if worth_compiling(math.prod(shape)) else None
+        if made is None:
+            return None
+        error: Array = made[0][0][0]
+        return None if np.isnan(error).any() else error
+
     @property
     def closing(self) -> Closing:
         """Programs of the closure, for long batches."""

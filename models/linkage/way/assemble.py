@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
 from ..kinematics.blocks import blocks, cut_all, taken
-from ..kinematics.closing import gaps
 from ..kinematics.loops import Loops, Pose
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import open_by
@@ -324,7 +323,7 @@ def _on_rays(
 
 def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> tuple[Array, NDArray[np.intp]]:
     """Closure error of every pose, and the row with the largest."""
-    error, row = gaps(loops, found.state, parameters, shape), np.zeros(shape, dtype=np.intp)
+    error, row = loops.gaps(found.state, parameters, shape), np.zeros(shape, dtype=np.intp)
     if error is not None:
         # Which row is farthest open is told of poses that are not closed, when they have been put together anew.
         return error, row
