@@ -113,6 +113,18 @@ def test_a_linkage_of_the_same_kind_compiles_nothing(monkeypatch: pytest.MonkeyP
         assert len(made) == (2 if crank == 2.0 else count)
 
 
+def test_rates_with_an_axis_of_their_own() -> None:
+    linkage, angles = four_bar(2.0, 7.0, 9.0, 6.0, 0.5), turning(5000)[:, None]
+    found = []
+    for machine in (True, False):
+        with by(machine=machine):
+            motion = linkage.move(A=angles, rates={"A": [1.0, 2.0, 3.0]})
+            found.append([motion.position("D"), motion.velocity("D"), motion.acceleration("D"), motion.axes("coupler")])
+    for one, other in zip(*found, strict=True):
+        assert one.shape[:2] == (5000, 3)
+        assert_allclose(one, other, rtol=0.0, atol=1e-13 * np.abs(other).max())
+
+
 def test_short_batches_are_done_by_arrays() -> None:
     motion = four_bar(2.0, 7.0, 9.0, 6.0, 0.5).move(A=turning(300))
     assert "by NumPy" in motion.explain()

@@ -450,7 +450,7 @@ class Kinematics:
         out, ground = np.empty((*shape, 3)), mechanism.bodies[GROUND]
         for block, axis, chosen in parts(shape):
             whole = out[block]
-            made = [np.empty(whole.shape[:-1]) for _ in range(3)]
+            made = [np.empty(work.of(work.program.masks[k], whole.shape[:-1])) for k in work.program.outputs]
             work.run(axis, chosen, made)
             for k, x in enumerate(made):
                 whole[..., k] = x
