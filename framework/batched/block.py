@@ -346,7 +346,7 @@ class BlockFactor:
         inside = state.terms if state else []
         if not (terms or inside):
             return list(asked)
-        calculation = Calculation(recording, [*terms, *inside], grid.shape, compiled=self.compiled)
+        calculation = Calculation.recorded(recording, [*terms, *inside], grid.shape, compiled=self.compiled)
         self.ran = calculation.choice.reason
         given = [place for value, place in zip_longest(asked, places) if isinstance(value, Term)]
         outs = empty([calculation.of(term.mask) for term in terms], given)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..batch import Array, Shape
 from ..structure.parts import Value
 from . import machine_code
 from .combination import Combination
+from .machine_text import WIDTH
 from .numpy_backend import Memory, Schedule, combinations
 from .program import Program
 from .recording import Recording, Term
@@ -27,7 +28,7 @@ TWICE = 2**14
 # What is compiled is likely to be run again: so often it may take to pay for itself.
 TIMES = 2
 # Steps that are compiled at most, and entries along the last axis that it takes at least.
-MOST, LEAST = 2**15, 2 * machine_code.WIDTH
+MOST, LEAST = 2**15, 2 * WIDTH
 # Seconds of machine code from which on a second thread pays for its start.
 THREADS = 1e-3
 
@@ -45,25 +46,30 @@ class Calculation:
 
     Parameters
     ----------
-    recording
-        What was written down.
-    outputs
-        The terms asked for.
+    program
+        The program.
+    given
+        The given values, of as many axes as the batch where they vary; None for what is given when it runs.
     shape
         The batch.
+    later
+        Of what is given when it runs: where it stands among the given values, and its turn there.
     compiled
         Whether to run it as machine code; as promises to be faster where None.
     """
 
     def __init__(
-        self, recording: Recording, outputs: Sequence[Term], shape: Shape, *, compiled: bool | None = None
+        self,
+        program: Program,
+        given: Sequence[Value | None],
+        shape: Shape,
+        *,
+        later: Sequence[tuple[int, int]] = (),
+        compiled: bool | None = None,
     ) -> None:
-        self.program, places = recording.program(outputs)
-        self.shape = shape
-        self._given = [_double(recording.given[k]) for k in places]
-        # Of what is given when it runs: where it stands among the given values, and its turn there.
-        turns = {k: turn for turn, k in enumerate(k for k, value in enumerate(recording.given) if value is None)}
-        self._later = [(at, turns[k]) for at, k in enumerate(places) if k in turns]
+        self.program, self.shape = program, shape
+        self._given = [_double(value) for value in given]
+        self._later = later
         self.choice = (
             choose(self.program, shape)
             if compiled is None
@@ -71,9 +77,37 @@ class Calculation:
         )
         self._memory: dict[Shape, Memory] = {}
 
+    @classmethod
+    def recorded(
+        cls, recording: Recording, outputs: Sequence[Term], shape: Shape, *, compiled: bool | None = None
+    ) -> Calculation:
+        """What makes some outputs of a recording.
+
+        Parameters
+        ----------
+        recording
+            What was written down.
+        outputs
+            The terms asked for.
+        shape, compiled
+            As above.
+        """
+        program, places = recording.program(outputs)
+        turns = {k: turn for turn, k in enumerate(k for k, value in enumerate(recording.given) if value is None)}
+        later = [(at, turns[k]) for at, k in enumerate(places) if k in turns]
+        return cls(program, [recording.given[k] for k in places], shape, later=later, compiled=compiled)
+
     def of(self, mask: int, shape: Shape | None = None) -> Shape:
         """The shape of what varies over these axes of the batch, or of a part of it."""
         return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape if shape is None else shape))
+
+    def results(self) -> list[Any]:
+        """All outputs, each of the shape over which it varies; those that are constants as such."""
+        program = self.program
+        held = [np.empty(self.of(program.masks[k]), np.bool_ if program.holds(k) else None) for k in program.outputs]
+        self.run(0, slice(None), held)
+        fixed = dict(enumerate(program.constants, program.given))
+        return [fixed.get(k, out) for k, out in zip(program.outputs, held, strict=True)]
 
     def run(self, axis: int, indices: slice, outs: Sequence[Array], later: Sequence[Value] = ()) -> None:
         """Do the steps for some indices of a batch axis.
@@ -87,7 +121,10 @@ class Calculation:
         later
             The values that are given now.
         """
-        given = [_cut(value, axis, indices, self.shape) for value in self._given]
+        tables = self.program.tables
+        given = [
+            value if k in tables else _cut(value, axis, indices, self.shape) for k, value in enumerate(self._given)
+        ]
         for at, turn in self._later:
             given[at] = later[turn]
         length = len(range(self.shape[axis])[indices])
@@ -97,7 +134,7 @@ class Calculation:
         self._backend(axis, indices, shape, cast(list[Value], given), first)
         for k, out in asked:
             if k < self.program.first:
-                out[...] = cast(Value, given[k])
+                out[...] = cast(Value, [*given, *self.program.constants][k])
             elif first[k] is not out:
                 out[...] = first[k]
 
@@ -113,23 +150,25 @@ class Calculation:
 
     def _run_compiled(self, shape: Shape, given: list[Value], made: dict[int, Array]) -> None:
         program, kernel = self.program, self._kernel
+        if not kernel.values:
+            return
         axis = program.widest.bit_length() - 1
         lead, length = self.of(program.widest, shape)[:axis], shape[axis]
         arrays: list[Array] = []
         outs: list[tuple[Array, int]] = []
         for k, along in zip(kernel.values, [*kernel.along, *(True,) * len(kernel.values)], strict=False):
-            array = np.asarray(made[k] if k in made else given[k], dtype=np.float64)
+            array = made[k] if k in made else np.asarray(given[k], dtype=np.float64)
             array = array.reshape((1,) * (len(shape) - array.ndim) + array.shape)
             if k < program.first and along and length > 1:
                 array = array if array.shape[axis] > 1 else np.broadcast_to(array, self.of(1 << axis, shape))
                 array = array if array.strides[axis] == array.itemsize else np.ascontiguousarray(array)
-            if along and length < machine_code.WIDTH:
+            if along and length < WIDTH:
                 outs += [(array, len(arrays))] if k >= program.first else []
-                array = np.take(array, np.minimum(np.arange(machine_code.WIDTH), length - 1), axis)
+                array = np.take(array, np.minimum(np.arange(WIDTH), length - 1), axis)
             arrays.append(array)
-        seconds = math.prod(lead) * length * len(program.steps) * COMPILED
+        seconds = math.prod(lead) * length * program.weight * COMPILED
         threads = workers() if seconds > THREADS else 1
-        kernel.run(_addresses(arrays, lead), max(length, machine_code.WIDTH), threads)
+        kernel.run(_addresses(arrays, lead), max(length, WIDTH), threads)
         for out, place in outs:
             out[...] = np.take(arrays[place], np.arange(length), axis)
 
@@ -149,11 +188,13 @@ class Calculation:
 def choose(program: Program, shape: Shape) -> Choice:
     """The back end that promises to take less time; it depends on the program and the batch alone."""
     size = math.prod(n for axis, n in enumerate(shape) if program.widest >> axis & 1)
-    steps = len(program.steps)
+    steps = program.weight
     numpy, compiling = NUMPY * size * steps, COMPILING * steps * (1.0 + steps / TWICE)
     told = f"{steps} steps on {size} entries by NumPy, about {_milliseconds(numpy)}"
     if not machine_code.available():
         return Choice(False, f"{told}; llvmlite (extra 'fast'), which would compile them, is not installed")
+    if not machine_code.able(program):
+        return Choice(False, f"{told}; machine code takes a processor with fused operations for sines")
     if not program.widest or shape[program.widest.bit_length() - 1] < LEAST:
         return Choice(False, f"{told}; machine code takes {LEAST} entries or more along the last axis")
     if steps > MOST:

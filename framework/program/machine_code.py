@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import ctypes
 import os
-import struct
-from collections.abc import Callable, Iterator, Sequence
+import platform
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from importlib.util import find_spec
@@ -23,18 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cache import KERNELS
-from .program import Operation, Program, ProgramStep
+from . import kept_code
+from .machine_text import SINES, WIDTH, Text
+from .program import Program
 
-# Batch entries in a register; LLVM splits it where the processor's are shorter.
-WIDTH = 8
-_V = f"<{WIDTH} x double>"
-_NAMES = {
-    Operation.ADD: "fadd",
-    Operation.SUBTRACT: "fsub",
-    Operation.MULTIPLY: "fmul",
-    Operation.DIVIDE: "fdiv",
-}
-_BELOW = {Operation.MINIMUM: "olt", Operation.MAXIMUM: "ogt"}
 _lock = Lock()
 
 Addresses = NDArray[np.int64]
@@ -44,6 +36,18 @@ Addresses = NDArray[np.int64]
 def available() -> bool:
     """Whether llvmlite is installed."""
     return find_spec("llvmlite") is not None
+
+
+def able(program: Program) -> bool:
+    """Whether this processor has what a program takes: fused operations where there are sines."""
+    return not any(step.operation in SINES for step in program.steps) or _fused()
+
+
+@cache
+def _fused() -> bool:
+    import llvmlite.binding as llvm
+
+    return bool(llvm.get_host_cpu_features().get("fma")) or platform.machine().lower() in ("aarch64", "arm64")
 
 
 class Kernel:
@@ -68,13 +72,16 @@ class Kernel:
     def __init__(self, program: Program, axis: int) -> None:
         steps = program.made(program.widest)
         made = {program.first + k for k in steps}
-        read = sorted({k for at in steps for k in program.steps[at].operands} - made)
+        needed = {k for at in steps for k in program.steps[at].operands}
+        if program.rounds is not None:
+            needed |= {program.rounds.again, *(after for _, after in program.rounds.carried)}
+        read = sorted(needed - made)
         constants = range(program.given, program.first)
         written = [k for k in dict.fromkeys(program.outputs) if k in made]
         self.read = [k for k in read if k not in constants]
         self.values = [*self.read, *written]
         self.along = [bool(program.masks[k] >> axis & 1) for k in self.read]
-        self._function = _compiled("\n".join(_text(program, steps, self.read, self.along, written)))
+        self._function = _compiled("\n".join(Text(program, self.read, self.along, written).lines()))
 
     @staticmethod
     def of(program: Program, axis: int) -> Kernel:
@@ -103,85 +110,43 @@ def _threads(count: int, process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(count, "linkframe")
 
 
-# -- the text that LLVM reads ------------------------------------------------------------------------------------------
-
-
-def _text(
-    program: Program, steps: Sequence[int], read: Sequence[int], along: Sequence[bool], written: Sequence[int]
-) -> Iterator[str]:
-    """A loop over rows, in it one over `WIDTH` entries at a time; the last go back so far that they are as many."""
-    width = len(read) + len(written)
-    yield f"declare {_V} @llvm.fmuladd.v{WIDTH}f64({_V}, {_V}, {_V})"
-    yield "define void @run(ptr noalias %table, i64 %first, i64 %last, i64 %start, i64 %stop) {"
-    yield "entry:\n  %most = sub i64 %stop, " + f"{WIDTH}\n  br label %row"
-    yield "row:\n  %r = phi i64 [%first, %entry], [%r1, %done]"
-    yield f"  %at = mul i64 %r, {width}\n  %line = getelementptr ptr, ptr %table, i64 %at"
-    for place, k in enumerate([*read, *written]):
-        yield f"  %l{place} = getelementptr ptr, ptr %line, i64 {place}\n  %p{k} = load ptr, ptr %l{place}"
-    for k, varies in zip(read, along, strict=True):
-        if not varies:
-            yield f"  %s{k} = load double, ptr %p{k}"
-            yield f"  %e{k} = insertelement {_V} poison, double %s{k}, i64 0"
-            yield f"  %v{k} = shufflevector {_V} %e{k}, {_V} poison, <{WIDTH} x i32> zeroinitializer"
-    yield "  br label %entries\nentries:\n  %j = phi i64 [%start, %row], [%j1, %entries]"
-    for k, varies in zip(read, along, strict=True):
-        if varies:
-            yield f"  %a{k} = getelementptr double, ptr %p{k}, i64 %j\n  %v{k} = load {_V}, ptr %a{k}, align 8"
-    for at in steps:
-        yield from _step(program, program.first + at, program.steps[at])
-    for k in written:
-        yield f"  %w{k} = getelementptr double, ptr %p{k}, i64 %j\n  store {_V} %v{k}, ptr %w{k}, align 8"
-    yield f"  %j0 = add i64 %j, {WIDTH}\n  %over = icmp sge i64 %j0, %stop\n  %beyond = icmp sgt i64 %j0, %most"
-    yield "  %j1 = select i1 %beyond, i64 %most, i64 %j0\n  br i1 %over, label %done, label %entries"
-    yield "done:\n  %r1 = add i64 %r, 1\n  %all = icmp sge i64 %r1, %last\n  br i1 %all, label %end, label %row"
-    yield "end:\n  ret void\n}"
-
-
-def _step(program: Program, k: int, step: ProgramStep) -> Iterator[str]:
-    a, *others = (_operand(program, each) for each in step.operands)
-    if step.operation in _NAMES:
-        yield f"  %v{k} = {_NAMES[step.operation]} {_V} {a}, {others[0]}"
-    elif step.operation == Operation.NEGATE:
-        yield f"  %v{k} = fneg {_V} {a}"
-    elif step.operation == Operation.MULTIPLY_ADD:
-        b, c = others
-        yield f"  %v{k} = call {_V} @llvm.fmuladd.v{WIDTH}f64({_V} {a}, {_V} {b}, {_V} {c})"
-    else:
-        # As NumPy's: NaN where one of them is.
-        yield f"  %b{k} = fcmp {_BELOW[step.operation]} {_V} {a}, {others[0]}\n  %n{k} = fcmp uno {_V} {a}, {a}"
-        yield f"  %c{k} = or <{WIDTH} x i1> %b{k}, %n{k}"
-        yield f"  %v{k} = select <{WIDTH} x i1> %c{k}, {_V} {a}, {_V} {others[0]}"
-
-
-def _operand(program: Program, k: int) -> str:
-    if not program.given <= k < program.first:
-        return f"%v{k}"
-    (bits,) = struct.unpack(">Q", struct.pack(">d", program.constants[k - program.given]))
-    return f"splat (double 0x{bits:016X})"
-
-
 # -- LLVM ------------------------------------------------------------------------------------------------------------
 
 
-def _machine() -> Any:
+def _machine(cpu: str, features: str) -> Any:
     """This processor, as LLVM knows it; one for each engine, to which it belongs from then on."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
     return llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=2)
 
 
 def _compiled(text: str) -> Callable[..., None]:
-    """The function."""
+    """The function, from disk where it has been compiled before."""
     import llvmlite.binding as llvm
 
     with _lock:
-        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), _machine())
+        cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+        version = ".".join(map(str, llvm.llvm_version_info))
+        name = kept_code.key([text, llvmlite_version(), version, llvm.get_process_triple(), cpu, features])
+        machine, content = _machine(cpu, features), kept_code.read(name)
+        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text if content is None else ""), machine)
+        if content is None:
+            engine.set_object_cache(notify_func=lambda _, made: kept_code.write(name, made))
+        else:
+            engine.add_object_file(llvm.ObjectFileRef.from_data(content))
         engine.finalize_object()
         whole = ctypes.c_int64
         kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, whole, whole, whole, whole)
         found: Any = kind(engine.get_function_address("run"))
     found.engine = engine  # lives as long as the function
     return found  # type: ignore[no-any-return]
+
+
+@cache
+def llvmlite_version() -> str:
+    """Version of llvmlite."""
+    import llvmlite
+
+    return str(llvmlite.__version__)

@@ -19,6 +19,19 @@ def _multiply_add(a: Value, b: Value, c: Value, out: Array) -> None:
     np.add(np.multiply(a, b), c, out=out)
 
 
+def _choose(condition: Value, a: Value, b: Value, out: Array) -> None:
+    out[...] = np.where(condition, a, b)
+
+
+def _search(table: Array, x: Value, out: Array) -> None:
+    out[...] = np.searchsorted(table, x, side="right")
+
+
+def _look_up(table: Array, place: Array, out: Array) -> None:
+    out[...] = table[place.astype(np.intp)]
+
+
+# What is true or false is 1 or 0 here.
 _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.ADD: np.add,
     Operation.SUBTRACT: np.subtract,
@@ -28,6 +41,18 @@ _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.MINIMUM: np.minimum,
     Operation.MAXIMUM: np.maximum,
     Operation.MULTIPLY_ADD: _multiply_add,
+    Operation.SINE: np.sin,
+    Operation.COSINE: np.cos,
+    Operation.SQUARE_ROOT: np.sqrt,
+    Operation.ABSOLUTE: np.absolute,
+    Operation.LESS: np.less,
+    Operation.LESS_EQUAL: np.less_equal,
+    Operation.AND: np.logical_and,
+    Operation.OR: np.logical_or,
+    Operation.NOT: np.logical_not,
+    Operation.CHOOSE: _choose,
+    Operation.SEARCH: _search,
+    Operation.LOOK_UP: _look_up,
 }
 # A place in memory: the axes over which it varies, and its number among those.
 _Place = tuple[int, int]

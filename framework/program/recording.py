@@ -6,6 +6,7 @@ that hold for all time drop out, equal steps are taken once, and what no result 
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from ..batch import Same
 from ..structure.parts import Value
-from .program import NONE, Operation, Products, Program, ProgramStep
+from .program import NONE, Operation, Products, Program, ProgramStep, Rounds
 
 _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
@@ -23,6 +24,14 @@ _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.negative: lambda a: -a,
     np.minimum: lambda a, b: _recording(a, b).either(Operation.MINIMUM, a, b),
     np.maximum: lambda a, b: _recording(a, b).either(Operation.MAXIMUM, a, b),
+    np.less: lambda a, b: _recording(a, b).write(Operation.LESS, a, b),
+    np.greater: lambda a, b: _recording(a, b).write(Operation.LESS, b, a),
+    np.less_equal: lambda a, b: _recording(a, b).write(Operation.LESS_EQUAL, a, b),
+    np.greater_equal: lambda a, b: _recording(a, b).write(Operation.LESS_EQUAL, b, a),
+    np.sqrt: lambda a: _recording(a).write(Operation.SQUARE_ROOT, a),
+    np.sin: lambda a: _recording(a).write(Operation.SINE, a),
+    np.cos: lambda a: _recording(a).write(Operation.COSINE, a),
+    np.abs: lambda a: _recording(a).write(Operation.ABSOLUTE, a),
 }
 
 # A step as it is written down: the operation and its operands.
@@ -54,6 +63,8 @@ class Term:
 
     def __sub__(self, other: Any) -> Any:
         if type(other) is Term:
+            if self.number == other.number and self.recording.fixed:
+                return 0.0
             return self.recording.step(Operation.SUBTRACT, self.number, other.number)
         return self if _constant(other, 0.0) else self.recording.write(Operation.SUBTRACT, self, other)
 
@@ -81,6 +92,34 @@ class Term:
     def __neg__(self) -> Any:
         return self.recording.step(Operation.NEGATE, self.number)
 
+    def __lt__(self, other: Any) -> Any:
+        return self.recording.write(Operation.LESS, self, other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self.recording.write(Operation.LESS, other, self)
+
+    def __le__(self, other: Any) -> Any:
+        return self.recording.write(Operation.LESS_EQUAL, self, other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self.recording.write(Operation.LESS_EQUAL, other, self)
+
+    def __and__(self, other: Any) -> Any:
+        return self.recording.either(Operation.AND, self, other)
+
+    __rand__ = __and__
+
+    def __or__(self, other: Any) -> Any:
+        return self.recording.either(Operation.OR, self, other)
+
+    __ror__ = __or__
+
+    def __invert__(self) -> Any:
+        return self.recording.write(Operation.NOT, self)
+
+    def __abs__(self) -> Any:
+        return self.recording.write(Operation.ABSOLUTE, self)
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *operands: Any, **options: Any) -> Any:
         if ufunc not in _UFUNCS or method != "__call__" or options:
             return NotImplemented
@@ -104,8 +143,47 @@ def _recording(*values: Any) -> Recording:
     return next(value.recording for value in values if isinstance(value, Term))
 
 
+def choose(condition: Any, a: Any, b: Any) -> Any:
+    """a where a condition holds, b elsewhere: of numbers, of arrays, or written down."""
+    if isinstance(condition, Term):
+        return condition.recording.write(Operation.CHOOSE, condition, a, b)
+    return np.where(condition, a, b)
+
+
+# Operations on terms, on numbers, or on both.
+_PLAIN: dict[Operation, Callable[..., Any]] = {
+    Operation.ADD: operator.add,
+    Operation.SUBTRACT: operator.sub,
+    Operation.MULTIPLY: operator.mul,
+    Operation.DIVIDE: operator.truediv,
+    Operation.NEGATE: operator.neg,
+    Operation.MINIMUM: np.minimum,
+    Operation.MAXIMUM: np.maximum,
+    Operation.SINE: np.sin,
+    Operation.COSINE: np.cos,
+    Operation.SQUARE_ROOT: np.sqrt,
+    Operation.ABSOLUTE: np.abs,
+    Operation.LESS: np.less,
+    Operation.LESS_EQUAL: np.less_equal,
+    Operation.CHOOSE: choose,
+}
+
+
+def done(program: Program, given: Sequence[Any]) -> list[Any]:
+    """Outputs of a program whose steps are done one by one, on numbers or on terms of another recording."""
+    values = [*given, *program.constants]
+    for step in program.steps:
+        values.append(_PLAIN[step.operation](*map(values.__getitem__, step.operands)))
+    return [values[k] for k in program.outputs]
+
+
 class Recording:
     """Steps of a calculation, in order.
+
+    Parameters
+    ----------
+    fixed
+        Whether plain numbers are part of the program, as those of a formula are; they are given otherwise.
 
     Attributes
     ----------
@@ -115,13 +193,15 @@ class Recording:
         By value: the batch axes over which it varies.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, fixed: bool = False) -> None:
+        self.fixed = fixed
         self.given: list[Value | None] = []
         self.masks: list[int] = []
         # By value: the step that makes it; of one that is given its place, of a constant its number.
         self._made: list[Made | int | float] = []
         self._known: dict[object, int] = {}
         self._products: list[Products] = []
+        self._rounds: Rounds | None = None
 
     # -- values ------------------------------------------------------------------------------------------------------
 
@@ -131,7 +211,7 @@ class Recording:
             return value
         if not isinstance(value, np.ndarray):
             plain = float(value)
-            if plain in (0.0, 1.0, -1.0):
+            if self.fixed or plain in (0.0, 1.0, -1.0):
                 return plain
         key = Same(value)
         if key not in self._known:
@@ -152,15 +232,49 @@ class Recording:
         """Write down a step in which the order of the operands does not matter."""
         return self.step(operation, *sorted(map(self._standing, operands)))
 
-    def step(self, operation: Operation, a: int, b: int = NONE) -> Term:
+    def step(self, operation: Operation, a: int, b: int = NONE, c: int = NONE) -> Term:
         """Write down a step on the values of these numbers, unless it has been before."""
-        made = operation, a, b, NONE
+        made = operation, a, b, c
         number = self._known.get(made)
         if number is None:
             number = self._known[made] = len(self._made)
             self._made.append(made)
-            self.masks.append(self.masks[a] if b == NONE else self.masks[a] | self.masks[b])
+            mask = self.masks[a] if b == NONE else self.masks[a] | self.masks[b]
+            self.masks.append(mask if c == NONE else mask | self.masks[c])
         return Term(self, number)
+
+    def search(self, table: Any, x: Any) -> Term:
+        """How many numbers of a table, which rise and end in inf, are not above x."""
+        return self.write(Operation.SEARCH, table, x)
+
+    def look_up(self, table: Any, place: Any) -> Term:
+        """The number at a place of a table, which counts from 0."""
+        return self.write(Operation.LOOK_UP, table, place)
+
+    def rounds(
+        self, begins: Sequence[Any], one: Callable[[list[Any]], tuple[list[Any], Any]], most: int
+    ) -> tuple[list[Any], list[Any]]:
+        """Write down a round that is done over and over, once in a recording.
+
+        Parameters
+        ----------
+        begins
+            Values with which the first round begins.
+        one
+            From the values with which a round begins to those that it makes of them, and whether there is another.
+        most
+            Number of rounds at most.
+
+        Returns
+        -------
+        before, after
+            The values with which the last round begins and ends.
+        """
+        before = [self._alone(Operation.CARRY, value) for value in begins]
+        after, again = one(list(before))
+        numbers = [self._standing(value) for value in after]
+        self._rounds = Rounds(tuple((x.number, k) for x, k in zip(before, numbers, strict=True)), again.number, most)
+        return before, [Term(self, k) for k in numbers]
 
     def _standing(self, value: Any) -> int:
         """Number of the value that stands for a number."""
@@ -211,6 +325,10 @@ class Recording:
             mask |= self.masks[k] if k != NONE else 0
         return Term(self, self._new((operation, a, b, c), mask))
 
+    def constant(self, value: float) -> Term:
+        """A number that is part of the program."""
+        return Term(self, self._literal(value))
+
     def _literal(self, value: float) -> int:
         key = "constant", float(value)
         if key not in self._known:
@@ -240,6 +358,7 @@ class Recording:
             masks=tuple(map(self.masks.__getitem__, [*given, *constants, *steps])),
             outputs=tuple(new[k] for k in asked),
             products=tuple(self._renumbered(new, len(given) + len(constants))),
+            rounds=self._rounds_of(new),
         )
         return program, [cast(int, self._made[k]) for k in given]
 
@@ -249,6 +368,9 @@ class Recording:
         found: tuple[list[int], list[int], list[int]] = [], [], []
         for k in asked:
             needed[k] = 1
+        if self._rounds is not None:
+            for k in (self._rounds.again, *(after for _, after in self._rounds.carried)):
+                needed[k] = 1
         for k in range(len(self._made) - 1, -1, -1):
             if not needed[k]:
                 continue
@@ -260,6 +382,12 @@ class Recording:
         for each in found:
             each.reverse()
         return found
+
+    def _rounds_of(self, new: Sequence[int]) -> Rounds | None:
+        if self._rounds is None:
+            return None
+        carried = tuple((new[k], new[after]) for k, after in self._rounds.carried if new[k] != NONE)
+        return Rounds(carried, new[self._rounds.again], self._rounds.most)
 
     def _renumbered(self, new: Sequence[int], first: int) -> list[Products]:
         out = []

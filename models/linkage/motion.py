@@ -56,6 +56,18 @@ class Motion(FramedPoses):
         """What another process needs; frames that are in use in this one are not known there."""
         return {name: value for name, value in vars(self).items() if name != "frames"}
 
+    def explain(self) -> str:
+        """How the poses were found: how many there are, and whether NumPy or machine code closes their loops.
+
+        Returns
+        -------
+        str
+            What is done, what that is expected to take, and why it is not done otherwise.
+        """
+        count, left = self.assembly.reached.size, int((~self.assembly.reached).sum())
+        beside = f", {left} of them not reached from the reference configuration" if left else ""
+        return f"{count} poses{beside}\nNewton's method on the loops: {self.assembly.told}"
+
     def transmission_angle(self, joint: str) -> Array:
         """Angle of transmission at a joint: best at π/2, none at 0.
 

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from .harness import COLOURS, Row, Target, figure, least_each, main, write
 from .linkage_peers import AT, LINKAGES, closure_error, described, ways
+from .programs import COMPILED, NUMPY, backends, by
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +28,14 @@ ERROR = 1e-13
 ONE_POSE = {"four-bar": 0.1, "six-bar": 0.1, "delta robot": 1.0, "Stewart platform": 0.5}
 # Power of the number of links with which dead points of a chain may take longer.
 POWER = 1.5
+# Microseconds that a pose of a long batch may take, by NumPy and as machine code.
+LONG = {
+    "four-bar": (0.6, 0.1),
+    "six-bar": (1.0, 0.2),
+    "four-bar, rates": (1.6, 0.5),
+    "Stewart platform, a tenth": (10.0, 10.0),
+    "Stewart platform": (10.0, 5.0),
+}
 LIMITS = {"four-bar, random lengths": 1.0, "delta robot": 1.0, "Stewart platform": 0.2}
 
 
@@ -36,12 +45,20 @@ def run(out: Path, quick: bool) -> list[Target]:
     write(out, "kinematics_sweeps", sweeps)
     batches = batch_rows(0.1 if quick else 1.0)
     write(out, "kinematics_batches", batches)
+    long = long_rows(100_000 if quick else 1_000_000, 2 if quick else 5)
+    write(out, "kinematics_long", long)
     ones = one_pose_rows(20 if quick else 200)
     write(out, "kinematics_one_pose", ones)
     chains = chain_rows((3, 6) if quick else (6, 11, 21, 41))
     write(out, "kinematics_chains", chains)
     draw(out, sweeps, batches)
-    return [*sweep_targets(sweeps), *batch_targets(batches), *one_pose_targets(ones), *chain_targets(chains)]
+    return [
+        *sweep_targets(sweeps),
+        *batch_targets(batches),
+        *long_targets(long),
+        *one_pose_targets(ones),
+        *chain_targets(chains),
+    ]
 
 
 def sweep_rows(poses: int, repeats: int) -> list[Row]:
@@ -101,6 +118,42 @@ def batch_rows(share: float) -> list[Row]:
                 "closure_error": float(motion.gap.max() / np.ptp(corners, axis=0).max()),
             }
         )
+    return rows
+
+
+def long_rows(poses: int, repeats: int) -> list[Row]:
+    """Time a pose of long batches with a point of it, by NumPy and as machine code, and how far these are apart."""
+    cases = {name: ("D", described(links), {"A": np.linspace(-7.0, 9.0, poses)}) for name, links in LINKAGES.items()}
+    cases["four-bar, rates"] = cases["four-bar"]
+    cases |= {
+        "Stewart platform, a tenth": ("P", *stewart(poses // 100)),
+        "Stewart platform": ("P", *stewart(poses // 10)),
+    }
+    rows = []
+    for name, (point, linkage, drives) in cases.items():
+        rates = dict.fromkeys(drives, 1.0) if "rates" in name else None
+
+        def go(
+            backend: str, linkage: Linkage, drives: Drives, rates: dict[str, float] | None, point: str
+        ) -> NDArray[np.float64]:
+            with by(backend):
+                motion = linkage.move(drives, rates=rates)
+                return motion.position(point) if rates is None else motion.acceleration(point)
+
+        calls = {each: partial(go, each, linkage, drives, rates, point) for each in backends()}
+        found = {each: call() for each, call in calls.items()}
+        apart = {each: float(np.abs(x - found[NUMPY]).max() / np.abs(x).max()) for each, x in found.items()}
+        seconds, count = least_each(calls, repeats), len(found[NUMPY])
+        rows += [
+            {
+                "linkage": name,
+                "back end": each,
+                "poses": count,
+                "us_per_pose": 1e6 * seconds[each] / count,
+                "difference": apart[each],
+            }
+            for each in calls
+        ]
     return rows
 
 
@@ -248,6 +301,20 @@ def batch_targets(rows: Sequence[Row]) -> list[Target]:
             f"{row['linkage']}, {row['poses']} poses: below {LIMITS[row['linkage']]:g} s, closure below 1e-13",
             f"{row['s']:.2f} s, {row['closure_error']:.1e}",
             row["s"] < LIMITS[row["linkage"]] and row["closure_error"] < ERROR,
+        )
+        for row in rows
+    ]
+
+
+def long_targets(rows: Sequence[Row]) -> list[Target]:
+    """Microseconds of a pose of long batches; places and rates to rounding the same."""
+    return [
+        Target(
+            "8 kinematics",
+            f"{row['linkage']}, {row['back end']}, {row['poses']} poses: below "
+            f"{LONG[row['linkage']][row['back end'] == COMPILED]:g} us, as by NumPy to 1e-13",
+            f"{row['us_per_pose']:.3f} us, {row['difference']:.1e}",
+            row["us_per_pose"] < LONG[row["linkage"]][row["back end"] == COMPILED] and row["difference"] < 1e-13,
         )
         for row in rows
     ]

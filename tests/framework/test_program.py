@@ -40,7 +40,7 @@ BINARY: list[Callable[[object, object], object]] = [
 
 def run(recording: Recording, outputs: list[Term], shape: tuple[int, ...], compiled: bool, step: int) -> list[Array]:
     """The outputs, made in chunks of `step` along the first axis."""
-    work = Calculation(recording, outputs, shape, compiled=compiled)
+    work = Calculation.recorded(recording, outputs, shape, compiled=compiled)
     outs = [np.full(work.of(term.mask), 9.0) for term in outputs]
     for start in range(0, shape[0], step):
         part = slice(start, start + step)

@@ -1,4 +1,4 @@
-"""Equations eliminated on the tape are solved as by a matrix, and where their pivots fail by a matrix."""
+"""Equations whose elimination is written down are solved as by a matrix, and where their pivots fail by a matrix."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import pytest
 from benchmarks.kinematics import stewart
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from linkframe.framework.program.recording import Recording
+from linkframe.framework.program.source import Functions
 from linkframe.models.linkage.kinematics import equations
 from linkframe.models.linkage.kinematics.elimination import Eliminated, order_of
 from linkframe.models.linkage.kinematics.linear import Linear
-from linkframe.models.linkage.kinematics.tape import Tape, TapeTerm
 
 
 @settings(max_examples=30, deadline=None)
@@ -24,17 +25,22 @@ def test_solutions_and_determinants_are_those_of_the_matrix(seed: int, size: int
     order = order_of(linear, given_matrix)
     if order is None:
         return
-    tape = Tape()
-    names = [f"p{k}" for k in range(size * size)]
-    terms = [TapeTerm(tape, name) if there else 0.0 for name, there in zip(names, pattern.ravel(), strict=True)]
-    sides = [[TapeTerm(tape, f"s{k * size + i}") for i in range(size)] for k in range(2)]
+    recording = Recording(fixed=True)
+    given_terms = [recording.later(0) for _ in range(size * size)]
+    terms = [term if there else 0.0 for term, there in zip(given_terms, pattern.ravel(), strict=True)]
+    sides = [[recording.later(0) for _ in range(size)] for _ in range(2)]
     found = Eliminated(linear, order, terms, sides)
     flat = [x for solution in found.solutions for x in solution]
-    inputs = [[f"s{k}" for k in range(2 * size)], names]
-    program = tape.program(inputs, [*flat, *found.determinants, *found.pivots])
+    outputs = [
+        x if hasattr(x, "number") else recording.constant(x) for x in (*flat, *found.determinants, *found.pivots)
+    ]
+    list_of_steps, places = recording.program(outputs)
+    entry = [(1, k) for k in range(size * size)] + [(0, k) for k in range(2 * size)]
+    program = Functions.of(list_of_steps, tuple(entry[k] for k in places))
     matrix = (entries[0] + 1e-3 * entries[1]) * pattern
     got = program[0](rights.ravel().tolist(), matrix.ravel().tolist())
-    if min(map(abs, got[-size:])) < 1e-2:
+    sizes = [y for x in order.sizes for y in x]
+    if min(abs(pivot / full) for pivot, full in zip(got[-size:], sizes, strict=True)) < 1e-2:
         return
     tolerance = 1e-10 * np.linalg.cond(matrix)
     np.testing.assert_allclose(
@@ -42,8 +48,7 @@ def test_solutions_and_determinants_are_those_of_the_matrix(seed: int, size: int
     )
     blocks = [np.linalg.det(matrix[np.ix_(*block)]) for block in linear.blocks]
     np.testing.assert_allclose(got[2 * size : -size], blocks, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(np.abs(np.prod(got[-size:])) * np.prod([y for x in order.sizes for y in x]),
-                               np.abs(np.prod(blocks)), rtol=1e-9)  # fmt: skip
+    np.testing.assert_allclose(np.abs(np.prod(got[-size:])), np.abs(np.prod(blocks)), rtol=1e-9)
     arrays = program[1](list(np.repeat(rights.reshape(-1, 1), 2, axis=1)), list(np.stack([matrix.ravel()] * 2, -1)))
     np.testing.assert_array_equal([np.broadcast_to(x, 2)[1] for x in arrays], got)
 

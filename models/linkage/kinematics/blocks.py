@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import product
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Shape
-from .tape import Value
+from .terms import Value
 
 Block = tuple[slice, ...]
 # Members of a block: some hundred intermediate arrays of this length stay in the cache.
@@ -32,6 +33,15 @@ def blocks(shape: Shape, members: int = MEMBERS) -> Iterator[Block]:
         yield (*chosen, *(slice(None),) * (len(shape) - axis))
 
 
+def parts(shape: Shape, members: int = 4 * MEMBERS) -> Iterator[tuple[Block, int, slice]]:
+    """Index ranges along the longest axis of an array, each of about `members` entries; the axis; its own range."""
+    axis = int(np.argmax(shape))
+    step = max(1, members * shape[axis] // max(1, math.prod(shape)))
+    for start in range(0, shape[axis], step):
+        chosen = slice(start, min(start + step, shape[axis]))
+        yield (*(slice(None),) * axis, chosen), axis, chosen
+
+
 def cut(value: Value, block: Block) -> Value:
     """The part of a value that broadcasts with the block's members."""
     if not isinstance(value, np.ndarray) or value.ndim == 0:
@@ -48,3 +58,8 @@ def cut_all(values: Sequence[Value], block: Block) -> list[Value]:
 def taken(values: Sequence[Value], chosen: NDArray[np.intp] | NDArray[np.bool_] | slice) -> list[Value]:
     """The `chosen` members of values (members,); numbers stay as they are."""
     return [x[chosen] if isinstance(x, np.ndarray) and x.ndim else x for x in values]
+
+
+def members_of(values: Sequence[Value], chosen: NDArray[np.bool_]) -> list[Value]:
+    """The `chosen` members of values that broadcast with them, (members,); numbers stay as they are."""
+    return [np.broadcast_to(x, chosen.shape)[chosen] if np.ndim(x) else x for x in values]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ....framework.batch import Array
-from .tape import Vector
+from .terms import Vector
 
 
 @dataclass(frozen=True, eq=False)
 class MovingLink:
-    """A link while the tape is written: its reference point and the axes that were `drawn_axes` in the drawing.
+    """A link as it is written down: its reference point and the axes that were `drawn_axes` in the drawing.
 
     `place` is the reference point as drawn. Vectors are in the axes of the ground.
     """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ..description.parts import Pair
 from .bodies import Column
 from .rates import Rates
-from .tape import Scalar, Vector, cross, dot, minus, plus, times
+from .terms import Scalar, Vector, cross, dot, minus, plus, times
 
 Joined = tuple[list[Vector], Vector, list[Vector], Vector]
 GLOBAL: list[Vector] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]

@@ -1,4 +1,4 @@
-"""Elimination written down on the tape: equations of any size solved entry by entry, in an order chosen beforehand.
+"""Elimination written down: equations of any size solved entry by entry, in an order chosen beforehand.
 
 The order of pivots is taken from the equations of one pose: the sparsest of those that are not small there
 (H. M. Markowitz, The elimination form of the inverse, Management Science 3 (1957) 255). At another pose pivots may be
@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.program.recording import Term
 from .linear import Linear
-from .tape import Scalar, TapeTerm
+from .terms import Scalar
 
 # A pivot is at least this share of the largest entry of its row and column in the pose that gives the order.
 SHARE = 0.2
@@ -71,7 +72,7 @@ def _pivots(matrix: Array, pattern: NDArray[np.bool_]) -> tuple[Pivots, list[flo
 
 
 class Eliminated:
-    """Equations J x = r for several r, eliminated on the tape.
+    """Equations J x = r for several r, whose elimination is written down.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class Eliminated:
     determinants
         As `Linear.determinants` has them.
     pivots
-        All pivots, each as a share of its size in the pose that gave the order.
+        All pivots, block by block in the order of elimination.
     """
 
     def __init__(
@@ -102,24 +103,22 @@ class Eliminated:
         self.pivots: list[Scalar] = []
         n = linear.columns
         whole = [list(entries[i * n : i * n + n]) for i in range(linear.rows)]
-        for (rows, columns), pivots, sizes in zip(linear.blocks, order.pivots, order.sizes, strict=True):
+        for (rows, columns), pivots in zip(linear.blocks, order.pivots, strict=True):
             block = [[whole[i][j] for j in columns] for i in rows]
             known = [
                 [_rest(right[i], whole[i], x) for i in rows] for right, x in zip(rights, self.solutions, strict=True)
             ]
-            found = self._solved(block, known, pivots, sizes)
+            found = self._solved(block, known, pivots)
             for x, own in zip(self.solutions, found, strict=True):
                 for j, value in zip(columns, own, strict=True):
                     x[j] = value
 
-    def _solved(
-        self, block: Matrix, known: list[list[Scalar]], pivots: Pivots, sizes: list[float]
-    ) -> list[list[Scalar]]:
+    def _solved(self, block: Matrix, known: list[list[Scalar]], pivots: Pivots) -> list[list[Scalar]]:
         a, kept = [list(row) for row in block], []
         rows, columns = [i for i, _ in pivots], [j for _, j in pivots]
-        for place, ((i, j), size) in enumerate(zip(pivots, sizes, strict=True)):
+        for place, (i, j) in enumerate(pivots):
             inverse = 1.0 / a[i][j]
-            self.pivots.append((1.0 / size) * a[i][j])
+            self.pivots.append(a[i][j])
             kept.append((i, j, inverse))
             for r in rows[place + 1 :]:
                 if _nothing(a[r][j]):
@@ -157,7 +156,7 @@ def _dot(one: Sequence[Scalar], other: Sequence[Scalar]) -> Scalar:
 
 
 def _nothing(x: Scalar) -> bool:
-    return not isinstance(x, TapeTerm) and x == 0.0
+    return not isinstance(x, Term) and x == 0.0
 
 
 def _sign(pivots: Pivots) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .tape import Value
+from .terms import Value
 
 
 def combined(axes: Sequence[Sequence[Value]], components: Sequence[Value]) -> list[Value]:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.program.source import Function, Functions
 from .elimination import Eliminated
 from .linear import Linear
 from .mechanism import Mechanism
-from .tape import Program, Scalar, Value
+from .terms import Scalar, Value
 
 # An elimination is taken whose pivots are at least this share of what they were where their order was chosen.
 MARGIN = 1e-3
@@ -30,14 +32,14 @@ class Equations:
 
     def __init__(self, mechanism: Mechanism, linear: Linear) -> None:
         self.mechanism, self.linear = mechanism, linear
-        self._programs: dict[int, tuple[tuple[Program, Program], int]] = {}
+        self._programs: dict[int, tuple[Functions, int]] = {}
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; it composes its programs anew."""
         return {"mechanism": self.mechanism, "linear": self.linear, "_programs": {}}
 
     @cached_property
-    def step(self) -> tuple[Program, Program]:
+    def step(self) -> tuple[Function, Function]:
         """(state, parameters) to the step of each unknown, and for arrays the determinants of the blocks."""
         residual, jacobian, _ = self.mechanism.closing
         if self.linear.compact:
@@ -45,7 +47,7 @@ class Equations:
         return self._step_by_matrix, self._of_arrays(self.mechanism.newton, 0)
 
     @cached_property
-    def pose(self) -> tuple[Program, Program]:
+    def pose(self) -> tuple[Function, Function]:
         """As `step`, with the velocity of each unknown per unit of each drive, drive by drive, in between."""
         count = len(self.mechanism.driven)
         residual, jacobian, drives = self.mechanism.closing
@@ -57,6 +59,15 @@ class Equations:
         step = self.linear.solve(jacobian, residual)
         return self.mechanism.program([*step, *follow, *self.linear.determinants(jacobian)])
 
+    def written(self, drives: int) -> tuple[Functions, int] | None:
+        """The whole of `step`, or of `pose` with so many drives, and how many pivots are told behind its results.
+
+        None where the equations take a choice of pivots.
+        """
+        if self.linear.compact:
+            return cast(Functions, self.pose if drives else self.step), 0
+        return None if self.linear.order is None else self._eliminated(drives)
+
     def step_of_one(self, state: Sequence[float], parameters: Sequence[float], *, compiled: bool = True) -> list[float]:
         """As `step` for floats, with the determinants, in the sums in which it is taken for arrays.
 
@@ -67,7 +78,7 @@ class Equations:
         if self.linear.order is not None and compiled:
             found, pivots = self._eliminated(0)
             numbers = found[0](state, parameters)
-            if min(map(abs, numbers[-pivots:])) >= MARGIN:
+            if all(abs(x * p) >= MARGIN for x, p in zip(self.shares, numbers[-pivots:], strict=True)):
                 return list(numbers[:-pivots])
         m = self.linear.rows
         entries = self.mechanism.newton[0](state, parameters)
@@ -93,7 +104,7 @@ class Equations:
         found: list[float] = self.linear.solve_floats(jacobian, right).T.ravel().tolist()
         return found, jacobian
 
-    def _of_arrays(self, programs: tuple[Program, Program], drives: int) -> Program:
+    def _of_arrays(self, programs: tuple[Function, Function], drives: int) -> Function:
         m, n = self.linear.rows, self.linear.columns
 
         def by_matrices(state: Sequence[Value], parameters: Sequence[Value]) -> list[Value]:
@@ -111,11 +122,11 @@ class Equations:
                 program, pivots = self._eliminated(drives)
                 numbers = program[1](state, parameters)
                 found = list(numbers[:-pivots])
-                return _mended(found, numbers[-pivots:], by_matrices, state, parameters)
+                return self._mended(found, numbers[-pivots:], by_matrices, state, parameters)
 
         return arrays
 
-    def _eliminated(self, drives: int) -> tuple[tuple[Program, Program], int]:
+    def _eliminated(self, drives: int) -> tuple[Functions, int]:
         """The program of `step`, or of `pose` with so many drives, with the pivots behind; and their number."""
         if drives not in self._programs:
             residual, jacobian, by_drives = self.mechanism.closing
@@ -126,24 +137,35 @@ class Equations:
             self._programs[drives] = program, len(found.pivots)
         return self._programs[drives]
 
+    @cached_property
+    def shares(self) -> list[float]:
+        """One over the size of each pivot in the pose that gave the order."""
+        return [1.0 / size for sizes in self.linear.order.sizes for size in sizes]
 
-def _mended(
-    found: list[Value], pivots: Sequence[Value], anew: Program, state: Sequence[Value], parameters: Sequence[Value]
-) -> list[Value]:
-    """Results of an elimination, anew where its pivots are small."""
-    least = np.abs(pivots[0])
-    for pivot in pivots[1:]:
-        # NaN counts as small.
-        least = np.minimum(least, np.abs(pivot))
-    bad = ~(least >= MARGIN)
-    if not np.any(bad):
-        return found
-    shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
-    bad = np.broadcast_to(bad, shape)
-    own = [[np.broadcast_to(x, shape)[bad] if np.ndim(x) else x for x in entries] for entries in (state, parameters)]
-    out: list[Value] = []
-    for old, new in zip(found, anew(*own), strict=True):
-        whole = np.array(np.broadcast_to(old, shape))
-        whole[bad] = new
-        out.append(whole)
-    return out
+    def _mended(
+        self,
+        found: list[Value],
+        pivots: Sequence[Value],
+        anew: Function,
+        state: Sequence[Value],
+        parameters: Sequence[Value],
+    ) -> list[Value]:
+        """Results of an elimination, anew where its pivots are small shares of what they were."""
+        least = np.abs(self.shares[0] * pivots[0])
+        for share, pivot in zip(self.shares[1:], pivots[1:], strict=True):
+            # NaN counts as small.
+            least = np.minimum(least, np.abs(share * pivot))
+        bad = ~(least >= MARGIN)
+        if not np.any(bad):
+            return found
+        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
+        bad = np.broadcast_to(bad, shape)
+        own = [
+            [np.broadcast_to(x, shape)[bad] if np.ndim(x) else x for x in entries] for entries in (state, parameters)
+        ]
+        out: list[Value] = []
+        for old, new in zip(found, anew(*own), strict=True):
+            whole = np.array(np.broadcast_to(old, shape))
+            whole[bad] = new
+            out.append(whole)
+        return out

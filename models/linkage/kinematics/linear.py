@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from ....framework.batch import Array
-from .tape import Value
+from .terms import Value
 
 Blocks = list[tuple[list[int], list[int]]]
 Pattern = np.ndarray[tuple[int, int], np.dtype[np.bool_]]
@@ -49,7 +49,7 @@ class Linear:
 
     @cached_property
     def compact(self) -> bool:
-        """True where the equations are solved by Cramer's rule alone, which a tape can take down."""
+        """True where the equations are solved by Cramer's rule alone, which can be written down."""
         return self.square and max((len(rows) for rows, _ in self.blocks), default=0) <= 2
 
     @cached_property

@@ -6,18 +6,21 @@ import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
-from .blocks import MEMBERS, blocks, cut_all
+from ....framework.program.calculation import worth_compiling
+from ....framework.program.recording import choose
+from .blocks import MEMBERS, blocks, cut_all, members_of
+from .closing import Closing
 from .equations import Equations
 from .linear import Linear
 from .mechanism import Mechanism
-from .tape import Value
+from .terms import Value
 
 # A step below this ends the iteration: the next would be below rounding.
 LAST_STEP = 1e-9
@@ -206,6 +209,28 @@ class Loops:
                 out[k] = rate[place]
         return out
 
+    iterations = ITERATIONS
+
+    def gaps(self, state: Sequence[Value], parameters: Sequence[Value], shape: Shape) -> Array | None:
+        """Closure errors of a long batch; None where machine code does not pay, or does not have all of them."""
+        made = self.closing.gap().run([state, parameters], shape) if worth_compiling(math.prod(shape)) else None
+        if made is None:
+            return None
+        error: Array = made[0][0][0]
+        return None if np.isnan(error).any() else error
+
+    @property
+    def closing(self) -> Closing:
+        """Programs of the closure, for long batches."""
+        return Closing(self)
+
+    def at_once(self, shape: Shape, *, followed: bool = False) -> bool:
+        """Whether `close_all`, or `poses` where `followed`, is done by machine code, which takes a batch whole."""
+        if not worth_compiling(math.prod(shape)):
+            return False
+        written = self.closing.poses() if followed else self.closing.close()
+        return written is not None and written.choice(shape).compiled
+
     @cached_property
     def equations(self) -> Equations:
         """Programs of the Newton step."""
@@ -256,24 +281,49 @@ class Loops:
 
     def velocities(self, state: Sequence[Value], parameters: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
         """All velocity coordinates v from those of the drives: J v = 0."""
-        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
         with np.errstate(all="ignore"):
-            entries = self.mechanism.full[1](state, parameters)
-            behind = m + m * n
-            right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
-            return self._all(self.linear.solve(entries[m:behind], right), drives)
+            return self.velocities_of(self.mechanism.full[1](state, parameters), drives)
+
+    def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """`velocities` from the results of ``mechanism.full``, which may be written down."""
+        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
+        behind = m + m * n
+        right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
+        return self._all(self.linear.solve(entries[m:behind], right), drives)
 
     def accelerations(
         self, state: Sequence[Value], parameters: Sequence[Value], v: Sequence[Value], drives: Sequence[Value] | None
     ) -> list[Value]:
         """Time derivative of all velocity coordinates from those of the drives, 0 where None: J v' = -J' v."""
-        n, m = self.columns, self.rows
         own = [0.0] * len(self.mechanism.driven) if drives is None else drives
         with np.errstate(all="ignore"):
-            still = self._all([0.0] * n, own)
-            bias = self.mechanism.bias[1](state, parameters, v, still)
+            bias = self.mechanism.bias[1](state, parameters, v, self.standing(own))
             entries = self.mechanism.newton[1](state, parameters)
-            return self._all(self.linear.solve(entries[m:], [-x for x in bias]), own)
+            return self.accelerations_of(entries[self.rows :], bias, own)
+
+    def standing(self, drives: Sequence[Any]) -> list[Any]:
+        """Derivatives of the velocity coordinates from those of the drives, with the unknowns at rest."""
+        return self._all([0.0] * self.columns, drives)
+
+    def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """`accelerations` from the Jacobian by the unknowns and the bias, which may be written down."""
+        return self._all(self.linear.solve(jacobian, [-x for x in bias]), drives)
+
+    def rates_at_once(
+        self,
+        state: Sequence[Value],
+        parameters: Sequence[Value],
+        rates: Sequence[Value],
+        changes: Sequence[Value],
+        shape: Shape,
+    ) -> tuple[list[Value], list[Value]] | None:
+        """`velocities` and `accelerations` of a long batch as machine code; None where that does not pay."""
+        written = self.closing.rates() if worth_compiling(math.prod(shape)) else None
+        made = written and written.run([state, parameters, (), [*rates, *changes]], shape)
+        if not made:
+            return None
+        velocities, accelerations = made[0]
+        return velocities, accelerations
 
     def _all(self, unknown: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
         out: list[Value] = [0.0] * len(self.mechanism.columns)
@@ -293,6 +343,31 @@ class Loops:
         shape = np.broadcast_shapes(*{np.shape(x) for x in (*state, *parameters)})
         if math.prod(shape) <= MEMBERS:
             return self._close_all(state, parameters, shape)
+        return self._closed_at_once(state, parameters, shape) or self._in_blocks(state, parameters, shape)
+
+    def _closed_at_once(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Closed | None:
+        """`close_all` as machine code, where that pays; what it leaves open is closed by arrays."""
+        written = self.closing.close() if worth_compiling(math.prod(shape)) else None
+        made = written and written.run([state, parameters, self.closing.shares], shape)
+        if not made:
+            return None
+        (unknown, (trusted,), determinants), _ = made
+        found, converged = list(state), trusted
+        for place, x in zip(self.unknown_states, unknown, strict=True):
+            found[place] = x
+        if not trusted.all():
+            bad = ~trusted
+            begin, own = members_of(state, bad), members_of(parameters, bad)
+            rest = self._in_blocks(begin, own, (int(np.count_nonzero(bad)),))
+            converged = trusted.copy()
+            trusted[bad], converged[bad] = rest.trusted, rest.converged
+            for place, x in zip(self.unknown_states, unknown, strict=True):
+                x[bad] = rest.state[place]
+            for x, y in zip(determinants, rest.determinants, strict=True):
+                x[bad] = y
+        return Closed(found, trusted, converged, list(determinants))
+
+    def _in_blocks(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Closed:
         found, trusted = list(state), np.empty(shape, dtype=bool)
         for place in self.unknown_states:
             found[place] = np.empty(shape)
@@ -316,19 +391,41 @@ class Loops:
         with np.errstate(all="ignore"):
             for _ in range(ITERATIONS):
                 found = program(state, parameters)
-                step = found[:n]
-                size = _largest(step, shape)
-                bad = ~(size <= FIRST_STEP) | ((before > 1e-5) & (size > CONTRACTION * before))
-                trusted = trusted & ~(bad & moving)
-                if not moving.all():
-                    step = [np.where(moving, x, 0.0) for x in step]
-                state = self.advance(state, step, sign=-1.0)
-                before = np.where(moving, size, before)
-                moving = moving & (size > LAST_STEP) & (size < 1e3)
+                state, trusted, moving, before = self.contracted(found[:n], state, trusted, moving, before)
                 if not moving.any():
                     break
-        converged = np.asarray(before <= LAST_STEP)
+        converged = np.asarray(self.converged(before))
         return Closed(state, trusted & converged, converged, list(found[n:]))
+
+    def contracted(
+        self, step: Sequence[Any], state: list[Any], trusted: Any, moving: Any, before: Any
+    ) -> tuple[list[Any], Any, Any, Any]:
+        """One round of `close_all`, on arrays or written down: states a step further, and what is held of them.
+
+        Parameters
+        ----------
+        step
+            The step of each unknown.
+        state
+            Entries of the state.
+        trusted, moving
+            Which poses Newton's method has led on so far, and which of them it still moves.
+        before
+            Size of the last step.
+        """
+        size = _largest(step)
+        bad = ~(size <= FIRST_STEP) | ((before > 1e-5) & (size > CONTRACTION * before))
+        trusted = trusted & ~(bad & moving)
+        if not (isinstance(moving, np.ndarray) and moving.all()):
+            step = [choose(moving, x, 0.0) for x in step]
+        state = self.advance(state, step, sign=-1.0)
+        before = choose(moving, size, before)
+        return state, trusted, moving & (size > LAST_STEP) & (size < 1e3), before
+
+    @staticmethod
+    def converged(before: Any) -> Any:
+        """Whether the last step was so small that the next would be below rounding."""
+        return before <= LAST_STEP
 
     def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
         """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
@@ -356,37 +453,81 @@ class Loops:
 
         Members do not depend on each other.
         """
+        return self._poses_at_once(state, parameters) or self._poses(state, parameters)
+
+    def _poses_at_once(self, state: list[Value], parameters: Sequence[Value]) -> Poses | None:
+        """`poses` as machine code, where that pays; what it does not find is looked for by arrays."""
+        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
+        written = self.closing.poses() if worth_compiling(math.prod(shape)) else None
+        made = written and written.run([state, parameters, self.closing.shares], shape)
+        if not made:
+            return None
+        (unknown, follow, determinants, (first,), (good,)), _ = made
+        found = list(state)
+        for place, x in zip(self.unknown_states, unknown, strict=True):
+            found[place] = x
+        if not good.all():
+            bad = ~good
+            rest = self._poses(members_of(state, bad), members_of(parameters, bad))
+            first[bad], good[bad] = rest.first_step, rest.good
+            own = [rest.state[place] for place in self.unknown_states]
+            for x, y in zip((*unknown, *follow, *determinants), (*own, *rest.follow, *rest.determinants), strict=True):
+                x[bad] = y
+        return Poses(found, list(follow), list(determinants), first, good)
+
+    def _poses(self, state: list[Value], parameters: Sequence[Value]) -> Poses:
         step_at, pose_at, n = self.equations.step[1], self.equations.pose[1], self.columns
         shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
         good, moving = np.ones(shape, dtype=bool), np.ones(shape, dtype=bool)
-        first, last = np.zeros(shape), np.zeros(shape)
+        first, last = np.full(shape, -1.0), np.zeros(shape)
         with np.errstate(all="ignore"):
-            for iteration in range(ITERATIONS):
+            for _ in range(ITERATIONS):
                 step = step_at(state, parameters)[:n]
-                size = _largest(step, shape)
-                if not iteration:
-                    first = size
-                lost = ~(size <= FIRST_STEP) | ((last > 1e-6) & (size > CONTRACTION * last))
-                good = good & ~(lost & moving)
-                moving = moving & good
-                state = self.advance(state, [np.where(moving, x, 0.0) for x in step], sign=-1.0)
-                last = np.where(moving, size, last)
-                moving = moving & (size >= 1e-3)
+                state, good, moving, first, last = self.approached(step, state, good, moving, first, last)
                 if not moving.any():
                     break
             found = pose_at(state, parameters)
-            size = _largest(found[:n], shape)
-            good = good & ~moving & (size <= np.maximum(CONTRACTION * last, 1e-12))
-            state = self.advance(state, [np.where(good, x, 0.0) for x in found[:n]], sign=-1.0)
+            state, good = self.arrived(found[:n], state, good, moving, last)
         behind = n + n * len(self.mechanism.driven)
         return Poses(state, list(found[n:behind]), list(found[behind:]), first, good)
 
+    def approached(
+        self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, first: Any, last: Any
+    ) -> tuple[list[Any], Any, Any, Any, Any]:
+        """One round of `poses`, on arrays or written down; `first` is -1 before there is a first step.
 
-def _largest(step: Sequence[Value], shape: tuple[int, ...]) -> Array:
-    size = np.zeros(shape)
-    for x in step:
-        size = np.maximum(size, np.abs(x))
-    return size
+        Parameters
+        ----------
+        step
+            The step of each unknown.
+        state
+            Entries of the state.
+        good, moving
+            Which poses Newton's method has led on so far, and which of them it still moves.
+        first, last
+            Sizes of the first and the last step.
+        """
+        size = _largest(step)
+        first = choose(first < 0.0, size, first)
+        lost = ~(size <= FIRST_STEP) | ((last > 1e-6) & (size > CONTRACTION * last))
+        good = good & ~(lost & moving)
+        moving = moving & good
+        state = self.advance(state, [choose(moving, x, 0.0) for x in step], sign=-1.0)
+        return state, good, moving & (size >= 1e-3), first, choose(moving, size, last)
+
+    def arrived(
+        self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, last: Any
+    ) -> tuple[list[Any], Any]:
+        """The last step of `poses`, likewise, and which poses are good then."""
+        size = _largest(step)
+        good = good & ~moving & (size <= np.maximum(CONTRACTION * last, 1e-12))
+        return self.advance(state, [choose(good, x, 0.0) for x in step], sign=-1.0), good
+
+
+def _largest(step: Sequence[Any]) -> Any:
+    """The largest magnitude of entries, NaN where one is, on arrays or written down."""
+    sizes = [abs(x) for x in step if not (isinstance(x, float) and x == 0.0)]
+    return reduce(np.maximum, sizes) if sizes else np.zeros(())
 
 
 def _unit(e: Sequence[Value]) -> list[Value]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.cache import COMPILED, alike
+from ....framework.program.recording import Recording, Term
+from ....framework.program.source import Functions
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.places import place as place_of
@@ -18,10 +20,13 @@ from .bodies import Column, MovingLink
 from .closure import closing_bias, closing_rows
 from .linear import Pattern
 from .rates import Rates, rates_of
-from .tape import Program, Scalar, Tape, TapeTerm, Value, Vector, combine, minus, plus, times
+from .terms import Scalar, Value, Vector, combine, minus, plus, times
 from .tree import Branch, Tree, spanning_tree
 from .turning import moved
 
+# Groups of numbers that programs take.
+_STATE, _PARAMETERS, _VELOCITIES, _CHANGES = range(4)
+_FURTHER = 2
 EPS = float(np.finfo(np.float64).eps)
 
 
@@ -71,8 +76,10 @@ class Mechanism:
         self.linkage = linkage
         self.tree: Tree = spanning_tree(linkage, counted)
         self.size = _size(linkage)
-        self.tape = Tape()
-        self._met: dict[tuple[tuple[int, ...], bytes], TapeTerm] = {}
+        self.recording = Recording(fixed=True)
+        # Of what is given when a program runs: its group (state, parameters, v, dv/dt), and its place there.
+        self._places: list[tuple[int, int]] = []
+        self._met: dict[tuple[tuple[int, ...], bytes], Term] = {}
         self.parameters: list[Value] = []
         self.begun: tuple[list[float], Any, Any] | None = None
         self.starts: Any = None
@@ -81,10 +88,11 @@ class Mechanism:
         self._counting: dict[str, Mechanism] = {}
         self._described = linkage.alike()
         self._checked = False
-        self._places: dict[tuple[str, str], Array] = {}
+        self._points: dict[tuple[str, str], Array] = {}
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
-        self._poses: dict[str, tuple[Program, Program]] = {}
-        self._rates: dict[str, tuple[Program, Program]] = {}
+        self._poses: dict[str, Functions] = {}
+        self._rates: dict[str, Functions] = {}
+        self._on_links: dict[tuple[str, tuple[int, ...]], Functions] = {}
         self.bodies: dict[str, MovingLink] = {}
         self.frames: dict[str, tuple[list[Vector], Vector, list[Vector], Vector]] = {}
         self._columns: list[Column] = []
@@ -120,7 +128,7 @@ class Mechanism:
             self._counting[joint] = Mechanism(self._described, joint)
         return self._counting[joint]
 
-    # -- writing the tape -------------------------------------------------------------------------------------------
+    # -- writing it down --------------------------------------------------------------------------------------------
 
     def _ground(self) -> None:
         """The ground's axes are those of the first joint on it, so that what is planar looks planar."""
@@ -136,9 +144,9 @@ class Mechanism:
     def place(self, link: str, point: str) -> Array:
         """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
         own = self.tree.twins.get(link, link), point
-        if own not in self._places:
-            self._places[own] = place_of(self.linkage, *own)
-        return self._places[own]
+        if own not in self._points:
+            self._points[own] = place_of(self.linkage, *own)
+        return self._points[own]
 
     def arm(self, link: str, place: Array) -> list[Value]:
         """Components of the vector from a link's reference point to a drawn place, in units of `size`."""
@@ -160,7 +168,7 @@ class Mechanism:
         return np.array_equal(self.bodies[GROUND].drawn_axes, np.eye(3))
 
     def constant(self, value: Array) -> list[Scalar]:
-        """Numbers (..., 3) of the drawing on the tape: those that are always 0, 1 or -1 as such."""
+        """Numbers (..., 3) of the drawing, written down: those that are always 0, 1 or -1 as such."""
         out: list[Scalar] = []
         for k in range(3):
             part = value[..., k]
@@ -172,11 +180,16 @@ class Mechanism:
                 out.append(self._parameter(part))
         return out
 
-    def _parameter(self, value: Array) -> TapeTerm:
+    def _later(self, group: int, place: int) -> Term:
+        """What is given when a program runs."""
+        self._places.append((group, place))
+        return cast(Term, self.recording.later(0))
+
+    def _parameter(self, value: Array) -> Term:
         """A dimension; the same one where it has been met before."""
         key = value.shape, value.tobytes()
         if key not in self._met:
-            self._met[key] = TapeTerm(self.tape, f"p{len(self.parameters)}")
+            self._met[key] = self._later(_PARAMETERS, len(self.parameters))
             self.parameters.append(float(value) if value.ndim == 0 else np.ascontiguousarray(value))
         return self._met[key]
 
@@ -202,11 +215,12 @@ class Mechanism:
         names = [
             f"s{len(self.state_names) + k}" for k in range(4 if pair.kind.name == "spherical" else pair.kind.freedom)
         ]
+        own = [self._later(_STATE, len(self.state_names) + k) for k in range(len(names))]
         self.states[pair.name] = slice(len(self.state_names), len(self.state_names) + len(names))
         self.state_names += names
         axes = self.axes_on(parent, pair.axes)
         here = self.point_on(parent, self.place(branch.parent, pair.point))
-        step = moved(self.tape, pair.kind.name, [TapeTerm(self.tape, name) for name in names], self._pitch(pair))
+        step = moved(pair.kind.name, own, self._pitch(pair))
         first_point: Vector
         second_point: Vector
         if branch.turned:
@@ -260,13 +274,11 @@ class Mechanism:
 
     # -- programs ---------------------------------------------------------------------------------------------------
 
-    @property
-    def _names(self) -> tuple[list[str], list[str]]:
-        return self.state_names, [f"p{k}" for k in range(len(self.parameters))]
-
-    def program(self, outputs: Iterable[Scalar]) -> tuple[Program, Program]:
-        """(state, parameters) to `outputs`."""
-        return self.tape.program(self._names, outputs)
+    def program(self, outputs: Iterable[Scalar]) -> Functions:
+        """(state, parameters) to `outputs`; (state, parameters, v, dv/dt) where these come in."""
+        terms = [x if isinstance(x, Term) else self.recording.constant(x) for x in outputs]
+        program, given = self.recording.program(terms)
+        return Functions.of(program, tuple(self._places[k] for k in given))
 
     @cached_property
     def closing(self) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
@@ -295,26 +307,26 @@ class Mechanism:
         return np.array(acts, dtype=bool).reshape(len(self.active), len(self.unknown))
 
     @cached_property
-    def newton(self) -> tuple[Program, Program]:
+    def newton(self) -> Functions:
         """(state, parameters) to active residuals, then the Jacobian of the active rows by the unknowns."""
         residual, jacobian, _ = self.closing
         return self.program([*residual, *jacobian])
 
     @cached_property
-    def full(self) -> tuple[Program, Program]:
+    def full(self) -> Functions:
         """As `newton`, with the Jacobian of the active rows by the drives behind."""
         residual, jacobian, drives = self.closing
         return self.program([*residual, *jacobian, *drives])
 
     @cached_property
-    def residual(self) -> tuple[Program, Program]:
+    def residual(self) -> Functions:
         """(state, parameters) to the residuals of all rows."""
-        return self.tape.program(self._names, self._residual)
+        return self.program(self._residual)
 
     @cached_property
-    def all_entries(self) -> tuple[Program, Program]:
+    def all_entries(self) -> Functions:
         """(state, parameters) to the Jacobian of all rows by all velocity coordinates."""
-        return self.tape.program(self._names, [entry for row in self._jacobian for entry in row])
+        return self.program([entry for row in self._jacobian for entry in row])
 
     @cached_property
     def acting_places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -324,76 +336,88 @@ class Mechanism:
         return rows, columns
 
     @cached_property
-    def acting_closure(self) -> tuple[Program, Program]:
+    def acting_closure(self) -> Functions:
         """(state, parameters) to the residuals of the rows in `acting`, then the entries at `acting_places`."""
         entries = [self._jacobian[self.acting[i]][k] for i, k in zip(*self.acting_places, strict=True)]
         return self.program([*(self._residual[i] for i in self.acting), *entries])
 
-    def pose_of(self, link: str) -> tuple[Program, Program]:
+    def pose_of(self, link: str) -> Functions:
         """(state, parameters) to reference point and axes, twelve numbers, of a link."""
         if link not in self._poses:
             body = self.bodies[link]
-            self._poses[link] = self.tape.program(self._names, [x for v in (body.origin, *body.axes) for x in v])
+            self._poses[link] = self.program([x for v in (body.origin, *body.axes) for x in v])
         return self._poses[link]
 
-    @cached_property
-    def joint_points(self) -> tuple[Program, Program]:
-        """(state, parameters) to the points of all joints on their first links, by name."""
-        return self.tape.program(self._names, [x for name in sorted(self.linkage.joints) for x in self.frames[name][1]])
+    def point_of(self, link: str, kept: tuple[int, ...]) -> Functions:
+        """(state, parameters, arm and size) to a place of a link, three numbers in the ground's axes.
 
-    def joint_axes(self, pair: Pair) -> tuple[Program, Program]:
+        The arm leads there from the link's reference point; it has the components `kept`, along the link's axes.
+        """
+        if (link, kept) not in self._on_links:
+            body, given = self.bodies[link], [self._later(_FURTHER, k) for k in range(len(kept) + 1)]
+            there: Vector = [0.0, 0.0, 0.0]
+            for k, x in zip(kept, given, strict=False):
+                there = plus(there, times(x, body.axes[k]))
+            self._on_links[link, kept] = self.program(times(given[-1], plus(body.origin, there)))
+        return self._on_links[link, kept]
+
+    @cached_property
+    def joint_points(self) -> Functions:
+        """(state, parameters) to the points of all joints on their first links, by name."""
+        return self.program([x for name in sorted(self.linkage.joints) for x in self.frames[name][1]])
+
+    def joint_axes(self, pair: Pair) -> Functions:
         """(state, parameters) to the axes x y z, nine numbers, of a joint that closes a loop, on its first link."""
         axes, _, _, _ = self._joined(pair)
-        return self.tape.program(self._names, [x for axis in axes for x in axis])
+        return self.program([x for axis in axes for x in axis])
 
-    def rates_of(self, link: str) -> tuple[Program, Program]:
+    def rates_of(self, link: str) -> Functions:
         """(state, parameters, v, dv/dt) to ω, velocity of the reference point, α and its acceleration, of a link."""
         if link not in self._rates:
-            _, rates, names = self._moving
+            _, rates = self._moving
             own = rates[link]
             values = [x for v in (own.omega, own.v, own.alpha, own.a) for x in v]
-            self._rates[link] = self.tape.program((*self._names, *names), values)
+            self._rates[link] = self.program(values)
         return self._rates[link]
 
     @cached_property
-    def poses(self) -> tuple[Program, Program]:
+    def poses(self) -> Functions:
         """As `pose_of`, of all links in the order of the linkage."""
         bodies = (self.bodies[link] for link in self.linkage.links)
-        return self.tape.program(self._names, [x for body in bodies for v in (body.origin, *body.axes) for x in v])
+        return self.program([x for body in bodies for v in (body.origin, *body.axes) for x in v])
 
     @cached_property
-    def rates(self) -> tuple[Program, Program]:
+    def rates(self) -> Functions:
         """As `rates_of`, of all links in the order of the linkage."""
-        _, rates, names = self._moving
+        _, rates = self._moving
         moves = (rates[link] for link in self.linkage.links)
         values = [x for own in moves for v in (own.omega, own.v, own.alpha, own.a) for x in v]
-        return self.tape.program((*self._names, *names), values)
+        return self.program(values)
 
     @cached_property
-    def relative(self) -> dict[str, tuple[Program, Program]]:
+    def relative(self) -> dict[str, Functions]:
         """By joint: (state, parameters) to axes x y z and point on the first link, axes and point on the second."""
         return {
-            name: self.tape.program(self._names, [x for v in (*first, here, *second, there) for x in v])
+            name: self.program([x for v in (*first, here, *second, there) for x in v])
             for name, (first, here, second, there) in self.frames.items()
         }
 
     @cached_property
-    def bias(self) -> tuple[Program, Program]:
+    def bias(self) -> Functions:
         """(state, parameters, v, dv/dt) to the second time derivative of the active rows."""
-        bias, _, names = self._moving
-        return self.tape.program((*self._names, *names), [bias[i] for i in self.active])
+        bias, _ = self._moving
+        return self.program([bias[i] for i in self.active])
 
     @cached_property
-    def _moving(self) -> tuple[list[Scalar], dict[str, Rates], tuple[list[str], list[str]]]:
-        names = tuple([f"{letter}{k}" for k in range(len(self.columns))] for letter in "vw")
-        v, w = ([TapeTerm(self.tape, name) for name in those] for those in names)
+    def _moving(self) -> tuple[list[Scalar], dict[str, Rates]]:
+        v, w = ([self._later(group, k) for k in range(len(self.columns))] for group in (_VELOCITIES, _CHANGES))
         rates = rates_of(self.tree, self.bodies, self.frames, self._columns, self.velocities, v, w)
         bias = [
             x
             for pair in self.tree.cuts
             for x in closing_bias(pair, self._joined(pair), rates[pair.first], rates[pair.second])
         ]
-        return bias, rates, (names[0], names[1])
+        return bias, rates
 
     def jacobian(self, state: Array) -> Array:
         """Jacobian of all closing rows by all velocity coordinates, (..., rows, columns), at states (..., n)."""
@@ -416,7 +440,7 @@ def _along(axes: Array, vectors: Array) -> Array:
 
 
 def _acts(entry: Scalar) -> bool:
-    return isinstance(entry, TapeTerm) or entry != 0.0
+    return isinstance(entry, Term) or entry != 0.0
 
 
 def _size(linkage: LinkageDescription) -> float:

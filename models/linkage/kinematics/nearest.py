@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from .linear import matrices, stacked_solve
 from .loops import Loops
-from .tape import Value
+from .terms import Value
 
 ITERATIONS = 80
 UNDAMPED = 20

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..description.parts import GROUND
 from .bodies import Column, MovingLink
-from .tape import Scalar, Vector, cross, minus, plus, times
+from .terms import Scalar, Vector, cross, minus, plus, times
 from .tree import Tree
 
 NOTHING: Vector = [0.0, 0.0, 0.0]

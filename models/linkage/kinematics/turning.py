@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .tape import Scalar, Tape, Vector, combine, minus, plus, times
+import numpy as np
+
+from .terms import Scalar, Vector, combine, minus, plus, times
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +55,11 @@ def _turned(axes: Sequence[Vector], axis: int, cosine: Scalar, sine: Scalar) -> 
     return out
 
 
-def moved(tape: Tape, kind: str, state: Sequence[Scalar], pitch: Scalar) -> TurnStep:
+def moved(kind: str, state: Sequence[Scalar], pitch: Scalar) -> TurnStep:
     """What a joint of this kind does at `state`; `pitch` is the advance of a screw per radian."""
 
     def turn(axis: int, angle: Scalar) -> tuple[int, Scalar, Scalar]:
-        return axis, tape.call("cos", angle), tape.call("sin", angle)
+        return axis, np.cos(angle), np.sin(angle)
 
     still: Vector = [0.0, 0.0, 0.0]
     if kind == "revolute":

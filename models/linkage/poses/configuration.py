@@ -12,7 +12,7 @@ from ..description.linkage_description import LinkageDescription
 from ..kinematics.loops import Loops, ball_rate
 from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, open_by
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from ..way.start import not_assembled
 
 # Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a

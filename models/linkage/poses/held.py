@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from ....framework.arm import crossed
 from ....framework.batch import Array
+from ....framework.program.source import Function
 from ..description.parts import GROUND
 from ..kinematics.mechanism import Mechanism
-from ..kinematics.tape import Program, Value
+from ..kinematics.terms import Value
 
 # A link or joint moves that has this share of the fastest's speed.
 MOVES = 1e-6
@@ -40,7 +41,7 @@ def moving_joints(
         [np.asarray(x)[:, None] if np.ndim(x) else x for x in entries] for entries in (state, parameters)
     )
 
-    def rows(program: Program, each: int, *inputs: Sequence[Value]) -> list[Array]:
+    def rows(program: Function, each: int, *inputs: Sequence[Value]) -> list[Array]:
         found = [np.broadcast_to(x, shape) for x in program(*inputs)]
         return [np.stack(found[k : k + each], axis=-1) for k in range(0, len(found), each)]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,12 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....framework.batch import Array, Shape, vector
 from ....framework.errors import FrameError
+from ....framework.program.calculation import worth_compiling
+from ....framework.program.sines import FARTHEST
+from ....framework.program.source import Functions
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
-from ..kinematics.blocks import blocks, cut_all
+from ..kinematics.blocks import blocks, cut_all, parts
 from ..kinematics.entries import combined, cross
 from ..kinematics.mechanism import Mechanism, compiled
-from ..kinematics.tape import Program, Value
+from ..kinematics.terms import Value
 from ..way.assemble import Assembly, assembled
 from ..way.driven import remedy
 from ..way.drives import Drives, given_drives
@@ -409,10 +413,12 @@ class Kinematics:
     def _moves(self) -> dict[str, list[list[Value]]]:
         return {}
 
-    def _run(self, program: tuple[Program, Program], *inputs: Sequence[Value]) -> list[Value]:
+    def _run(self, program: Functions, *inputs: Sequence[Value]) -> list[Value]:
         """Results of a program, entry by entry, NaN where the pose is not assembled."""
         state, *others = inputs
-        found: Sequence[Value] = program[1](state, self.mechanism.parameters, *others)
+        given = state, self.mechanism.parameters, *others
+        work = program.calculation(given, self.shape) if worth_compiling(math.prod(self.shape)) else None
+        found: Sequence[Value] = work.results() if work is not None and not self._far else program[1](*given)
         if self.assembly.all_closed:
             return list(found)
         return [np.where(self.assembly.closed, x, np.nan) for x in found]
@@ -423,9 +429,42 @@ class Kinematics:
         ground = self.mechanism.bodies[GROUND]
         if link == GROUND:
             return np.broadcast_to(place, (*np.broadcast_shapes(self.shape, place.shape[:-1]), 3))
+        found = None if link in self._poses or place.ndim > 1 or self.linkage.shape else self._swept(link, place)
+        if found is not None:
+            return found
         origin, axes = self._pose(link)
         there = [x + y for x, y in zip(origin, self._arm(link, axes, place), strict=True)]
         return np.asarray(self._global(there, self.mechanism.size) + ground.place)
+
+    def _swept(self, link: str, place: Array) -> Array | None:
+        """Positions of a long batch as machine code, part by part in the cache; None where that does not pay."""
+        shape, mechanism = self.shape, self.mechanism
+        if not worth_compiling(math.prod(shape)) or self._far:
+            return None
+        arm = [float(x) for x in mechanism.arm(link, place)]
+        kept = tuple(k for k, x in enumerate(arm) if x)
+        inputs = [*(arm[k] for k in kept), mechanism.size]
+        work = mechanism.point_of(link, kept).calculation([self.assembly.state, mechanism.parameters, inputs], shape)
+        if work is None:
+            return None
+        out, ground = np.empty((*shape, 3)), mechanism.bodies[GROUND]
+        for block, axis, chosen in parts(shape):
+            whole = out[block]
+            made = [np.empty(work.of(work.program.masks[k], whole.shape[:-1])) for k in work.program.outputs]
+            work.run(axis, chosen, made)
+            for k, x in enumerate(made):
+                whole[..., k] = x
+            if not mechanism.upright:
+                whole[...] = np.einsum("...ij,...j->...i", ground.drawn_axes, whole)
+            whole += ground.place
+        if not self.assembly.all_closed:
+            out[~np.broadcast_to(self.assembly.closed, shape)] = np.nan
+        return out
+
+    @cached_property
+    def _far(self) -> bool:
+        """Whether a drive goes so far that its sine takes more care."""
+        return any(float(np.abs(x).max(initial=0.0)) > 0.5 * FARTHEST for x in self.drives.states)
 
     def _arm(self, link: str, axes: list[list[Value]], place: Array) -> list[Value]:
         """Vector from the link's reference point to a place, in the ground's axes."""
@@ -478,7 +517,22 @@ def _drawn(place: ArrayLike) -> Array:
 def _rates(motion: Kinematics) -> tuple[list[Value], list[Value]]:
     found, drives, mechanism = motion.assembly, motion.drives, motion.mechanism
     loops, shape = found.loops, motion.shape
-    count = len(mechanism.columns)
+    given = found.state, mechanism.parameters, drives.rates, drives.accelerations
+    first, second = (None if motion._far else loops.rates_at_once(*given, shape)) or _rates_in_blocks(motion)
+    for patch in found.patches:
+        members = np.broadcast_to(patch.members, shape)
+        spread = np.broadcast_to(np.cumsum(patch.members).reshape(patch.members.shape) - 1, shape)[members]
+        for k, follow, bend in zip(mechanism.unknown, patch.follow, patch.bend, strict=True):
+            rate = np.broadcast_to(drives.rates[patch.drive], shape)[members]
+            speeds_up = np.broadcast_to(drives.accelerations[patch.drive], shape)[members]
+            np.asarray(first[k])[members] = follow[spread] * rate
+            np.asarray(second[k])[members] = follow[spread] * speeds_up + bend[spread] * rate**2
+    return first, second
+
+
+def _rates_in_blocks(motion: Kinematics) -> tuple[list[Value], list[Value]]:
+    found, drives, mechanism = motion.assembly, motion.drives, motion.mechanism
+    loops, shape, count = found.loops, motion.shape, len(mechanism.columns)
     first, second = ([np.empty(shape) for _ in range(count)] for _ in range(2))
     for block in blocks(shape):
         state, parameters = cut_all(found.state, block), cut_all(mechanism.parameters, block)
@@ -486,12 +540,4 @@ def _rates(motion: Kinematics) -> tuple[list[Value], list[Value]]:
         w = loops.accelerations(state, parameters, v, cut_all(drives.accelerations, block))
         for k in range(count):
             first[k][block], second[k][block] = v[k], w[k]
-    for patch in found.patches:
-        members = np.broadcast_to(patch.members, shape)
-        spread = np.broadcast_to(np.cumsum(patch.members).reshape(patch.members.shape) - 1, shape)[members]
-        for k, follow, bend in zip(mechanism.unknown, patch.follow, patch.bend, strict=True):
-            rate = np.broadcast_to(drives.rates[patch.drive], shape)[members]
-            speeds_up = np.broadcast_to(drives.accelerations[patch.drive], shape)[members]
-            first[k][members] = follow[spread] * rate
-            second[k][members] = follow[spread] * speeds_up + bend[spread] * rate**2
     return list(first), list(second)

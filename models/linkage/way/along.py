@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, Shape
 from ..kinematics.blocks import blocks, cut, cut_all, taken
 from ..kinematics.loops import Loops, Pose
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .change_point import Patch, patched
 from .ends import SHORT, at_dead_points
 from .guess import Guess
@@ -137,7 +138,7 @@ class Along:
         for place in self.loops.unknown_states:
             state[place] = np.empty(shape)
         good = np.zeros(shape, dtype=bool)
-        for block in blocks(shape):
+        for block in blocks(shape, math.prod(shape)) if self.loops.at_once(shape) else blocks(shape):
             lead, s = cut_all(found.state, block), cut(guess.s, block)
             reached = cut(found.reached.astype(np.float64), block)
             own, (back, ahead) = cut_all(parameters, block), (cut(limit, block) for limit in limits)

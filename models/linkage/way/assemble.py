@@ -14,7 +14,7 @@ from ..kinematics.blocks import blocks, cut_all, taken
 from ..kinematics.loops import Loops, Pose
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import open_by
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .along import Along, Found
 from .change_point import Patch
 from .driven import check_driven
@@ -26,6 +26,7 @@ from .one_pose import one_pose
 from .other_modes import least_gaps
 from .rays import along_rays, from_one
 from .start import leader
+from .sweep import swept
 
 Mask = NDArray[np.bool_]
 # Closed means a residual below this share of the size.
@@ -60,6 +61,8 @@ class Assembly:
         Whether poses that are not reached are put together anew.
     switch
         Whether the other branch is taken at change points.
+    how
+        Why machine code has found the poses, in words; empty where it has not.
     """
 
     loops: Loops
@@ -72,6 +75,7 @@ class Assembly:
     patches: list[Patch]
     other_modes: bool = False
     switch: bool = False
+    how: str = ""
 
     @cached_property
     def closed(self) -> Mask:
@@ -82,6 +86,14 @@ class Assembly:
     def all_closed(self) -> bool:
         """Whether there is a position everywhere."""
         return bool(self.closed.all())
+
+    @property
+    def told(self) -> str:
+        """Who has found the poses, and why, in words."""
+        written = self.loops.closing.close()
+        if self.how or written is None:
+            return self.how or "by NumPy, as the equations take a choice of pivots at each pose"
+        return written.choice(self.shape).reason
 
     @property
     def other(self) -> Mask:
@@ -136,20 +148,67 @@ def assembled(
         if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:
             there, error, row = np.ones((), dtype=bool), np.array(one.error), np.array(one.row)
             return Assembly(loops, parameters, shape, list(one.state), there, error, row, [], other_modes)
-    found = _found(
-        loops, nominal, start, mechanism.starts if varies else None, parameters, drives.states, shape, switch
-    )
+    starts = mechanism.starts if varies else None
+    out = None if varies or switch else _swept(loops, nominal, start, drives.states, shape)
+    if out is None:
+        out = _looked_at(loops, nominal, start, starts, parameters, drives.states, shape, switch)
+    out.other_modes, out.switch = other_modes, switch
+    if other_modes:
+        _ = out.closed
+    return out
+
+
+def _swept(
+    loops: Loops, nominal: Sequence[float], start: Pose, driven: Sequence[Array], shape: Shape
+) -> Assembly | None:
+    """A long sweep of one drive as machine code, and a closer look at what that leaves."""
+    moving = _moving(loops, start, driven)
+    if len(moving) != 1 or loops.driven_balls or not loops.determined:
+        return None
+    found = swept(loops, nominal, start, moving[0], driven, shape, max(CLOSED, loops.tolerance))
+    if found is None:
+        return None
+    row = np.zeros(shape, dtype=np.intp)
+    out = Assembly(loops, nominal, shape, found.state, found.good, found.error, row, [], how=found.reason)
+    if not found.good.all():
+        left = ~found.good
+        aims = [np.broadcast_to(x, shape)[left] for x in driven]
+        rest = _looked_at(loops, nominal, start, None, nominal, aims, aims[0].shape, switch=False)
+        out.reached[left], out.error[left], row[left] = rest.reached, rest.error, rest.row
+        out.patches = [patch.of(left) for patch in rest.patches]
+        for place in loops.unknown_states:
+            np.asarray(out.state[place])[left] = rest.state[place]
+    return out
+
+
+def _looked_at(
+    loops: Loops,
+    nominal: Sequence[float],
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    driven: Sequence[Array],
+    shape: Shape,
+    switch: bool,
+) -> Assembly:
+    """Poses of a batch with all that may be special about them."""
+    found = _found(loops, nominal, start, starts, parameters, driven, shape, switch)
     error, row = _measured(loops, parameters, found, shape)
     closed = error < max(CLOSED, loops.tolerance)
     if found.nearly is not None:
         closed |= found.nearly & (error < OPEN)
-    state = found.state
-    out = Assembly(
-        loops, parameters, shape, state, found.reached & closed, error, row, found.patches, other_modes, switch
-    )
-    if other_modes:
-        _ = out.closed
-    return out
+    return Assembly(loops, parameters, shape, found.state, found.reached & closed, error, row, found.patches)
+
+
+def _moving(loops: Loops, start: Pose, driven: Sequence[Array]) -> list[int]:
+    """Which of the driven states move in some pose."""
+    begin = [start.state[place] for place in loops.driven_states]
+    return [k for k, (x, at) in enumerate(zip(driven, begin, strict=True)) if _farthest(x, at) > STILL]
+
+
+def _farthest(values: Array, begin: float) -> float:
+    """How far from a number they go."""
+    return max(float(values.max(initial=begin)) - begin, begin - float(values.min(initial=begin)))
 
 
 def _found(
@@ -163,13 +222,13 @@ def _found(
     switch: bool,
 ) -> Found:
     """Poses of a batch; those at which one drive alone has moved lie on one line."""
-    moved = [np.abs(x - start.state[place]) > STILL for place, x in zip(loops.driven_states, driven, strict=True)]
-    moving = [k for k, each in enumerate(moved) if np.any(each)]
+    moving = _moving(loops, start, driven)
     if len(moving) <= 1 and not loops.driven_balls and loops.driven_states:
         along = Along(loops, nominal, start, starts, moving[0] if moving else 0, switch)
         return along.poses(driven, parameters, shape)
     if not moving:
         return _standing(loops, start, starts, driven, shape)
+    moved = [np.abs(x - start.state[place]) > STILL for place, x in zip(loops.driven_states, driven, strict=True)]
     return _apart(loops, nominal, start, starts, parameters, driven, moved, shape, switch)
 
 
@@ -254,7 +313,7 @@ def _on_rays(
         own = taken(parameters, closed)
         states[:, closed], reached[closed] = along_rays(loops, own, states[:, closed], targets[:, closed])
     states[loops.driven_states] = targets
-    for block in blocks(reached.shape, TOGETHER):
+    for block in blocks(reached.shape, reached.size if loops.at_once(reached.shape) else TOGETHER):
         part = states[:, block[0]]
         found = loops.close_all(loops.unit(list(part)), cut_all(parameters, block))
         for row, x in zip(part, found.state, strict=True):
@@ -264,7 +323,11 @@ def _on_rays(
 
 def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> tuple[Array, NDArray[np.intp]]:
     """Closure error of every pose, and the row with the largest."""
-    error, row = np.zeros(shape), np.zeros(shape, dtype=np.intp)
+    error, row = loops.gaps(found.state, parameters, shape), np.zeros(shape, dtype=np.intp)
+    if error is not None:
+        # Which row is farthest open is told of poses that are not closed, when they have been put together anew.
+        return error, row
+    error = np.zeros(shape)
     for block in blocks(shape):
         error[block], row[block] = open_by(loops, cut_all(found.state, block), cut_all(parameters, block))
     return error, row

@@ -17,7 +17,7 @@ from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops
 from ..kinematics.nearest import open_by
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .follow import Guide
 from .guess import Guess
 from .interpolation import weights

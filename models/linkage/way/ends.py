@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops
 from ..kinematics.nearest import nearest
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 
 # So near, in radians and sizes, a path comes to the dead point in which it ends, and the pose there to its end.
 SHORT, AWAY = 1e-6, 1e-2

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .follow import Guide
 
 # Signs of determinants are not compared so near a change point.

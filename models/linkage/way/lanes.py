@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops, Pose, Poses
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .interpolation import cubic
 from .march import EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, Shape
 from ..kinematics.loops import FIRST_STEP, Loops
 from ..kinematics.nearest import nearest, open_by
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .follow import Guide
 from .interpolation import weights
 from .march import BEYOND, OPEN

@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops
 from ..kinematics.nearest import nearest, open_by
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 
 # From how many positions beside the reference configuration a pose is tried, and how far these are from it.
 TRIES, FAR = 8, 2.0

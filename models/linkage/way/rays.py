@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops, Pose
-from ..kinematics.tape import Value
+from ..kinematics.terms import Value
 from .ends import at_dead_points
 from .follow import Guide
 from .guess import NEAR
@@ -48,14 +48,19 @@ def _in_one_step(
     states, reached = np.empty((len(begin), count)), np.zeros(count, dtype=bool)
     follow, determinants = common.follow[:, None], common.determinants[:, None]
     bound = TURN * (0.5 + float(np.abs(follow).max(initial=0.0)))
+    guess, near = states, np.empty(count, dtype=bool)
     for first in range(0, count, TOGETHER):
         part = slice(first, first + TOGETHER)
         way = targets[:, part] - begin[loops.driven_states, None]
         rate, bend = common.along(way)
-        guess = begin[:, None] + rate + 0.5 * bend
-        guess[loops.driven_states] = targets[:, part]
-        found = loops.poses(loops.unit(list(guess)), parameters)
-        good = found.good & (np.sqrt((way**2).sum(axis=0)) <= FAR)
+        guess[:, part] = begin[:, None] + rate + 0.5 * bend
+        near[part] = np.sqrt((way**2).sum(axis=0)) <= FAR
+    guess[loops.driven_states] = targets
+    together = count if loops.at_once((count,), followed=True) else TOGETHER
+    for first in range(0, count, together):
+        part = slice(first, first + together)
+        found = loops.poses(loops.unit(list(guess[:, part])), parameters)
+        good = found.good & near[part]
         for now, then in zip(found.follow, follow, strict=True):
             good &= np.abs(now - then) <= bound
         for now, then in zip(found.determinants, determinants, strict=True):

@@ -64,6 +64,10 @@ class SingleDrive:
             tracks = [self._track(sign, need) for sign, need in zip((1.0, -1.0), needs, strict=True)]
         return self._guide(*tracks)
 
+    def guide_over(self, low: float, high: float) -> Guide:
+        """The guide both ways from the reference configuration, from `low` to `high` where the path leads there."""
+        return self._guide(*(self._track(sign, max(end, 0.0) + BEYOND) for sign, end in ((1.0, high), (-1.0, -low))))
+
     def exactly(self, s: float) -> list[float] | None:
         """The state at one value of the drive, step by step from the node before it; None where that is lost."""
         track = self._track(1.0 if s >= 0.0 else -1.0, abs(s) + BEYOND)

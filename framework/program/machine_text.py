@@ -1,0 +1,216 @@
+"""A program as the text that LLVM reads: a loop over rows of a batch, in it one over a few entries at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from .program import TABLES, Operation, Program
+from .sines import reduced, splat, turned
+
+# Batch entries in a register; LLVM splits it where the processor's are shorter.
+WIDTH = 8
+_V, _B = f"<{WIDTH} x double>", f"<{WIDTH} x i1>"
+_NAMES = {
+    Operation.ADD: "fadd",
+    Operation.SUBTRACT: "fsub",
+    Operation.MULTIPLY: "fmul",
+    Operation.DIVIDE: "fdiv",
+    Operation.LESS: "fcmp olt",
+    Operation.LESS_EQUAL: "fcmp ole",
+}
+_LOGIC = {Operation.AND: "and", Operation.OR: "or"}
+_BELOW = {Operation.MINIMUM: "olt", Operation.MAXIMUM: "ogt"}
+_CALLS = {Operation.SQUARE_ROOT: "sqrt", Operation.ABSOLUTE: "fabs", Operation.MULTIPLY_ADD: "fmuladd"}
+_DECLARED = "\n".join(
+    [
+        *(f"declare {_V} @llvm.{name}.v{WIDTH}f64({_V})" for name in ("sqrt", "fabs")),
+        *(f"declare {_V} @llvm.{name}.v{WIDTH}f64({_V}, {_V}, {_V})" for name in ("fma", "fmuladd")),
+    ]
+)
+SINES = frozenset({Operation.SINE, Operation.COSINE})
+
+
+class Text:
+    """The text of a kernel.
+
+    Parameters
+    ----------
+    program
+        The program.
+    read, along
+        Values that are there when it begins, and which of them vary along the last axis; tables do not.
+    written
+        Values that it makes for others.
+    """
+
+    def __init__(self, program: Program, read: Sequence[int], along: Sequence[bool], written: Sequence[int]) -> None:
+        self.program, self.read, self.along, self.written = program, read, along, written
+        self.label = "entries"
+        self._reduced: set[int] = set()
+        self._places: set[int] = set()
+
+    def lines(self) -> Iterator[str]:
+        """All of it."""
+        yield _DECLARED
+        yield "define void @run(ptr noalias %table, i64 %first, i64 %last, i64 %start, i64 %stop) {"
+        yield f"entry:\n  %most = sub i64 %stop, {WIDTH}\n  br label %row"
+        yield "row:\n  %r = phi i64 [%first, %entry], [%r1, %done]"
+        yield from self._begin_row()
+        yield "  br label %entries\nentries:\n  %j = phi i64 [%start, %row], [%j1, %next]"
+        yield from self._load()
+        yield from self._steps()
+        yield from self._store()
+        yield f"  br label %next\nnext:\n  %j0 = add i64 %j, {WIDTH}"
+        yield "  %over = icmp sge i64 %j0, %stop\n  %beyond = icmp sgt i64 %j0, %most"
+        yield "  %j1 = select i1 %beyond, i64 %most, i64 %j0\n  br i1 %over, label %done, label %entries"
+        yield "done:\n  %r1 = add i64 %r, 1\n  %all = icmp sge i64 %r1, %last\n  br i1 %all, label %end, label %row"
+        yield "end:\n  ret void\n}"
+
+    # -- memory ------------------------------------------------------------------------------------------------------
+
+    def _begin_row(self) -> Iterator[str]:
+        """Where each value begins; those that do not vary along the row."""
+        yield f"  %at = mul i64 %r, {len(self.read) + len(self.written)}"
+        yield "  %line = getelementptr ptr, ptr %table, i64 %at"
+        for place, k in enumerate([*self.read, *self.written]):
+            yield f"  %l{place} = getelementptr ptr, ptr %line, i64 {place}\n  %p{k} = load ptr, ptr %l{place}"
+        for k, varies in zip(self.read, self.along, strict=True):
+            if not varies and k not in self.program.tables:
+                yield f"  %s{k} = load double, ptr %p{k}"
+                yield from _everywhere(f"%s{k}", f"{self._loaded(k)}")
+                yield from self._condition(k)
+
+    def _load(self) -> Iterator[str]:
+        for k, varies in zip(self.read, self.along, strict=True):
+            if varies:
+                yield f"  %a{k} = getelementptr double, ptr %p{k}, i64 %j"
+                yield f"  {self._loaded(k)} = load {_V}, ptr %a{k}, align 8"
+                yield from self._condition(k)
+
+    def _loaded(self, k: int) -> str:
+        return f"%d{k}" if self.program.holds(k) else f"%v{k}"
+
+    def _condition(self, k: int) -> Iterator[str]:
+        """What is true or false is 1 or 0 in memory where a step before made it."""
+        if self.program.holds(k):
+            yield f"  %v{k} = fcmp une {_V} %d{k}, zeroinitializer"
+
+    def _store(self) -> Iterator[str]:
+        for k in self.written:
+            if self.program.holds(k):
+                yield f"  %z{k} = zext {_B} %v{k} to <{WIDTH} x i8>\n  %w{k} = getelementptr i8, ptr %p{k}, i64 %j"
+                yield f"  store <{WIDTH} x i8> %z{k}, ptr %w{k}, align 1"
+            else:
+                yield f"  %w{k} = getelementptr double, ptr %p{k}, i64 %j"
+                yield f"  store {_V} %v{k}, ptr %w{k}, align 8"
+
+    # -- steps -------------------------------------------------------------------------------------------------------
+
+    def _steps(self) -> Iterator[str]:
+        """What comes before the rounds, the rounds, and what comes after them."""
+        program, made = self.program, [k + self.program.first for k in self.program.made(self.program.widest)]
+        if program.rounds is None:
+            yield from self._all(made)
+            return
+        carried = {begins for begins, _ in program.rounds.carried}
+        late = set(carried)
+        for k in made:
+            if not late.isdisjoint(program.steps[k - program.first].operands):
+                late.add(k)
+        yield from self._all(k for k in made if k not in late)
+        yield from self._rounds(carried, [k for k in made if k in program.again and k not in carried])
+        yield from self._all(k for k in made if k in late and k not in program.again and k not in carried)
+
+    def _all(self, those: Iterator[int] | Sequence[int]) -> Iterator[str]:
+        for k in those:
+            yield from self._step(k)
+
+    def _rounds(self, carried: set[int], those: Sequence[int]) -> Iterator[str]:
+        rounds, before = self.program.rounds, self.label
+        assert rounds is not None
+        body = []
+        self.label = "again"
+        for k in those:
+            body += list(self._step(k))
+        yield "  br label %again\nagain:"
+        yield f"  %round = phi i64 [0, %{before}], [%rounds, %{self.label}]"
+        for k, after in rounds.carried:
+            begins = self._operand(self.program.steps[k - self.program.first].a)
+            kind = _B if self.program.holds(k) else _V
+            yield f"  %v{k} = phi {kind} [{begins}, %{before}], [{self._operand(after)}, %{self.label}]"
+        yield from body
+        yield f"  %left = bitcast {_B} {self._operand(rounds.again)} to i{WIDTH}\n  %some = icmp ne i{WIDTH} %left, 0"
+        yield f"  %rounds = add i64 %round, 1\n  %few = icmp slt i64 %rounds, {rounds.most}"
+        yield "  %go = and i1 %some, %few\n  br i1 %go, label %again, label %settled\nsettled:"
+        self.label = "settled"
+
+    def _step(self, k: int) -> Iterator[str]:
+        step = self.program.steps[k - self.program.first]
+        operation = step.operation
+        if operation in TABLES:
+            yield from (self._search if operation == Operation.SEARCH else self._look_up)(k, step.a, step.b)
+            return
+        a, *others = (self._operand(each) for each in step.operands)
+        if operation in _NAMES:
+            yield f"  %v{k} = {_NAMES[operation]} {_V} {a}, {others[0]}"
+        elif operation in _CALLS:
+            rest = "".join(f", {_V} {each}" for each in others)
+            yield f"  %v{k} = call {_V} @llvm.{_CALLS[operation]}.v{WIDTH}f64({_V} {a}{rest})"
+        elif operation in SINES:
+            if step.a not in self._reduced:
+                self._reduced.add(step.a)
+                yield from reduced(a, f"x{step.a}", WIDTH)
+            yield from turned(f"x{step.a}", f"v{k}", WIDTH, cosine=operation == Operation.COSINE)
+        elif operation == Operation.NEGATE:
+            yield f"  %v{k} = fneg {_V} {a}"
+        elif operation in _LOGIC:
+            yield f"  %v{k} = {_LOGIC[operation]} {_B} {a}, {others[0]}"
+        elif operation == Operation.NOT:
+            yield f"  %v{k} = xor {_B} {a}, splat (i1 true)"
+        elif operation == Operation.CHOOSE:
+            kind = _B if self.program.holds(k) else _V
+            yield f"  %v{k} = select {_B} {a}, {kind} {others[0]}, {kind} {others[1]}"
+        else:
+            # As NumPy's: NaN where one of them is.
+            yield f"  %b{k} = fcmp {_BELOW[operation]} {_V} {a}, {others[0]}\n  %n{k} = fcmp uno {_V} {a}, {a}"
+            yield f"  %c{k} = or {_B} %b{k}, %n{k}"
+            yield f"  %v{k} = select {_B} %c{k}, {_V} {a}, {_V} {others[0]}"
+
+    def _search(self, k: int, table: int, x: int) -> Iterator[str]:
+        """Each number of the table against all entries, up to that which is inf."""
+        at, before = f"search{k}", self.label
+        yield f"  br label %{at}\n{at}:"
+        yield f"  %si{k} = phi i64 [0, %{before}], [%sn{k}, %{at}]"
+        yield f"  %sc{k} = phi {_V} [zeroinitializer, %{before}], [%v{k}, %{at}]"
+        yield f"  %sp{k} = getelementptr double, ptr %p{table}, i64 %si{k}\n  %st{k} = load double, ptr %sp{k}"
+        yield from _everywhere(f"%st{k}", f"%sv{k}")
+        yield f"  %sl{k} = fcmp ole {_V} %sv{k}, {self._operand(x)}"
+        yield f"  %so{k} = select {_B} %sl{k}, {_V} {splat(1.0)}, {_V} zeroinitializer"
+        yield f"  %v{k} = fadd {_V} %sc{k}, %so{k}\n  %sn{k} = add i64 %si{k}, 1"
+        yield f"  %sg{k} = fcmp olt double %st{k}, 0x7FF0000000000000"
+        yield f"  br i1 %sg{k}, label %{at}, label %found{k}\nfound{k}:"
+        self.label = f"found{k}"
+
+    def _look_up(self, k: int, table: int, place: int) -> Iterator[str]:
+        if place not in self._places:
+            self._places.add(place)
+            for entry in range(WIDTH):
+                yield f"  %g{place}x{entry} = extractelement {_V} {self._operand(place)}, i64 {entry}"
+                yield f"  %i{place}x{entry} = fptosi double %g{place}x{entry} to i64"
+        last = "poison"
+        for entry in range(WIDTH):
+            yield f"  %h{k}x{entry} = getelementptr double, ptr %p{table}, i64 %i{place}x{entry}"
+            yield f"  %e{k}x{entry} = load double, ptr %h{k}x{entry}"
+            name = f"%v{k}" if entry == WIDTH - 1 else f"%u{k}x{entry}"
+            yield f"  {name} = insertelement {_V} {last}, double %e{k}x{entry}, i64 {entry}"
+            last = name
+
+    def _operand(self, k: int) -> str:
+        program = self.program
+        return splat(program.constants[k - program.given]) if program.given <= k < program.first else f"%v{k}"
+
+
+def _everywhere(scalar: str, vector: str) -> Iterator[str]:
+    """A number in all places of a vector."""
+    yield f"  {vector}e = insertelement {_V} poison, double {scalar}, i64 0"
+    yield f"  {vector} = shufflevector {_V} {vector}e, {_V} poison, <{WIDTH} x i32> zeroinitializer"

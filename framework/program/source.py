@@ -1,0 +1,154 @@
+"""A program as Python functions of straight-line code: of plain numbers, which one entry is, and of arrays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..batch import Shape
+from ..cache import KERNELS
+from ..structure.parts import Value
+from .calculation import Calculation, worth_compiling
+from .program import Operation, Program
+from .recording import mask_of
+
+Function = Callable[..., Any]
+# Of each given value the group of arguments in which it comes, and its place there.
+Places = tuple[tuple[int, int], ...]
+_TEXTS = {
+    Operation.ADD: "{} + {}",
+    Operation.SUBTRACT: "{} - {}",
+    Operation.MULTIPLY: "{} * {}",
+    Operation.DIVIDE: "{} / {}",
+    Operation.NEGATE: "-{}",
+    Operation.SINE: "sin({})",
+    Operation.COSINE: "cos({})",
+    Operation.SQUARE_ROOT: "sqrt({})",
+    Operation.ABSOLUTE: "abs({})",
+}
+_FLOATS = {"sin": math.sin, "cos": math.cos, "sqrt": math.sqrt}
+_ARRAYS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt}
+
+
+class Functions(tuple[Function, Function]):
+    """A program as a function of groups of numbers: for floats, and for arrays that broadcast.
+
+    It travels as the program, and is compiled again where it arrives.
+
+    Attributes
+    ----------
+    program
+        The program.
+    places
+        In which group its given values come, and where there.
+    """
+
+    program: Program
+    places: Places
+
+    def __new__(cls, program: Program, places: Places) -> Functions:
+        """Those of a program."""
+        code = compile("\n".join(_lines(program, places)), "<program>", "exec")
+        floats, arrays = dict[str, Any](_FLOATS), dict[str, Any](_ARRAYS)
+        exec(code, floats)
+        exec(code, arrays)
+        made = super().__new__(cls, (floats["program"], of_one(floats["program"], arrays["program"])))
+        made.program, made.places = program, places
+        return made
+
+    @staticmethod
+    def of(program: Program, places: Places) -> Functions:
+        """Those of a program; all that have the same steps have them in common."""
+        key = "functions", program, places
+        found: Functions = KERNELS.found(key, lambda: Functions(program, places), len(program.steps))
+        return found
+
+    def __reduce__(self) -> tuple[Callable[..., Functions], tuple[Program, Places]]:
+        return Functions.of, (self.program, self.places)
+
+    def calculation(self, inputs: Sequence[Sequence[Value]], shape: Shape) -> Calculation | None:
+        """What does it for a long batch as machine code; None where that does not pay.
+
+        Parameters
+        ----------
+        inputs
+            The groups of numbers.
+        shape
+            Batch over which they broadcast.
+        """
+        return calculation(self.program, [inputs[group][place] for group, place in self.places], shape)
+
+
+def calculation(program: Program, given: Sequence[Value], shape: Shape) -> Calculation | None:
+    """What does a program for a long batch as machine code; None where that does not pay.
+
+    Parameters
+    ----------
+    program
+        The program.
+    given
+        Its given values, which broadcast.
+    shape
+        Batch over which they do.
+    """
+    if not worth_compiling(math.prod(shape)):
+        return None
+    tables, depth = program.tables, len(shape)
+    values = [x if k in tables else _deep(x, depth) for k, x in enumerate(given)]
+    masks = tuple(0 if k in tables else mask_of(x) for k, x in enumerate(values))
+    own: Program = KERNELS.found(("over", program, masks), lambda: program.over(masks), len(program.steps))
+    made = Calculation(own, values, shape)
+    return made if made.choice.compiled else None
+
+
+def _deep(value: Value, depth: int) -> Value:
+    """A number with as many axes as the batch where it is an array."""
+    if not isinstance(value, np.ndarray):
+        return value
+    return value.item() if value.size == 1 else value.reshape((1,) * (depth - value.ndim) + value.shape)
+
+
+def _lines(program: Program, places: Places) -> Iterator[str]:
+    """Text of the function.
+
+    Numbers leave their variable to the next where they are not used again: few arrays are then there at a time, and
+    stay in the cache.
+    """
+    yield "def program(a0, a1=(), a2=(), a3=()):"
+    names = [f"g{k}" for k in range(program.given)] + [repr(value) for value in program.constants]
+    yield from (f" g{k} = a{group}[{place}]" for k, (group, place) in enumerate(places))
+    last = {k: turn for turn, step in enumerate(program.steps) for k in step.operands}
+    last |= dict.fromkeys(program.outputs, len(program.steps))
+    free: list[str] = []
+    for turn, step in enumerate(program.steps):
+        text = _TEXTS[step.operation].format(*(names[k] for k in step.operands))
+        done = [k for k in dict.fromkeys(step.operands) if last[k] == turn and k >= program.first]
+        free += [names[k] for k in done]
+        names.append(free.pop() if free else f"t{turn}")
+        yield f" {names[-1]} = {text}"
+    yield f" return ({''.join(f'{names[k]}, ' for k in program.outputs)})"
+
+
+def of_one(floats: Function, arrays: Function) -> Function:
+    """`arrays`, which leaves a batch of one entry to `floats`: an operation on numbers takes a tenth of the time."""
+
+    def program(*inputs: Sequence[Value]) -> Sequence[Value]:
+        depth = -1
+        for entries in inputs:
+            for x in entries:
+                if isinstance(x, np.ndarray):
+                    if x.size != 1:
+                        return arrays(*inputs)  # type: ignore[no-any-return]
+                    depth = max(depth, x.ndim)
+        try:
+            if depth < 0:
+                return floats(*inputs)  # type: ignore[no-any-return]
+            found = floats(*([x.item() if isinstance(x, np.ndarray) else x for x in entries] for entries in inputs))
+        except (ArithmeticError, ValueError):
+            return arrays(*inputs)  # type: ignore[no-any-return]
+        return [np.full((1,) * depth, x) for x in found]
+
+    return program

@@ -1,0 +1,351 @@
+"""Newton's method on the loops as one program, rounds and all: as machine code for long batches of poses.
+
+What it says is what `Loops.close_all` says, whose rounds it takes. A pose that it does not close, for whatever reason,
+is left to that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Shape
+from ....framework.cache import KERNELS
+from ....framework.program.calculation import Choice, choose
+from ....framework.program.program import Operation, Program
+from ....framework.program.recording import Recording, done
+from ....framework.program.source import Functions, calculation
+from .equations import MARGIN, Equations
+from .linear import Linear
+from .mechanism import Mechanism
+from .terms import Value
+
+Mask = NDArray[np.bool_]
+
+
+class ClosingArithmetic(Protocol):
+    """What of the loops is done alike on arrays and on what is written down; see `Loops`."""
+
+    mechanism: Mechanism
+    linear: Linear
+    rows: int
+    columns: int
+    iterations: int
+    singles: list[tuple[int, int]]
+    balls: list[tuple[int, int]]
+    driven_states: list[int]
+    driven_balls: list[int]
+
+    @property
+    def equations(self) -> Equations:
+        """Programs of the Newton step."""
+        ...
+
+    @property
+    def unknown_states(self) -> list[int]:
+        """Entries of the state that the drives do not give."""
+        ...
+
+    def unit(self, state: list[Any]) -> list[Any]:
+        """A state with unit Euler parameters."""
+        ...
+
+    def contracted(
+        self, step: Sequence[Any], state: list[Any], trusted: Any, moving: Any, before: Any
+    ) -> tuple[list[Any], Any, Any, Any]:
+        """A round of the closure."""
+        ...
+
+    def converged(self, before: Any) -> Any:
+        """Whether the last step was small enough."""
+        ...
+
+    def approached(
+        self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, first: Any, last: Any
+    ) -> tuple[list[Any], Any, Any, Any, Any]:
+        """A round towards a pose from which a path goes on."""
+        ...
+
+    def arrived(
+        self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, last: Any
+    ) -> tuple[list[Any], Any]:
+        """The last step to it."""
+        ...
+
+    def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """All velocity coordinates."""
+        ...
+
+    def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """Their derivatives."""
+        ...
+
+    def standing(self, drives: Sequence[Any]) -> list[Any]:
+        """Velocity coordinates with the unknowns at rest."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenDown:
+    """A program and what it takes.
+
+    Attributes
+    ----------
+    program
+        The program.
+    given
+        In which group its given values come, and where there.
+    outputs
+        How many outputs each part of the result has.
+    """
+
+    program: Program
+    given: tuple[tuple[int, int], ...]
+    outputs: tuple[int, ...]
+
+    def choice(self, shape: Shape) -> Choice:
+        """Who makes them where they vary over the whole of a batch."""
+        whole = (1 << len(shape)) - 1
+        return choose(self.program.over([whole] * self.program.given), shape)
+
+    def run(self, inputs: Sequence[Sequence[Value]], shape: Shape) -> tuple[list[list[Any]], str] | None:
+        """Its results over a batch, part by part, and why machine code makes them; None where it does not pay."""
+        work = calculation(self.program, [inputs[group][place] for group, place in self.given], shape)
+        if work is None:
+            return None
+        with np.errstate(all="ignore"):
+            outs = work.results()
+        whole = [out if np.shape(out) == shape else np.array(np.broadcast_to(out, shape)) for out in outs]
+        cuts = np.cumsum((0, *self.outputs)).tolist()
+        return [whole[a:b] for a, b in pairwise(cuts)], work.choice.reason
+
+
+class Closing:
+    """Programs of the closure of loops.
+
+    Parameters
+    ----------
+    loops
+        The loops.
+    """
+
+    def __init__(self, loops: ClosingArithmetic) -> None:
+        self.loops = loops
+        self.residual = loops.mechanism.residual
+        self.step = loops.equations.written(0)
+        # All that the programs depend on.
+        layout = tuple(loops.singles), tuple(loops.balls), tuple(loops.driven_balls), tuple(loops.driven_states)
+        self._key = None if self.step is None else (self.step[0].program, self.step[0].places, self.step[1], layout)
+
+    @property
+    def shares(self) -> list[float]:
+        """What scales the pivots of the equations, where they have such."""
+        return self.loops.equations.shares if self.step is not None and self.step[1] else []
+
+    def close(self) -> WrittenDown | None:
+        """(guess, parameters, shares) to the unknown states, whether they are trusted, and the determinants."""
+        return self._found("close", self._close)
+
+    def poses(self) -> WrittenDown | None:
+        """(guess, parameters, shares) to what `Loops.poses` says: states, follow, determinants, first step, good."""
+        return self._found("poses", self._poses)
+
+    def sweep(self) -> WrittenDown | None:
+        """(driven states with that which moves first, parameters, shares, tables) to poses along a path; see `way`."""
+        return self._found("sweep", self._sweep)
+
+    def rates(self) -> WrittenDown | None:
+        """(state, parameters, -, rates and accelerations of the drives) to velocity coordinates and their derivatives.
+
+        None where the equations are not solved by Cramer's rule.
+        """
+        mechanism = self.loops.mechanism
+        if not self.loops.linear.compact:
+            return None
+        key = "rates", self._key, mechanism.full.program, mechanism.bias.program, len(mechanism.columns)
+        made: WrittenDown = KERNELS.found(key, self._rates, len(mechanism.bias.program.steps))
+        return made
+
+    def gap(self) -> WrittenDown:
+        """(state, parameters) to the closure error."""
+        key = "gap", self.residual.program, self.residual.places
+        made: WrittenDown = KERNELS.found(key, self._gap, len(self.residual.program.steps))
+        return made
+
+    def _found(self, what: str, make: Callable[[], WrittenDown]) -> WrittenDown | None:
+        if self._key is None:
+            return None
+        made: WrittenDown = KERNELS.found((what, *self._key, self.residual.program), make, 1000)
+        return made
+
+    # -- written down ------------------------------------------------------------------------------------------------
+
+    def _close(self) -> WrittenDown:
+        sheet = _Sheet(self.loops)
+        state, trusted, determinants = self._rounds(sheet, list(sheet.state))
+        return sheet.written([self._unknown(state), [trusted], determinants])
+
+    def _gap(self) -> WrittenDown:
+        sheet = _Sheet(self.loops)
+        return sheet.written([[self._error(sheet, sheet.state)]])
+
+    def _rates(self) -> WrittenDown:
+        loops, sheet = self.loops, _Sheet(self.loops)
+        mechanism = loops.mechanism
+        drives, changes = (sheet.more(len(mechanism.driven)) for _ in range(2))
+        entries = sheet.done(mechanism.full, sheet.state)
+        v = loops.velocities_of(entries, drives)
+        bias = sheet.done(mechanism.bias, sheet.state, v, loops.standing(changes))
+        return sheet.written([v, loops.accelerations_of(entries[loops.rows :], bias, changes)])
+
+    def _sweep(self) -> WrittenDown:
+        """Guesses by the cubic between the nodes of a path, closed; good are those that are closed on its branch."""
+        loops, sheet = self.loops, _Sheet(self.loops)
+        recording, unknown = sheet.recording, loops.unknown_states
+        along, least = sheet.more(2)
+        nodes = sheet.more(1)[0]
+        table = iter(sheet.more(3 + 4 * len(unknown) + loops.linear.signs))
+        place = np.maximum(recording.search(nodes, along) - 1.0, 0.0)
+
+        def here() -> Any:
+            return recording.look_up(next(table), place)
+
+        plain, begin, h = here(), here(), here()
+        t = (along - begin) / h
+        tt, back = t * t, (1.0 - t) * (1.0 - t)
+        p, q = (1.0 + 2.0 * t) * back, t * back * h
+        u, v = tt * (3.0 - 2.0 * t), tt * (t - 1.0) * h
+        guess = list(sheet.state)
+        for k in unknown:
+            guess[k] = (p * here() + q * here()) + (u * here() + v * here())
+        state, good, determinants = self._rounds(sheet, loops.unit(guess))
+        good = good & (plain > 0.0)
+        for determinant in determinants:
+            good = good & (determinant * here() >= 0.0)
+        error = self._error(sheet, state)
+        return sheet.written([self._unknown(state), [good & (error < least)], [error]])
+
+    def _rounds(self, sheet: _Sheet, state: list[Any]) -> tuple[list[Any], Any, list[Any]]:
+        """States, whether they are trusted, and determinants, of Newton's method from a guess."""
+        loops, n = self.loops, self.loops.columns
+        assert self.step is not None
+        functions, pivots = self.step
+        places = loops.unknown_states
+
+        def one(begins: list[Any]) -> tuple[list[Any], Any]:
+            *entries, sure, trusted, moving, before = begins
+            at = list(state)
+            for k, x in zip(places, entries, strict=True):
+                at[k] = x
+            found = sheet.done(functions, at)
+            if pivots:
+                sure = sure & ~(moving & ~_firm(sheet.shares, found[-pivots:]))
+            at, trusted, moving, before = loops.contracted(found[:n], at, trusted, moving, before)
+            return [*(at[k] for k in places), sure, trusted, moving, before], moving
+
+        yes = sheet.yes
+        begins = [*(state[k] for k in places), yes, yes, yes, np.inf]
+        before, after = sheet.recording.rounds(begins, one, loops.iterations)
+        *entries, sure, trusted, _, last = after
+        final, at = list(state), list(state)
+        for k, x, y in zip(places, entries, before, strict=False):
+            final[k], at[k] = x, y
+        found = sheet.done(functions, at)
+        determinants = found[n : len(found) - pivots]
+        return final, sure & trusted & loops.converged(last), determinants
+
+    def _poses(self) -> WrittenDown:
+        loops, sheet = self.loops, _Sheet(self.loops)
+        n, count, places = loops.columns, len(loops.mechanism.driven), loops.unknown_states
+        assert self.step is not None
+        functions, pivots = self.step
+        exact = loops.equations.written(count)
+        assert exact is not None
+
+        def one(begins: list[Any]) -> tuple[list[Any], Any]:
+            *entries, sure, good, moving, first, last = begins
+            at = list(sheet.state)
+            for k, x in zip(places, entries, strict=True):
+                at[k] = x
+            found = sheet.done(functions, at)
+            if pivots:
+                sure = sure & ~(moving & ~_firm(sheet.shares, found[-pivots:]))
+            at, good, moving, first, last = loops.approached(found[:n], at, good, moving, first, last)
+            return [*(at[k] for k in places), sure, good, moving, first, last], moving
+
+        yes = sheet.yes
+        begins = [*(sheet.state[k] for k in places), yes, yes, yes, -1.0, 0.0]
+        _, after = sheet.recording.rounds(begins, one, loops.iterations)
+        *entries, sure, good, moving, first, last = after
+        at = list(sheet.state)
+        for k, x in zip(places, entries, strict=True):
+            at[k] = x
+        found = sheet.done(exact[0], at)
+        if pivots:
+            sure = sure & _firm(sheet.shares, found[-pivots:])
+        at, good = loops.arrived(found[:n], at, good, moving, last)
+        behind = n + n * count
+        return sheet.written(
+            [self._unknown(at), found[n:behind], found[behind : len(found) - pivots], [first], [good & sure]]
+        )
+
+    def _error(self, sheet: _Sheet, state: Sequence[Any]) -> Any:
+        square: Any = 0.0
+        for row in sheet.done(self.residual, state):
+            square = square + row * row
+        return np.sqrt(square) if not isinstance(square, float) else square
+
+    def _unknown(self, state: Sequence[Any]) -> list[Any]:
+        return [state[k] for k in self.loops.unknown_states]
+
+
+class _Sheet:
+    """A recording that takes a state, dimensions, shares of pivots, and what else is asked for."""
+
+    def __init__(self, loops: ClosingArithmetic) -> None:
+        mechanism = loops.mechanism
+        self.recording = Recording(fixed=True)
+        self._given: list[tuple[int, int]] = []
+        self._more = 0
+        self.state = self._later(0, len(mechanism.state_names))
+        self.parameters = self._later(1, len(mechanism.parameters))
+        order = None if loops.linear.compact else loops.linear.order
+        self.shares = self._later(2, sum(map(len, order.sizes)) if order is not None else 0)
+
+    @property
+    def yes(self) -> Any:
+        """What holds."""
+        return self.recording.write(Operation.LESS, 0.0, 1.0)
+
+    def more(self, count: int) -> list[Any]:
+        """As many values as are asked for, of the last group."""
+        self._more += count
+        return self._later(3, count, self._more - count)
+
+    def _later(self, group: int, count: int, start: int = 0) -> list[Any]:
+        self._given += [(group, start + k) for k in range(count)]
+        return [cast(Any, self.recording.later(0)) for _ in range(count)]
+
+    def done(self, functions: Functions, state: Sequence[Any], *others: Sequence[Any]) -> list[Any]:
+        """Results of functions of (state, parameters), or of others too."""
+        groups = state, self.parameters, *others
+        return done(functions.program, [groups[group][place] for group, place in functions.places])
+
+    def written(self, parts: Sequence[Sequence[Any]]) -> WrittenDown:
+        """The program that makes these parts of a result."""
+        outputs = [x if hasattr(x, "number") else self.recording.constant(x) for part in parts for x in part]
+        program, given = self.recording.program(outputs)
+        return WrittenDown(program, tuple(self._given[k] for k in given), tuple(map(len, parts)))
+
+
+def _firm(shares: Sequence[Any], pivots: Sequence[Any]) -> Any:
+    """Whether no pivot is much smaller than in the pose that gave their order."""
+    least = abs(shares[0] * pivots[0])
+    for share, pivot in zip(shares[1:], pivots[1:], strict=True):
+        least = np.minimum(least, abs(share * pivot))
+    return least >= MARGIN
