@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..batch import Array, aligned, turned
 from ..batched.plan import Plan
@@ -162,8 +161,11 @@ def _turned(group: Group, component: int) -> Change:
 
     def change(step: float) -> Group:
         assert group.body is not None
-        vector = step * np.eye(3)[component]
-        return replace(group, body=Rotation.from_rotvec(vector).as_matrix() @ group.body)
+        y, z = (component + 1) % 3, (component + 2) % 3
+        turn = np.eye(3)
+        turn[y, y] = turn[z, z] = np.cos(step)
+        turn[z, y], turn[y, z] = np.sin(step), -np.sin(step)
+        return replace(group, body=turn @ group.body)
 
     return change
 

@@ -21,7 +21,9 @@ FLAT = 1e-9
 # Entries of the batch whose farthest points are sought together.
 TOGETHER = 256
 # Directions in which the farthest point is sought, the best of them that are followed, and for how many steps.
-BEST, STEPS = 8, 200
+BEST, STEPS = 4, 200
+# The search ends where a step takes it farther by less than this share.
+GROWTH = 1e-14
 # Directions whose outermost points tell a volume that is no sum.
 IN_HULL = 400
 
@@ -234,7 +236,7 @@ class ReachableRegion:
         best = np.argsort(-np.sum(found**2, axis=-1), axis=-1, kind="stable")[:, :BEST]
         found = np.take_along_axis(found, best[..., None], axis=1)
         length = np.linalg.norm(found, axis=-1)
-        slowest = 1e-15 if self.stress is None else LEAST
+        slowest = GROWTH if self.stress is None else LEAST
         for _ in range(STEPS):
             before, found = length, self._extreme(found / np.where(length > 0.0, length, 1.0)[..., None])
             length = np.linalg.norm(found, axis=-1)
@@ -411,7 +413,8 @@ class ReachableRegion:
     def _around(self) -> Array:
         if self.dimension > 2:
             return np.concatenate([sphere(256 if self.stress is None else 48), np.eye(3), -np.eye(3)])
-        return circle(128) @ self._basis[:2]
+        # What is symmetric about the nominal pose is as far on either side.
+        return circle(128)[: 128 if self.centre.any() else 64] @ self._basis[:2]
 
 
 def unit(direction: ArrayLike) -> Array:
