@@ -114,11 +114,11 @@ const band = element("path", { class: "band" }, view), path = element("path", { 
 const shapes = element("g", {}, view), region = element("path", { class: "reach" }, view), marks = element("g", {}, view);
 
 // The displaced point's zone as it is seen: outermost in the directions of the drawing's plane.
-function zone(pose) {
+function zone(pose, corners = ROUND) {
   if (!data.limits.length || data.limits.some((limit) => limit.by[pose].flat().includes(null))) return "";
   const at = place(data.point.place[pose]), outline = [];
-  for (let k = 0; k < ROUND; k += 1) {
-    const angle = (2 * Math.PI * k) / ROUND, c = Math.cos(angle), s = Math.sin(angle);
+  for (let k = 0; k < corners; k += 1) {
+    const angle = (2 * Math.PI * k) / corners, c = Math.cos(angle), s = Math.sin(angle);
     const n = flat ? [c, s] : inSpace(c, s);
     const [u, v] = turned(outermost(pose, n).total);
     outline.push([at[0] + zoom * state.magnify * u, at[1] - zoom * state.magnify * v]);
@@ -132,7 +132,7 @@ function inSpace(u, v) {
 
 function drawBand() {
   // One path for all zones: where they overlap they are no darker.
-  band.setAttribute("d", there.map(zone).join(""));
+  band.setAttribute("d", there.map((pose) => zone(pose, ROUND / 2)).join(""));
   let d = "", pen = "M";
   for (let pose = 0; pose < count; pose += 1) {
     if (data.point.place[pose][0] === null) { pen = "M"; continue; }
