@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from ...framework.batch import Array
 from ...framework.errors import FrameError
 from .description.linkage_description import LinkageDescription
 from .motion import Motion
@@ -259,3 +263,63 @@ class Linkage(LinkageDescription):
         inf
         """
         return drive_range(self, joint, coordinate, tolerance, entry)
+
+    def page(
+        self,
+        path: str | Path,
+        point: str,
+        link: str | None = None,
+        *,
+        drives: Mapping[str, ArrayLike] | None = None,
+        title: str = "",
+        command: str = "",
+        **deviations: Any,
+    ) -> None:
+        """Write a page that opens in a browser, of the linkage at the poses of its drive; see `Motion.page`.
+
+        Parameters
+        ----------
+        path
+            ``name.html``.
+        point, link
+            The point that is looked at, and the link on which it is taken.
+        drives
+            Values of the drives by joint, (poses,). Of a single drive its whole range, a turn in steps of 2°, where
+            None.
+        title, command
+            Heading, and what made it.
+        **deviations
+            Clearances and tolerances beside those of the description, as for `Motion.worst_case`.
+
+        Raises
+        ------
+        FrameError
+            If there are several drives and no values, or as `Motion.page`.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True, clearance=1e-4)
+        >>> with TemporaryDirectory() as folder:
+        ...     linkage.page(f"{folder}/arm.html", "B")
+        """
+        values = self._whole_range() if drives is None else drives
+        self.move(values).page(path, point, link, title=title, command=command, **deviations)
+
+    def _whole_range(self) -> dict[str, Array]:
+        """Values of the only drive from end to end."""
+        driven = [(name, each) for name, coordinates in self.drives.items() for each in coordinates]
+        if len(driven) != 1:
+            raise FrameError(f"a page of a linkage with {len(driven)} drives: give their values in drives")
+        name, coordinate = driven[0]
+        start = self.joint(name).reference[self.joint(name).kind.coordinates.index(coordinate)]
+        found = self.drive_range(name, coordinate)
+        if np.isinf(found.lower) or np.isinf(found.upper):
+            if coordinate[0] == "u":
+                raise FrameError(f"nothing stops the drive {name!r}: give its values in drives")
+            return {name: start + np.radians(np.arange(0.0, 361.0, 2.0))}
+        # The ends are dead points, at which nothing is known to first order.
+        inside = 1e-3 * (found.upper - found.lower)
+        return {name: np.linspace(found.lower + inside, found.upper - inside, 181)}

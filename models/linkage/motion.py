@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 from weakref import WeakKeyDictionary
 
 from numpy.typing import ArrayLike
@@ -15,6 +16,7 @@ from ...framework.batch import Array
 from ...framework.frame import Frame
 from ...framework.renamed import RenamedAttribute
 from .derivatives.position_sensitivity import PositionSensitivity, position_sensitivity
+from .page.page import write_page
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
 from .statics.actions import kinetic_energy
@@ -550,6 +552,64 @@ class Motion(FramedPoses):
         (0.0025, 0.0001)
         """
         return accuracy(self, point, link, load, inertia=inertia)
+
+    def page(
+        self,
+        path: str | Path,
+        point: str,
+        link: str | None = None,
+        *,
+        title: str = "",
+        drive: str | None = None,
+        command: str = "",
+        **deviations: Any,
+    ) -> None:
+        """Write a page that opens in a browser and follows what is dragged: one file, without a network or server.
+
+        It shows the linkage, the path of a point, what its loads, clearances and tolerances do to it, who is to blame,
+        and the forces in its joints. The drive, the load and every clearance and tolerance can be moved; all numbers
+        follow, computed in the page from what is linear in them.
+
+        Parameters
+        ----------
+        path
+            ``name.html``.
+        point
+            Name of the point that is looked at.
+        link
+            The link on which it is taken; the first that has it where None.
+        title
+            Its heading.
+        drive
+            The drive whose values name the poses; the first that moves where None.
+        command
+            What made it, for its foot.
+        **deviations
+            Clearances and tolerances beside those of the description, as for `worst_case`.
+
+        Raises
+        ------
+        FrameError
+            If the motion has not one axis of poses, a name is unknown, the linkage has springs, or the file cannot be
+            written.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True, clearance=1e-4)
+        >>> with TemporaryDirectory() as folder:
+        ...     linkage.move(A=np.linspace(0.0, 1.0, 11)).page(f"{folder}/arm.html", "B")
+        ...     "<svg" in Path(folder, "arm.html").read_text(encoding="utf-8")
+        True
+        """
+        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
+        worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
+        write_page(self, path, point, link, worst, title=title, drive=drive, command=command)
 
     def compliance_matrix(self, point: str, link: str | None = None) -> Array:
         """Displacement and rotation of a point by unit forces and moments on it, drives locked, clearances closed.

@@ -1,0 +1,1 @@
+"""A page that opens in a browser and follows what is dragged."""
