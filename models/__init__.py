@@ -1,6 +1,8 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
+from .distributions import Interval, tolerance
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
+from .intervals import ConfidenceInterval
 from .linkage import (
     DeadPoint,
     DriveRange,
@@ -15,16 +17,21 @@ from .linkage import (
     read_linkage,
     write_linkage,
 )
-from .propagation import Propagation, propagate
+from .propagation import Failures, GaussianCopula, Histogram, Propagation, Reweighted, propagate
 from .sensitivity import SobolIndices, sobol_indices
 from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "ConfidenceInterval",
     "DeadPoint",
     "DriveRange",
+    "Failures",
     "FourBar",
     "FourBarMotion",
+    "GaussianCopula",
+    "Histogram",
+    "Interval",
     "Kinetostatics",
     "Link",
     "Linkage",
@@ -35,6 +42,7 @@ __all__ = [
     "PoseState",
     "Propagation",
     "Reactions",
+    "Reweighted",
     "SobolIndices",
     "Spread",
     "Stress",
@@ -44,5 +52,6 @@ __all__ = [
     "propagate",
     "read_linkage",
     "sobol_indices",
+    "tolerance",
     "write_linkage",
 ]

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError, SampleWarning
-from .sampling import LEAST, Distribution, Seed, check_inputs, root_seed, samples_first, stream, whole
+from .distributions import Distribution, Uncertain, distributions_of
+from .sampling import LEAST, Seed, root_seed, samples_first, stream, whole
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ class SobolIndices:
 
 def sobol_indices(
     fn: Callable[..., ArrayLike],
-    distributions: Mapping[str, Distribution],
+    distributions: Mapping[str, Uncertain],
     *,
     n: int = 1024,
     rng: Seed = None,
@@ -92,11 +93,11 @@ def sobol_indices(
         raise FrameError(f"number of samples n is {n!r}: Sobol indices need a power of two")
     if not distributions:
         raise FrameError("sobol_indices was given no input: name an argument of the function and its distribution")
-    check_inputs(distributions)
+    given = distributions_of(distributions)
     whole(chunk, "chunk", 1)
     from scipy import stats
 
-    names = tuple(distributions)
+    names = tuple(given)
     shape: list[tuple[int, ...]] = []
     lost: list[int] = []
     holes: list[NDArray[np.bool_]] = []
@@ -114,7 +115,7 @@ def sobol_indices(
         shape.append(results.shape[1:])
         return results.reshape(len(results), -1).T
 
-    laws = [_Inside(law) for law in distributions.values()]
+    laws = [_Inside(law) for law in given.values()]
     # SciPy takes two inputs or more: an idle one beside a single one.
     laws += [_Inside(stats.uniform())] * (len(laws) == 1)
     generator = stream(root_seed(rng), "sobol indices")

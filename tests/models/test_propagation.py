@@ -85,7 +85,7 @@ def test_quantiles_are_those_of_the_distribution():
 
 
 def test_a_uniform_number_of_zero_gives_a_finite_sample(monkeypatch):
-    monkeypatch.setattr("linkframe.models.sampling._random", lambda names, n, root: iter([np.zeros((BLOCK, 1))]))
+    monkeypatch.setattr("linkframe.models.sampling._RandomPoints._block", lambda _: np.zeros((BLOCK, 1)))
     samples = draw({"x": stats.norm()}, 3, 0)["x"]
     assert_allclose(samples, stats.norm.ppf(2.0**-54))
 
@@ -228,7 +228,7 @@ def test_samples_that_were_not_kept_are_not_to_be_had():
         ({"n": 10.0}, "number of samples n is 10.0"),
         ({"rng": -1}, "rng is -1"),
         ({"rng": "seed"}, "rng is 'seed'"),
-        ({"sampler": "halton"}, "sampler is 'halton': choose one of random, sobol, lhs"),
+        ({"sampler": "grid"}, "sampler is 'grid': choose one of random, sobol, lhs, halton"),
         ({"distributions": {"eps": 1.0, "gamma": stats.norm()}}, "distribution of 'eps' is 1.0"),
         ({"distributions": {"eps": stats.norm([1, 2], 1)}}, "give finite scalar parameters"),
         ({"axis": 1}, r"returned shape \(100, 2\) for 100 samples: it must have them along axis 1"),
