@@ -64,10 +64,12 @@ class Checkpoint:
             found._begin(about)
             return found
         other = [what for what in dict.fromkeys([*about, *before]) if before.get(what) != about.get(what)]
+        # Of other inputs the function returns something else in any case.
+        other = [what for what in other if what != FUNCTION] or other
         if other:
             raise FrameError(
                 f"checkpoint {found.folder} belongs to another run: {', '.join(other)} "
-                f"{'is' if len(other) == 1 else 'are'} not the same; give another folder, or what it was begun with"
+                f"{'differs' if len(other) == 1 else 'differ'}; give another folder, or what that run was begun with"
             )
         return found
 

@@ -250,7 +250,7 @@ def _taken_up(task: ChunkTask, checkpoint: str | os.PathLike[str], *, fresh: boo
 
 def about(task: ChunkTask) -> dict[str, Any]:
     """By what the results of a run depend on, what tells it from another run."""
-    told: dict[str, Any] = {"the inputs": list(task.inputs.names)} | task.inputs.told()
+    told: dict[str, Any] = {"the order of the inputs": list(task.inputs.names)} | task.inputs.told()
     entropy = task.root.entropy
     told["the seed"] = {
         "entropy": entropy if entropy is None or isinstance(entropy, int) else [int(each) for each in entropy],
@@ -262,7 +262,8 @@ def about(task: ChunkTask) -> dict[str, Any]:
         first = points_of(task.inputs.names, task.n, task.root, task.sampler).take(0, 16)
         told["the sampler"] = check_sum(first)
     if not goes_on(task.sampler):
-        told["the number of samples, which these points are balanced for,"] = task.n
+        # These points are balanced for so many of them.
+        told["the number of samples"] = task.n
     told |= {"axis": task.axis, "nan_policy": task.nan_policy, "also": sorted(task.also), "keep_samples": task.keep}
     told[FUNCTION] = first_results(task.results(0, 2)[0])
     return told

@@ -43,7 +43,7 @@ def test_quantiles_of_a_stream_are_within_their_stated_bounds():
     assert np.all((low <= exact) & (exact <= high))
     assert np.all(high - low < 0.08 * kept.std)
     assert np.all(high[1:4] - low[1:4] < 0.03 * kept.std)
-    assert np.all(np.abs(streamed.quantile(P) - exact) < 0.02 * kept.std)
+    assert np.all(np.abs(streamed.quantile(P) - exact) < 0.03 * kept.std)
     assert_array_equal(kept.quantile_bounds(P), [exact, exact])
 
 
