@@ -17,7 +17,18 @@ from .linkage import (
     read_linkage,
     write_linkage,
 )
-from .propagation import Failures, GaussianCopula, Histogram, Propagation, Reweighted, propagate
+from .propagation import (
+    Failures,
+    GaussianCopula,
+    Histogram,
+    PolynomialChaos,
+    Propagation,
+    Reweighted,
+    TaylorMoments,
+    polynomial_chaos,
+    propagate,
+    taylor_moments,
+)
 from .sensitivity import SobolIndices, sobol_indices
 from .spread import Spread
 
@@ -39,6 +50,7 @@ __all__ = [
     "Mobility",
     "Motion",
     "PointAccuracy",
+    "PolynomialChaos",
     "PoseState",
     "Propagation",
     "Reactions",
@@ -47,11 +59,14 @@ __all__ = [
     "Spread",
     "Stress",
     "Study",
+    "TaylorMoments",
     "accuracy",
     "monte_carlo",
+    "polynomial_chaos",
     "propagate",
     "read_linkage",
     "sobol_indices",
+    "taylor_moments",
     "tolerance",
     "write_linkage",
 ]

@@ -27,9 +27,9 @@ Array = NDArray[np.float64]
 Pairs = Mapping[tuple[str, str], float]
 
 OF = ("inputs", "ranks", "scores")
-# Scores beyond which a standard normal variable hardly ever lies: probability 4e-18 on either side where the law has
-# an upper tail of its own, else as far as a probability can be told from 1.
-FAR, FAR_WITHOUT_TAIL = 8.6, 8.1
+# Scores beyond which the tails of inputs do not count: farthest where a law has an upper tail of its own (`isf`) that is
+# finite there, and no farther than a probability can be told from 1 where it has none.
+FAR, NEARER, WITHOUT_TAIL = 14.0, 8.6, 8.1
 # Greatest ratio of the grid's step to the narrower width of the joint density: an error of exp(-2 (pi/0.65)²) = 5e-21.
 FINE = 0.65
 COARSEST = 2.0**-4
@@ -201,6 +201,16 @@ def by_quadrature(pair: tuple[str, str], rho: float, one: Distribution, other: D
     raise _impossible(pair, rho, f", only those between {low:.4g} and {high:.4g}")
 
 
+def correlation_of(one: Distribution, other: Distribution, r: float) -> float:
+    """Correlation of two inputs whose normal scores have the correlation `r`."""
+    return r if is_normal(one) and is_normal(other) else _Correlated(one, other)(r)
+
+
+def is_normal(law: Distribution) -> bool:
+    """Whether a distribution is known to be normal."""
+    return _kind(law)[0] == "normal"
+
+
 class _Correlated:
     """Correlation of two inputs as a function of that of their normal scores."""
 
@@ -211,8 +221,7 @@ class _Correlated:
     def grid(self, step: float) -> tuple[Array, Array, Array]:
         """Scores on a grid, and the two inputs standardised at them."""
         if step not in self.known:
-            far = min(FAR if hasattr(law, "isf") else FAR_WITHOUT_TAIL for law in self.laws)
-            scores = step * np.arange(-np.floor(far / step), np.floor(far / step) + 1)
+            scores = _scores(step, *self.laws)
             one, other = (standardised(law, scores) for law in self.laws)
             self.known[step] = scores, one, other
         return self.known[step]
@@ -224,6 +233,27 @@ class _Correlated:
         off = (scores - r * scores[:, None]) / narrow
         density = np.exp(-0.5 * (off**2 + scores[:, None] ** 2))
         return float(one @ density @ other) * step**2 / (2.0 * np.pi * float(narrow))
+
+
+def over_scores(name: str, law: Distribution) -> tuple[Array, Array]:
+    """Values of an input, and their weights by the trapezoidal rule over its normal score, (m,) each."""
+    scores = _scores(COARSEST, law)
+    values = at_scores(law, scores)
+    if not np.isfinite(values).all():
+        raise FrameError(f"distribution of {name!r} has quantiles that are not finite: its moments are not known")
+    return values, normal_weights(scores)
+
+
+def _scores(step: float, *laws: Distribution) -> Array:
+    """Equidistant normal scores as far as the laws can be told at them."""
+    far = min(map(_far, laws))
+    return np.asarray(step * np.arange(-np.floor(far / step), np.floor(far / step) + 1))
+
+
+def _far(law: Distribution) -> float:
+    if not hasattr(law, "isf"):
+        return WITHOUT_TAIL
+    return FAR if np.isfinite(at_scores(law, np.array([-FAR, FAR]))).all() else NEARER
 
 
 def normal_weights(scores: Array) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError
 from ..distributions import Distribution, Uncertain, at_scores, distributions_of, log_density, probability
-from .correlation import GaussianCopula, Pairs
+from .correlation import GaussianCopula, Pairs, correlation_of
 
 Array = NDArray[np.float64]
 
@@ -97,6 +97,19 @@ class JointInputs:
         """Values of the inputs at independent standard normal scores (m, k)."""
         scores = normal if self.scores is None else normal @ self._factor.T
         return {name: at_scores(law, column) for (name, law), column in zip(self.laws.items(), scores.T, strict=True)}
+
+    def independent(self, scores: Array) -> Array:
+        """Independent standard normal scores from those of the inputs, (m, k)."""
+        return np.asarray(np.linalg.solve(self._factor, scores.T).T)
+
+    def correlation(self) -> Array:
+        """Correlation of the inputs themselves, (k, k)."""
+        out = np.eye(len(self.laws))
+        if self.scores is not None:
+            laws = list(self.laws.values())
+            for i, j in zip(*np.nonzero(np.triu(self.scores, 1)), strict=True):
+                out[i, j] = out[j, i] = correlation_of(laws[i], laws[j], float(self.scores[i, j]))
+        return out
 
     def log_ratio(self, before: JointInputs, samples: Mapping[str, Array]) -> Array:
         """Logarithm of the ratio of the joint density at samples to that of other distributions of the inputs, (m,)."""

@@ -110,7 +110,7 @@ class Reweighted:
             below = total < checked_probability(float(each)) * (1.0 - 1e-14)
             at = np.minimum(np.count_nonzero(below, axis=0), last)
             found.append(np.where(none, np.nan, np.take_along_axis(ordered, at[None], axis=0)[0]))
-        return np.array(found).reshape(*asked.shape, *self.samples.shape[1:])
+        return np.reshape(np.array(found), (*asked.shape, *self.samples.shape[1:]))
 
     def confidence_interval(self, level: float = 0.95, of: str | float = "mean") -> ConfidenceInterval:
         """Confidence interval of a number of independent samples.

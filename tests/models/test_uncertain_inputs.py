@@ -98,7 +98,7 @@ LAWS = {
 @pytest.mark.parametrize(("one", "other"), [(a, b) for a in LAWS for b in LAWS if a <= b])
 def test_closed_change_of_correlation_is_that_of_the_integral(one, other, rho):
     closed = nataf(PAIR, rho, LAWS[one], LAWS[other])
-    assert_allclose(by_quadrature(PAIR, rho, LAWS[one], LAWS[other]), closed, atol=5e-12)
+    assert_allclose(by_quadrature(PAIR, rho, LAWS[one], LAWS[other]), closed, atol=1e-13)
 
 
 def test_change_of_correlation_against_thirty_digits():
