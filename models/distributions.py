@@ -90,7 +90,18 @@ class Normal:
         return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.deviation))
 
     def cdf(self, x: Array, /) -> Array:
-        """Probability of a value below `x`, (...)."""
+        """Probability of a value below `x`.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Probabilities, (...).
+        """
         from scipy.special import ndtr
 
         return np.asarray(ndtr((x - self.mean) / self.deviation))
@@ -116,20 +127,64 @@ class Interval:
             raise FrameError(f"interval ({self.low}, {self.high}): give two finite bounds, the lower one first")
 
     def ppf(self, q: Array, /) -> Array:
-        """Quantile at probability `q`, (...)."""
+        """Quantile at probability `q`.
+
+        Parameters
+        ----------
+        q
+            Probabilities, (...).
+
+        Returns
+        -------
+        ndarray
+            Quantiles, (...).
+        """
         return np.asarray(self.low + (self.high - self.low) * np.asarray(q))
 
     def isf(self, q: Array, /) -> Array:
-        """Value that is exceeded with probability `q`, (...)."""
+        """Value that is exceeded with probability `q`.
+
+        Parameters
+        ----------
+        q
+            Probabilities, (...).
+
+        Returns
+        -------
+        ndarray
+            Values, (...).
+        """
         return np.asarray(self.high - (self.high - self.low) * np.asarray(q))
 
     def pdf(self, x: Array, /) -> Array:
-        """Probability density, (...)."""
+        """Probability density.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Density, (...), in the inverse unit.
+        """
         inside = (x >= self.low) & (x <= self.high)
         return np.where(inside, 1.0 / (self.high - self.low), 0.0)
 
     def cdf(self, x: Array, /) -> Array:
-        """Probability of a value below `x`, (...)."""
+        """Probability of a value below `x`.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Probabilities, (...).
+        """
         return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
 
 

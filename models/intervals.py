@@ -69,7 +69,8 @@ def by_error(
         finite = np.where(np.isfinite(many) & (many > 0.0), many, 1.0)
         factor = np.where(np.isinf(many), ndtri(p), np.where(many > 0.0, stdtrit(finite, p), np.nan))
         half = factor * np.asarray(error)
-        return ConfidenceInterval(np.maximum(np.asarray(value - half), least), np.asarray(value + half))
+        low, high = np.asarray(value - half), np.asarray(value + half)
+        return ConfidenceInterval(np.asarray(np.maximum(low, least)), high)
 
 
 def quantile_ranks(n: ArrayLike, p: float, level: float) -> tuple[Ranks, Ranks]:

@@ -199,7 +199,7 @@ def _pickled(parts: tuple[Any, ...]) -> bytes:
         return pickle.dumps(parts)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         try:
-            import cloudpickle  # type: ignore[import-not-found,unused-ignore]
+            import cloudpickle
         except ImportError:
             raise FrameError(
                 f"the function cannot be sent to another process ({error}): define it and what it uses at the top "

@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 Pairs = Mapping[tuple[str, str], float]
 
 OF = ("inputs", "ranks", "scores")
-# Scores beyond which the tails of inputs do not count: farthest where a law has an upper tail of its own (`isf`) that is
-# finite there, and no farther than a probability can be told from 1 where it has none.
+# Scores beyond which the tails of inputs do not count: farthest where a law has an upper tail of its own (`isf`) that
+# is finite there, and no farther than a probability can be told from 1 where it has none.
 FAR, NEARER, WITHOUT_TAIL = 14.0, 8.6, 8.1
 # Greatest ratio of the grid's step to the narrower width of the joint density: an error of exp(-2 (pi/0.65)²) = 5e-21.
 FINE = 0.65

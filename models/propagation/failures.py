@@ -130,14 +130,15 @@ class Failures:
         lines += [f"  {times:>8} {reason}" for reason, times in self.reasons.items()]
         return "\n".join(lines)
 
-    def told(self, of: str) -> str:
-        """What a message says of them."""
-        first = self.numbers[:MOST_NAMED]
-        inputs = ", ".join(f"{name} = {values[0]:.6g}" for name, values in self._drawn(first[:1]).items())
-        numbers = ", ".join(map(str, first)) + (", ..." if self.count > len(first) else "")
-        why = ", ".join(f"{reason} {times} times" for reason, times in self.reasons.items())
-        because = "" if set(self.reasons) == {UNTOLD} else f"; {why}"
-        return f"{self.count} of {of} samples are NaN (number {numbers}; the first with {inputs}{because})"
+
+def in_words(failures: Failures, of: str) -> str:
+    """What a message says of failed samples."""
+    first = failures.numbers[:MOST_NAMED]
+    inputs = ", ".join(f"{name} = {values[0]:.6g}" for name, values in failures._drawn(first[:1]).items())
+    numbers = ", ".join(map(str, first)) + (", ..." if failures.count > len(first) else "")
+    why = ", ".join(f"{reason} {times} times" for reason, times in failures.reasons.items())
+    because = "" if set(failures.reasons) == {UNTOLD} else f"; {why}"
+    return f"{failures.count} of {of} samples are NaN (number {numbers}; the first with {inputs}{because})"
 
 
 @dataclass(eq=False)
@@ -174,7 +175,7 @@ class FailureCount:
         if self.nan_policy == "raise":
             found = self.found()
             if found.count:
-                told = found.told(str(self.n) if self.seen == self.n else f"the first {self.seen}")
+                told = in_words(found, str(self.n) if self.seen == self.n else f"the first {self.seen}")
                 raise FrameError(f"{told}: find why, or choose the nan_policy 'omit' or 'propagate'")
 
     def found(self) -> Failures:

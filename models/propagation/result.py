@@ -126,7 +126,7 @@ class Propagation(Statistics):
         return self._each_quantile(p, lambda binned, rank: (binned.at_rank(rank),))[0]
 
     def quantile_bounds(self, p: ArrayLike) -> tuple[Array, Array]:
-        """Bounds on the quantile of the samples that were drawn, by the bins where the samples were not kept.
+        """Lower and upper bound on the quantile of the samples that were drawn, by the bins where they were not kept.
 
         Parameters
         ----------
@@ -176,7 +176,7 @@ class Propagation(Statistics):
         return self._binned
 
     def histogram(self) -> Histogram:
-        """Counts of the samples in bins that the first 1024 of them lay out.
+        """Histogram of the samples, in bins that the first 1024 of them lay out.
 
         Returns
         -------
@@ -297,7 +297,7 @@ class Propagation(Statistics):
         distributions: Mapping[str, Uncertain],
         correlation: GaussianCopula | Pairs | ArrayLike | None = None,
     ) -> Reweighted:
-        """Statistics for other distributions of the same inputs, from the same results: nothing is solved again.
+        """Take other distributions of the same inputs, with the same results: nothing is solved again.
 
         Parameters
         ----------

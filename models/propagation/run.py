@@ -21,6 +21,7 @@ from ..sensitivity import SobolIndices, sobol_indices
 from .checkpoint import FUNCTION, Checkpoint, first_results, same_results
 from .chunk import ALSO, ChunkResult, ChunkTask, Function, cuts
 from .correlation import GaussianCopula, Pairs
+from .failures import in_words
 from .gathered import Gathered
 from .inputs import JointInputs, check_sum
 from .progress import SampleBar, sample_bar
@@ -148,7 +149,7 @@ def _result(task: ChunkTask, gathered: Gathered, indices: partial[SobolIndices])
     if failures.count:
         omitted = "the statistics are those of the others"
         end = omitted if task.nan_policy == "omit" else "the statistics are NaN, too"
-        warnings.warn(f"{failures.told(str(task.n))}; {end}", SampleWarning, stacklevel=3)
+        warnings.warn(f"{in_words(failures, str(task.n))}; {end}", SampleWarning, stacklevel=3)
     assert gathered.moments is not None  # n is 2 or more
     return Propagation(
         task.inputs.names,

@@ -83,7 +83,7 @@ def taylor_moments(
     axis: int = 0,
     correlation: GaussianCopula | Pairs | ArrayLike | None = None,
 ) -> TaylorMoments:
-    """Moments of a result from its derivatives at the mean of the inputs, without samples.
+    """Estimate mean and spread of a result from its derivatives at the mean of the inputs, without samples.
 
     To first order ``mean = f`` and ``variance = gᵀ C g``. To second order and for independent inputs with the central
     moments σ², μ₃, μ₄ (Hahn & Shapiro, *Statistical Models in Engineering*, 1967, section 7.2)::
