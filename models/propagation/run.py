@@ -92,8 +92,8 @@ def propagate(
         callable like ``map``, a `concurrent.futures.Executor`, or a dask ``Client``.
     checkpoint
         Folder in which each chunk is stored as soon as it is done. The same call goes on from there if the run was
-        ended, by whatever means, and gives the same bits; with a larger `n` it extends the run. Chunks that were
-        damaged are done again.
+        ended, by whatever means, and gives the same bits; with a larger `n` it extends the run (whole chunks of it, so
+        that `n` best is a multiple of `chunk`). Chunks that were damaged are done again.
 
     Returns
     -------
@@ -191,6 +191,7 @@ def _gather(
                     done += 1
                     ahead[found.start, found.start + found.count] = found
                 _add(gathered, bar, ahead.pop(cut) if cut in waiting else _loaded(folder, cut))
+            next(parts, None)  # lets the workers end in peace
         except KeyboardInterrupt as interrupt:
             interrupt.add_note(_how_to_resume(done, len(ranges), folder))
             raise

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pickle
 import random
+import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from time import sleep
 
@@ -14,6 +15,7 @@ import pytest
 from linkframe.framework.errors import FrameError
 from linkframe.models import propagate
 from linkframe.models.propagation.chunk import cuts
+from linkframe.models.propagation.progress import told
 from linkframe.models.sampling import BLOCK
 from numpy.testing import assert_array_equal
 from scipy import stats
@@ -71,10 +73,11 @@ def test_same_bits_on_one_worker_two_hundred_and_threads(sampler):
 
 
 @pytest.mark.filterwarnings("ignore:.*samples are NaN")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork")
 def test_same_bits_on_processes():
     wanted = propagate(fn, INPUTS, sampler="sobol", **COMMON)
     same(propagate(fn, INPUTS, sampler="sobol", workers=2, **COMMON), wanted)
-    with multiprocessing.get_context("forkserver").Pool(1) as pool:
+    with multiprocessing.get_context("fork").Pool(1) as pool:
         same(propagate(fn, INPUTS, sampler="sobol", workers=pool.map, **COMMON), wanted)
 
 
@@ -146,3 +149,23 @@ def test_an_error_of_the_function_comes_through():
 
     with ThreadPoolExecutor(2) as pool, pytest.raises(ZeroDivisionError, match="no such length"):
         propagate(wrong, INPUTS, workers=pool, **COMMON)
+
+
+# -- progress ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_bar_tells_the_standard_error_so_far(monkeypatch, capsys):
+    monkeypatch.setattr("linkframe.models.propagation.progress.DELAY", 0.0)
+    monkeypatch.setattr("linkframe.models.propagation.progress.BETWEEN", 0.0)
+    found = propagate(lambda a, b: (sleep(0.02), a)[1], INPUTS, **COMMON | {"progress": True})
+    shown = capsys.readouterr().err
+    assert "samples/s, standard error 0.0" in shown
+    assert told(found.moments) == f"standard error {found.standard_error:.2g}"
+    many = propagate(lambda a, b: np.stack([a, b], -1), INPUTS, **COMMON)
+    assert told(many.moments) == f"standard error at most {many.standard_error.max():.2g}"
+
+
+def test_no_bar_without_tqdm(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    propagate(lambda a, b: a, INPUTS, **COMMON | {"progress": True})
+    assert not capsys.readouterr().err

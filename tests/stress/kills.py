@@ -16,7 +16,7 @@ from linkframe.models.sampling import BLOCK
 from scipy import stats
 
 INPUTS = {"a": stats.norm(3.0, 2.0), "b": stats.uniform()}
-CHUNKS = 24
+CHUNKS = 16
 
 
 def fn(a, b):
