@@ -39,7 +39,6 @@ def test_a_file_is_run_with_another_sampler():
     inputs = read_inputs(EXAMPLE)
     found = inputs.drawn_by("halton")
     assert found.sampler == "halton"
-    assert inputs.drawn_by(None) is inputs
     (_, chosen), *_ = found.chosen(0, 50)
     assert chosen.sampler == "halton"
     drawn = draw(chosen.laws, chosen.samples, chosen.rng, chosen.sampler)

@@ -85,4 +85,7 @@ def _start(options: Namespace) -> None:
     from .run import LinkageJob
 
     out = options.out or Path(f"results-{options.file.stem}")
-    run(LinkageJob(read_inputs(options.file).drawn_by(options.sampler)), out, options.figures)
+    inputs = read_inputs(options.file)
+    if options.sampler is not None:
+        inputs = inputs.drawn_by(options.sampler)
+    run(LinkageJob(inputs), out, options.figures)

@@ -118,10 +118,8 @@ class RunInputs:
             inputs = replace(inputs, drives=drives, pose=None, samples=samples, sampler=self.sampler)
             yield name, replace(inputs, choices={}, also=())
 
-    def drawn_by(self, sampler: str | None) -> RunInputs:
-        """The same with another sampler, where one is given; refused where nothing is sampled."""
-        if sampler is None:
-            return self
+    def drawn_by(self, sampler: str) -> RunInputs:
+        """The same with another sampler; refused where nothing is sampled."""
         if not self.tolerances:
             raise FrameError(f"--sampler {sampler} has no effect, as the file has no tolerances: leave it out")
         return replace(self, sampler=sampler)
