@@ -17,3 +17,7 @@ class PathWarning(UserWarning):
 
 class SampleWarning(UserWarning):
     """Some samples of a result are NaN; it tells how many, which, and what the statistics make of them."""
+
+
+class CheckpointWarning(UserWarning):
+    """A part of what an earlier run left on disk is damaged; it is computed again."""

@@ -1,6 +1,8 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
+from .distributions import Interval, tolerance
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
+from .intervals import ConfidenceInterval
 from .linkage import (
     Contributors,
     DeadPoint,
@@ -21,19 +23,35 @@ from .linkage import (
     read_linkage,
     write_linkage,
 )
-from .propagation import Propagation, propagate
+from .propagation import (
+    Failures,
+    GaussianCopula,
+    Histogram,
+    PolynomialChaos,
+    Propagation,
+    Reweighted,
+    TaylorMoments,
+    polynomial_chaos,
+    propagate,
+    taylor_moments,
+)
 from .sensitivity import SobolIndices, sobol_indices
 from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "ConfidenceInterval",
     "Contributors",
     "DeadPoint",
     "DisplacementSensitivity",
     "DriveRange",
+    "Failures",
     "FiniteWorstCase",
     "FourBar",
     "FourBarMotion",
+    "GaussianCopula",
+    "Histogram",
+    "Interval",
     "Kinetostatics",
     "Link",
     "Linkage",
@@ -41,20 +59,26 @@ __all__ = [
     "Mobility",
     "Motion",
     "PointAccuracy",
+    "PolynomialChaos",
     "PoseState",
     "PositionSensitivity",
     "Propagation",
     "ReachableRegion",
     "Reactions",
+    "Reweighted",
     "SobolIndices",
     "Spread",
     "Stress",
     "Study",
+    "TaylorMoments",
     "WorstCase",
     "accuracy",
     "monte_carlo",
+    "polynomial_chaos",
     "propagate",
     "read_linkage",
     "sobol_indices",
+    "taylor_moments",
+    "tolerance",
     "write_linkage",
 ]

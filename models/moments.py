@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..framework.errors import FrameError
+from .intervals import ConfidenceInterval, by_error
 
 Array = NDArray[np.float64]
 
@@ -147,3 +148,36 @@ class Statistics(ABC):
     def std_standard_error(self) -> Array:
         """Standard error of the standard deviation, (...)."""
         return self.moments.std_standard_error
+
+    def confidence_interval(self, level: float = 0.95, of: str | float = "mean") -> ConfidenceInterval:
+        """Confidence interval of a number of independent samples; those of sequences and Latin samples do better.
+
+        Parameters
+        ----------
+        level
+            Probability that the interval holds the true value.
+        of
+            ``"mean"``, by Student's distribution; ``"std"``, by its standard error; or the probability of a quantile,
+            by the ordered samples, whatever the distribution.
+
+        Returns
+        -------
+        ConfidenceInterval
+            Bounds, (...); infinite where the samples are too few for one.
+
+        Raises
+        ------
+        FrameError
+            If `level` or `of` cannot be meant, or a quantile needs samples that were not kept.
+        """
+        if of == "mean":
+            return by_error(self.mean, self.standard_error, level, np.asarray(self.moments.n) - 1)
+        if of == "std":
+            return by_error(self.std, self.std_standard_error, level, least=0.0)
+        if isinstance(of, str):
+            raise FrameError(f"confidence interval of {of!r}: choose 'mean', 'std', or the probability of a quantile")
+        return self._quantile_interval(of, level)
+
+    @abstractmethod
+    def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
+        """Interval of a quantile."""

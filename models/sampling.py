@@ -2,80 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.batch import numbers
 from ..framework.errors import FrameError
+from .distributions import Distribution as Distribution  # taken from here, too
+from .distributions import Normal as Normal
+from .distributions import Uncertain, distributions_of
+
+if TYPE_CHECKING:
+    from scipy.stats import qmc
 
 Array = NDArray[np.float64]
 Seed = int | np.random.SeedSequence | np.random.Generator | None
+# The name of one, or an engine of scipy.stats.qmc, which takes long to load.
+Sampler = Any
 
-SAMPLERS = ("random", "sobol", "lhs")
+SAMPLERS = ("random", "sobol", "lhs", "halton")
 
 # Samples are drawn and summed in blocks of this size, whatever is held at once: so results do not depend on it.
 BLOCK = 1024
 
 # A uniform number may be 0, whose normal quantile is -inf; this is half the least other value that it takes.
 LEAST = 2.0**-54
-
-
-class Distribution(Protocol):
-    """What a frozen distribution of `scipy.stats` offers and sampling needs."""
-
-    def ppf(self, q: Array, /) -> Any:
-        """Quantile at probability `q`."""
-
-
-@dataclass(frozen=True)
-class Normal:
-    """Normal distribution, with the bits of `scipy.stats.norm`, which takes long to load.
-
-    Parameters
-    ----------
-    mean, deviation
-        Mean and standard deviation, in the unit of what is drawn.
-    """
-
-    mean: float
-    deviation: float
-
-    def ppf(self, q: Array, /) -> Array:
-        """Quantile at probability `q`.
-
-        Parameters
-        ----------
-        q
-            Probabilities in (0, 1), (...).
-
-        Returns
-        -------
-        ndarray
-            Quantiles, (...).
-        """
-        from scipy.special import ndtri
-
-        return np.asarray(ndtri(q) * self.deviation + self.mean)
-
-    def pdf(self, x: Array, /) -> Array:
-        """Probability density.
-
-        Parameters
-        ----------
-        x
-            Values, (...).
-
-        Returns
-        -------
-        ndarray
-            Density, (...), in the inverse unit.
-        """
-        off = (x - self.mean) / self.deviation
-        return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.deviation))
 
 
 def root_seed(rng: Seed) -> np.random.SeedSequence:
@@ -96,41 +51,34 @@ def stream(root: np.random.SeedSequence, name: str) -> np.random.Generator:
 
 
 def sample_blocks(
-    distributions: Mapping[str, Distribution], n: int, rng: Seed, sampler: str = "random"
+    distributions: Mapping[str, Uncertain], n: int, rng: Seed, sampler: Sampler = "random"
 ) -> Iterator[dict[str, Array]]:
     """Draw `n` samples of every input, a block at a time.
 
     Parameters
     ----------
     distributions
-        Frozen `scipy.stats` distributions by input.
+        Frozen `scipy.stats` distributions by input, or what else `propagate` takes.
     n
-        Number of samples, 2 or more.
+        Number of samples.
     rng
         Seed, as in SciPy. Random and Latin samples of one input depend on the seed and its name alone.
     sampler
-        ``"random"``; ``"lhs"``, a Latin hypercube; or ``"sobol"``, a scrambled Sobol sequence (A. B. Owen, J. of
-        Complexity 14, 1998, doi:10.1006/jcom.1998.0487), best balanced when n is a power of two.
+        See `points_of`.
 
     Yields
     ------
     dict
         Samples by input, each of `BLOCK` or, in the last block, fewer.
     """
-    root = root_seed(rng)
-    check_inputs(distributions)
-    whole(n, "number of samples n", 2)
-    if sampler not in SAMPLERS:
-        raise FrameError(f"sampler is {sampler!r}: choose one of {', '.join(SAMPLERS)}")
-    uniform = {"random": _random, "sobol": _sobol, "lhs": _latin}[sampler](list(distributions), n, root)
-    for start, points in zip(range(0, n, BLOCK), uniform, strict=False):
-        count = min(BLOCK, n - start)
-        inside = np.maximum(points[:count], LEAST)
-        columns = zip(distributions.items(), inside.T, strict=True)
+    laws = distributions_of(distributions)
+    points = points_of(list(laws), n, root_seed(rng), sampler)
+    for start in range(0, n, BLOCK):
+        columns = zip(laws.items(), points.take(start, min(BLOCK, n - start)).T, strict=True)
         yield {name: np.asarray(law.ppf(column), dtype=np.float64) for (name, law), column in columns}
 
 
-def draw(distributions: Mapping[str, Distribution], n: int, rng: Seed, sampler: str = "random") -> dict[str, Array]:
+def draw(distributions: Mapping[str, Uncertain], n: int, rng: Seed, sampler: Sampler = "random") -> dict[str, Array]:
     """Draw `n` samples of every input at once, (n,) each; see `sample_blocks`."""
     blocks = list(sample_blocks(distributions, n, rng, sampler))
     return {name: np.concatenate([block[name] for block in blocks]) for name in distributions}
@@ -141,20 +89,6 @@ def whole(value: object, what: str, least: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise FrameError(f"{what} is {value!r}: give a whole number of {least} or more")
     return int(value)
-
-
-def check_inputs(distributions: Mapping[str, Distribution]) -> None:
-    """Refuse what is no mapping of names to frozen distributions."""
-    if not isinstance(distributions, Mapping):
-        raise FrameError(f"distributions are {distributions!r}: give a mapping of names to frozen ones of scipy.stats")
-    for name, law in distributions.items():
-        if not hasattr(law, "ppf"):
-            raise FrameError(
-                f"distribution of {name!r} is {law!r}: give a frozen one, such as scipy.stats.norm(1.0, 0.1)"
-            )
-        median = law.ppf(np.array(0.5))
-        if np.shape(median) != () or not np.isfinite(median):
-            raise FrameError(f"distribution of {name!r} has the median {median}: give finite scalar parameters")
 
 
 def samples_first(result: ArrayLike, size: int, axis: int) -> Array:
@@ -168,24 +102,199 @@ def samples_first(result: ArrayLike, size: int, axis: int) -> Array:
     return np.moveaxis(array, axis, 0)
 
 
-def _random(names: list[str], n: int, root: np.random.SeedSequence) -> Iterator[Array]:
-    streams = [stream(root, name) for name in names]
-    while True:
-        yield np.stack([each.random(BLOCK) for each in streams], axis=-1) if names else np.empty((BLOCK, 0))
+class Points(ABC):
+    """Points of the unit cube, a column an input, in the order of their numbers and from any number on.
+
+    The points depend on their numbers alone, whichever were taken before. They are never 0.
+
+    Parameters
+    ----------
+    names
+        Names of the inputs.
+    n
+        Number of all points.
+    root
+        Seed.
+    """
+
+    def __init__(self, names: Sequence[str], n: int, root: np.random.SeedSequence) -> None:
+        self.names, self.n, self.root = tuple(names), n, root
+        self._next = 0
+        self._begin()
+
+    def take(self, start: int, count: int) -> Array:
+        """Points `start` to `start + count`, not more than a block, (count, k)."""
+        if start < self._next:
+            self._begin()
+            self._next = 0
+        if start > self._next:
+            self._skip(start - self._next)
+        self._next = start + BLOCK
+        return np.maximum(self._block()[:count], LEAST)
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Go to the first point."""
+
+    @abstractmethod
+    def _skip(self, count: int) -> None:
+        """Leave out points."""
+
+    @abstractmethod
+    def _block(self) -> Array:
+        """The next `BLOCK` points, or as many as there are."""
 
 
-def _sobol(names: list[str], n: int, root: np.random.SeedSequence) -> Iterator[Array]:
+class _RandomPoints(Points):
+    """Independent points, from a stream for each input."""
+
+    def _begin(self) -> None:
+        self._streams = [stream(self.root, name) for name in self.names]
+
+    def _skip(self, count: int) -> None:
+        # One number of 64 bits makes one of the points.
+        for each in self._streams:
+            each.bit_generator.advance(count)  # type: ignore[attr-defined]
+
+    def _block(self) -> Array:
+        return np.stack([each.random(BLOCK) for each in self._streams], axis=-1) if self.names else np.empty((BLOCK, 0))
+
+
+class _Sequence(Points):
+    """A scrambled sequence of SciPy's."""
+
+    def _engine(self) -> qmc.QMCEngine:
+        from scipy.stats import qmc
+
+        return qmc.Sobol(len(self.names), scramble=True, rng=stream(self.root, "sobol sequence"))
+
+    def _begin(self) -> None:
+        self._sequence = self._engine()
+
+    def _skip(self, count: int) -> None:
+        self._sequence.fast_forward(count)
+
+    def _block(self) -> Array:
+        return np.asarray(self._sequence.random(BLOCK))
+
+
+class _HaltonPoints(_Sequence):
+    def _engine(self) -> qmc.QMCEngine:
+        from scipy.stats import qmc
+
+        return qmc.Halton(len(self.names), scramble=True, rng=stream(self.root, "halton sequence"))
+
+    def _skip(self, count: int) -> None:
+        # Each point follows from its number; SciPy would compute those between.
+        self._sequence.num_generated += count
+
+
+class _TogetherPoints(Points):
+    """Points that are balanced only all together, and so made all at once: a Latin hypercube."""
+
+    def _begin(self) -> None:
+        self._start = 0
+        if not hasattr(self, "_all"):
+            self._all = self._made()
+
+    def _made(self) -> Array:
+        from scipy.stats import qmc
+
+        columns = [qmc.LatinHypercube(1, rng=stream(self.root, name)).random(self.n) for name in self.names]
+        return np.concatenate(columns, axis=1) if self.names else np.empty((self.n, 0))
+
+    def _skip(self, count: int) -> None:
+        self._start += count
+
+    def _block(self) -> Array:
+        found = self._all[self._start : self._start + BLOCK]
+        self._start += BLOCK
+        return found
+
+
+class _GivenSequence(_Sequence):
+    """A low-discrepancy sequence that the caller made, from where it stands."""
+
+    def __init__(self, names: Sequence[str], n: int, engine: qmc.QMCEngine) -> None:
+        self.engine = engine
+        super().__init__(names, n, np.random.SeedSequence(0))
+
+    def _engine(self) -> qmc.QMCEngine:
+        return deepcopy(self.engine)
+
+
+class _GivenTogether(_TogetherPoints):
+    """Points of any other engine that the caller made."""
+
+    def __init__(self, names: Sequence[str], n: int, engine: qmc.QMCEngine) -> None:
+        self.engine = engine
+        super().__init__(names, n, np.random.SeedSequence(0))
+
+    def _made(self) -> Array:
+        found = np.asarray(deepcopy(self.engine).random(self.n), dtype=np.float64)
+        if len(found) < self.n:
+            raise FrameError(f"the engine {type(self.engine).__name__} has {len(found)} of {self.n} points")
+        return found
+
+
+_BY_NAME: dict[str, type[Points]] = {
+    "random": _RandomPoints,
+    "sobol": _Sequence,
+    "lhs": _TogetherPoints,
+    "halton": _HaltonPoints,
+}
+
+
+def points_of(names: Sequence[str], n: int, root: np.random.SeedSequence, sampler: Sampler = "random") -> Points:
+    """Points of a sampler, checked.
+
+    Parameters
+    ----------
+    names
+        Names of the inputs, k of them.
+    n
+        Number of samples, 2 or more.
+    root
+        Seed; an engine has its own.
+    sampler
+        ``"random"``; ``"lhs"``, a Latin hypercube; ``"sobol"``, a scrambled Sobol sequence (A. B. Owen, J. of
+        Complexity 14, 1998, doi:10.1006/jcom.1998.0487), best balanced when n is a power of two; ``"halton"``, a
+        scrambled Halton sequence (A. B. Owen, arXiv:1706.02808, 2017); or an engine of `scipy.stats.qmc` of dimension
+        k, whose points are taken from where it stands; it is left as it is.
+
+    Returns
+    -------
+    Points
+        The points (n, k).
+
+    Raises
+    ------
+    FrameError
+        If there is no such sampler, or an engine has another dimension.
+    """
+    whole(n, "number of samples n", 2)
+    if isinstance(sampler, str):
+        if sampler not in SAMPLERS:
+            raise FrameError(
+                f"sampler is {sampler!r}: choose one of {', '.join(SAMPLERS)}, or give an engine of scipy.stats.qmc"
+            )
+        return _BY_NAME[sampler](names, n, root)
     from scipy.stats import qmc
 
-    sequence = qmc.Sobol(len(names), scramble=True, rng=stream(root, "sobol sequence"))
-    while True:
-        yield sequence.random(BLOCK)
+    if not isinstance(sampler, qmc.QMCEngine):
+        raise FrameError(
+            f"sampler is {sampler!r}: choose one of {', '.join(SAMPLERS)}, or give an engine of scipy.stats.qmc"
+        )
+    if sampler.d != len(names):
+        raise FrameError(f"sampler is an engine of dimension {sampler.d}: there are {len(names)} inputs")
+    kind = _GivenSequence if goes_on(sampler) else _GivenTogether
+    return kind(names, n, sampler)
 
 
-def _latin(names: list[str], n: int, root: np.random.SeedSequence) -> Iterator[Array]:
+def goes_on(sampler: Sampler) -> bool:
+    """Whether the points of a sampler do not depend on how many there will be, so that a run can be extended."""
+    if isinstance(sampler, str):
+        return sampler != "lhs"
     from scipy.stats import qmc
 
-    columns = [qmc.LatinHypercube(1, rng=stream(root, name)).random(n) for name in names]
-    points = np.concatenate(columns, axis=1) if names else np.empty((n, 0))
-    for start in range(0, n, BLOCK):
-        yield points[start : start + BLOCK]
+    return isinstance(sampler, qmc.Sobol | qmc.Halton)

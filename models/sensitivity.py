@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError, SampleWarning
-from .sampling import LEAST, Distribution, Seed, check_inputs, root_seed, samples_first, stream, whole
+from .distributions import Distribution, Uncertain, distributions_of
+from .intervals import ConfidenceInterval, by_error
+from .sampling import LEAST, Seed, root_seed, samples_first, stream, whole
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SobolIndices:
     """Shares of the variance of a result.
 
@@ -28,6 +30,8 @@ class SobolIndices:
         Share due to each input alone, (..., k).
     total
         Share that vanishes with each input, its interactions included, (..., k).
+    first_standard_error, total_standard_error
+        Standard errors of independent samples, (..., k).
 
     Examples
     --------
@@ -42,11 +46,48 @@ class SobolIndices:
     inputs: tuple[str, ...]
     first: Array
     total: Array
+    first_standard_error: Array
+    total_standard_error: Array
+
+    def confidence_interval(self, level: float = 0.95, of: str = "total") -> ConfidenceInterval:
+        """Confidence interval of the indices; as the points are those of a sequence, it is wider than it need be.
+
+        Parameters
+        ----------
+        level
+            Probability that the interval holds the true value.
+        of
+            ``"first"`` or ``"total"``.
+
+        Returns
+        -------
+        ConfidenceInterval
+            Bounds, (..., k); they may lie outside 0 and 1, as estimates may.
+
+        Raises
+        ------
+        FrameError
+            If `level` or `of` cannot be meant.
+        """
+        if of not in ("first", "total"):
+            raise FrameError(f"confidence interval of {of!r}: choose 'first' or 'total'")
+        first = of == "first"
+        error = self.first_standard_error if first else self.total_standard_error
+        return by_error(self.first if first else self.total, error, level)
+
+    def __repr__(self) -> str:
+        if self.total.ndim > 1:
+            return f"Sobol indices of {', '.join(self.inputs)} for a result of shape {self.total.shape[:-1]}"
+        lines = [f"{'input':>16}{'first':>10}{'± s.e.':>10}{'total':>10}{'± s.e.':>10}"]
+        columns = (self.first, self.first_standard_error, self.total, self.total_standard_error)
+        for k in np.argsort(-self.total, kind="stable"):
+            lines.append(f"{self.inputs[k]:>16}" + "".join(f"{column[k]:>10.4f}" for column in columns))
+        return "\n".join(lines)
 
 
 def sobol_indices(
     fn: Callable[..., ArrayLike],
-    distributions: Mapping[str, Distribution],
+    distributions: Mapping[str, Uncertain],
     *,
     n: int = 1024,
     rng: Seed = None,
@@ -92,11 +133,11 @@ def sobol_indices(
         raise FrameError(f"number of samples n is {n!r}: Sobol indices need a power of two")
     if not distributions:
         raise FrameError("sobol_indices was given no input: name an argument of the function and its distribution")
-    check_inputs(distributions)
+    given = distributions_of(distributions)
     whole(chunk, "chunk", 1)
     from scipy import stats
 
-    names = tuple(distributions)
+    names = tuple(given)
     shape: list[tuple[int, ...]] = []
     lost: list[int] = []
     holes: list[NDArray[np.bool_]] = []
@@ -114,11 +155,18 @@ def sobol_indices(
         shape.append(results.shape[1:])
         return results.reshape(len(results), -1).T
 
-    laws = [_Inside(law) for law in distributions.values()]
+    laws = [_Inside(law) for law in given.values()]
     # SciPy takes two inputs or more: an idle one beside a single one.
     laws += [_Inside(stats.uniform())] * (len(laws) == 1)
     generator = stream(root_seed(rng), "sobol indices")
-    found = stats.sobol_indices(func=rows, n=n, dists=laws, rng=generator)
+    errors: list[Array] = []
+
+    def method(f_A: Array, f_B: Array, f_AB: Array) -> tuple[Array, Array]:
+        first, total, *more = _saltelli(f_A, f_B, f_AB)
+        errors[:] = more
+        return first, total
+
+    found = stats.sobol_indices(func=rows, n=n, dists=laws, rng=generator, method=method)
     if any(lost):
         warnings.warn(
             f"{sum(lost)} of {n * (len(laws) + 2)} samples are NaN somewhere; the Sobol indices are NaN there, as each "
@@ -128,11 +176,37 @@ def sobol_indices(
         )
     # SciPy returns 0 where a sample is NaN.
     there = np.where(np.any(holes, axis=0), np.nan, 1.0)[:, None]
-    first, total = (
+    first, total, *more = (
         np.reshape(there * order.reshape(len(there), -1), (*shape[0], len(laws)))[..., : len(names)]
-        for order in (found.first_order, found.total_order)
+        for order in (found.first_order, found.total_order, *errors)
     )
-    return SobolIndices(names, first, total)
+    return SobolIndices(names, first, total, *more)
+
+
+def _saltelli(f_A: Array, f_B: Array, f_AB: Array) -> tuple[Array, Array, Array, Array]:
+    """First-order and total indices (s, k) of centred results, as SciPy has them, and their standard errors.
+
+    Both are ratios of means over the samples; the error of a ratio is that of the mean of its numerator less the ratio
+    times its denominator.
+
+    Parameters
+    ----------
+    f_A, f_B
+        Results of two sets of independent points, (s, n).
+    f_AB
+        Those of the first set with each input in turn from the second, (k, s, n).
+    """
+    variance = np.var([f_A, f_B], axis=(0, -1))
+    square = 0.5 * (f_A**2 + f_B**2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        alone, together = f_B * (f_AB - f_A), 0.5 * (f_A - f_AB) ** 2
+        first, total = np.mean(alone, axis=-1) / variance, np.mean(together, axis=-1) / variance
+        scale = variance * np.sqrt(f_A.shape[-1])
+        errors = [
+            np.array([np.std(each - value[:, None] * square, axis=-1) / scale for each, value in pairs]).T
+            for pairs in (zip(alone, first, strict=True), zip(together, total, strict=True))
+        ]
+    return first.T, total.T, errors[0], errors[1]
 
 
 class _Inside:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..framework.batch import finite
 from ..framework.errors import FrameError
+from .intervals import ConfidenceInterval, quantile_interval
 from .moments import Moments, Statistics, checked_policy
 
 Array = NDArray[np.float64]
@@ -80,6 +81,9 @@ class Spread(Statistics):
             Quantiles, (k..., ..., 3).
         """
         return quantiles(self.samples, p, axis=-2, nan_policy=self.nan_policy)
+
+    def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
+        return quantile_interval(np.moveaxis(self.samples, -2, 0), p, level, self.nan_policy)
 
     @cached_property
     def envelope(self) -> tuple[Array, Array]:

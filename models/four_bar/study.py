@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
+from ..intervals import ConfidenceInterval
 from ..job.parts import Parts, cuts
 from ..moments import Moments, Statistics, checked_policy
-from ..sampling import Distribution, Seed, draw
+from ..sampling import Distribution, Sampler, Seed, draw
 from ..spread import Spread
 from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
 from .four_bar import FourBar
@@ -159,6 +160,9 @@ class Study(Statistics):
         """
         return self.total.quantile(p)
 
+    def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
+        return self.total.confidence_interval(level, p)
+
     # -- how it stands ----------------------------------------------------------------------------------------------
 
     @cached_property
@@ -202,7 +206,7 @@ def monte_carlo(
     contact: PerJoint | str = 0.0,
     n: int = 100,
     rng: Seed = None,
-    sampler: str = "random",
+    sampler: Sampler = "random",
     exact: bool = False,
     nan_policy: str = "omit",
 ) -> Study:
@@ -235,7 +239,7 @@ def monte_carlo(
     rng
         Seed, as in SciPy.
     sampler
-        ``"random"``, ``"sobol"`` or ``"lhs"``.
+        ``"random"``, ``"sobol"``, ``"lhs"``, ``"halton"``, or an engine of `scipy.stats.qmc`.
     exact
         Take the exact clearance displacement into the total. Near a singular pose a clearance may leave the loop
         open; the sample then has no result.

@@ -70,3 +70,8 @@ def spent(seconds: Mapping[str, float]) -> str:
     """Time that each stage took and all together, in Markdown."""
     stages = [[name, f"{time:.2f}"] for name, time in seconds.items()]
     return markdown(["stage", "seconds"], [*stages, ["**all**", f"**{sum(seconds.values()):.2f}**"]], left=1)
+
+
+def drawn_by(sampler: str) -> str:
+    """How samples are drawn, in words, where they are not random."""
+    return {"lhs": " (Latin hypercube)", "sobol": " (Sobol sequence)", "halton": " (Halton sequence)"}.get(sampler, "")

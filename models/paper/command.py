@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..four_bar.closure import BRANCHES
 from ..job.output import add_output
 from ..moments import NAN_POLICIES
+from ..sampling import SAMPLERS
 from .inputs import Inputs
 
 if TYPE_CHECKING:
@@ -128,6 +129,10 @@ def _run(group: _ArgumentGroup) -> None:
     )
     _add(group, "samples", at_least_two, "N", "samples at each pose")
     _add(group, "rng", seed, "SEED", "seed; the same seed gives the same bits")
+    group.add_argument(
+        "--sampler", choices=SAMPLERS, default=PAPER.sampler,
+        help="how samples are drawn: random, by a Latin hypercube, or by a sequence that fills the space evenly",
+    )  # fmt: skip
     group.add_argument(
         "--nan-policy", choices=NAN_POLICIES, default=PAPER.nan_policy,
         help="samples without a result: leave them out, leave their pose without statistics, or end",

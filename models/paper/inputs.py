@@ -53,8 +53,8 @@ class Inputs:
         Force on P along y, and its standard deviation.
     poses
         First and last drive angle and the step between them.
-    samples, rng
-        Number of samples at each pose, and the seed.
+    samples, rng, sampler
+        Number of samples at each pose, the seed, and how they are drawn, as in `monte_carlo`.
     nan_policy
         What to do with samples without a result, as in `monte_carlo`.
     histogram_pose
@@ -89,6 +89,7 @@ class Inputs:
     poses: tuple[float, float, float] = (0.0, 360.0, 10.0)
     samples: int = 100
     rng: int = 0
+    sampler: str = "random"
     nan_policy: str = "omit"
     histogram_pose: float | None = None
     magnify: float | None = None

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..job import digits, large_table
 from ..job.report import Report
-from ..job.tables import markdown
+from ..job.tables import drawn_by, markdown
 from . import against_paper, reactions
 from .passages import passages
 from .readings import run_std
@@ -70,7 +70,8 @@ def report(result: Result) -> Report:
 
 
 def _summary(result: Result) -> Iterable[str]:
-    yield f"{len(result.degrees)} poses × {result.inputs.samples} samples, seed {result.inputs.rng}."
+    drawn = f"{result.inputs.samples} samples{drawn_by(result.inputs.sampler)}"
+    yield f"{len(result.degrees)} poses × {drawn}, seed {result.inputs.rng}."
     yield from _irregular(result)
     study, pose, entry = result.study, result.pose, result.entry
     yield f"Displacement of P from its rigid position at θ = {result.degrees[pose]:g}°, in mm, with standard errors:"

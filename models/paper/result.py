@@ -369,6 +369,7 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
             contact=inputs.contact if isinstance(inputs.contact, str) else np.radians(inputs.contact),
             n=inputs.samples,
             rng=inputs.rng,
+            sampler=inputs.sampler,
             exact=inputs.closure == "exact",
             nan_policy=inputs.nan_policy,
         )

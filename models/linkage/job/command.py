@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...job.output import add_output
+from ...sampling import SAMPLERS
 
 if TYPE_CHECKING:
     from argparse import _SubParsersAction
@@ -26,7 +27,7 @@ joints.B.contact); without one the contact is found by equilibrium under the loa
   tolerance = 0.0                     a gap up to this counts as closed, for drawings with few digits
   samples = 100                       with tolerances
   rng = 0                             seed; the same seed gives the same bits
-  sampler = "random"                  or "sobol", "lhs"
+  sampler = "random"                  or "sobol", "halton", "lhs"
   nan_policy = "omit"                 samples without a result do not count; or "propagate": they leave their pose
                                       without statistics; "raise": they end the run
   also = ["condition", "digits"]      further tables: condition numbers; certain digits; "large", large displacement
@@ -70,6 +71,9 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("file", type=Path, metavar="FILE", help="TOML file with the linkage")
+    parser.add_argument(
+        "--sampler", choices=SAMPLERS, help="how samples are drawn, in place of what the file says (else: random)"
+    )
     add_output(parser, None, " (default: results-NAME for NAME.toml)")
     parser.set_defaults(run=_start)
 
@@ -81,4 +85,7 @@ def _start(options: Namespace) -> None:
     from .run import LinkageJob
 
     out = options.out or Path(f"results-{options.file.stem}")
-    run(LinkageJob(read_inputs(options.file)), out, options.figures)
+    inputs = read_inputs(options.file)
+    if options.sampler is not None:
+        inputs = inputs.drawn_by(options.sampler)
+    run(LinkageJob(inputs), out, options.figures)

@@ -115,7 +115,14 @@ class RunInputs:
                 self.source.fail(("choices", name), f"is refused: {error}")
             drives = {key: drive.at(pose) for key, drive in inputs.drives.items()}
             samples = min(self.samples, most)
-            yield name, replace(inputs, drives=drives, pose=None, samples=samples, choices={}, also=())
+            inputs = replace(inputs, drives=drives, pose=None, samples=samples, sampler=self.sampler)
+            yield name, replace(inputs, choices={}, also=())
+
+    def drawn_by(self, sampler: str) -> RunInputs:
+        """The same with another sampler; refused where nothing is sampled."""
+        if not self.tolerances:
+            raise FrameError(f"--sampler {sampler} has no effect, as the file has no tolerances: leave it out")
+        return replace(self, sampler=sampler)
 
     @property
     def first(self) -> Drive:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ...job.report import Report
-from ...job.tables import markdown
+from ...job.tables import drawn_by, markdown
 from ..statics.reactions import NONE
 from .further import sections
 from .table import as_markdown
@@ -55,7 +55,7 @@ def report(result: RunResult) -> Report:
 
 def _summary(result: RunResult) -> Iterable[str]:
     inputs = result.inputs
-    drawn = f" × {inputs.samples} samples, seed {inputs.rng}" if inputs.tolerances else ""
+    drawn = f" × {inputs.samples} samples{drawn_by(inputs.sampler)}, seed {inputs.rng}" if inputs.tolerances else ""
     yield f"{result.poses} poses{drawn}, from `{inputs.source.file.name}`."
     found = result.told_status
     told = [status for status in dict.fromkeys(found.tolist()) if status != "regular"]

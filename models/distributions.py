@@ -1,0 +1,329 @@
+"""What is said of an uncertain input: a distribution, an interval, or a tolerance in words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..framework.errors import FrameError
+
+Array = NDArray[np.float64]
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_SYMMETRIC = re.compile(
+    rf"(?P<nominal>{_NUMBER})?\s*(?:±|\+/-|\+-)\s*(?P<half>{_NUMBER})\s*(?P<percent>%?)\s*(?P<kind>\w*)"
+)
+_LIMITS = re.compile(
+    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<percent>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*%?\s*(?P<kind>\w*)"
+)
+# A tolerance is taken for so many standard deviations of a normal distribution.
+SIGMAS = 3.0
+
+
+class Distribution(Protocol):
+    """What a frozen distribution of `scipy.stats` offers and sampling needs."""
+
+    def ppf(self, q: Array, /) -> Any:
+        """Quantile at probability `q`."""
+
+
+class RandomVariable(Protocol):
+    """What a random variable of `scipy.stats` in its newer form, such as ``stats.Normal``, offers instead."""
+
+    def icdf(self, p: Array, /) -> Any:
+        """Quantile at probability `p`."""
+
+
+# What may be given for an input.
+Uncertain = Distribution | RandomVariable | tuple[float, float] | str
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal distribution, with the bits of `scipy.stats.norm`, which takes long to load.
+
+    Parameters
+    ----------
+    mean, deviation
+        Mean and standard deviation, in the unit of what is drawn.
+    """
+
+    mean: float
+    deviation: float
+
+    def ppf(self, q: Array, /) -> Array:
+        """Quantile at probability `q`.
+
+        Parameters
+        ----------
+        q
+            Probabilities in (0, 1), (...).
+
+        Returns
+        -------
+        ndarray
+            Quantiles, (...).
+        """
+        from scipy.special import ndtri
+
+        return np.asarray(ndtri(q) * self.deviation + self.mean)
+
+    def pdf(self, x: Array, /) -> Array:
+        """Probability density.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Density, (...), in the inverse unit.
+        """
+        off = (x - self.mean) / self.deviation
+        return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.deviation))
+
+    def cdf(self, x: Array, /) -> Array:
+        """Probability of a value below `x`.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Probabilities, (...).
+        """
+        from scipy.special import ndtr
+
+        return np.asarray(ndtr((x - self.mean) / self.deviation))
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An input of which no more is known than its bounds: every value between them is equally likely.
+
+    That is what the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008, 4.3.7) takes for bounds.
+
+    Parameters
+    ----------
+    low, high
+        Bounds, in the unit of the input.
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
+            raise FrameError(f"interval ({self.low}, {self.high}): give two finite bounds, the lower one first")
+
+    def ppf(self, q: Array, /) -> Array:
+        """Quantile at probability `q`.
+
+        Parameters
+        ----------
+        q
+            Probabilities, (...).
+
+        Returns
+        -------
+        ndarray
+            Quantiles, (...).
+        """
+        return np.asarray(self.low + (self.high - self.low) * np.asarray(q))
+
+    def isf(self, q: Array, /) -> Array:
+        """Value that is exceeded with probability `q`.
+
+        Parameters
+        ----------
+        q
+            Probabilities, (...).
+
+        Returns
+        -------
+        ndarray
+            Values, (...).
+        """
+        return np.asarray(self.high - (self.high - self.low) * np.asarray(q))
+
+    def pdf(self, x: Array, /) -> Array:
+        """Probability density.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Density, (...), in the inverse unit.
+        """
+        inside = (x >= self.low) & (x <= self.high)
+        return np.where(inside, 1.0 / (self.high - self.low), 0.0)
+
+    def cdf(self, x: Array, /) -> Array:
+        """Probability of a value below `x`.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Probabilities, (...).
+        """
+        return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
+
+
+class _FromInverse:
+    """A random variable of SciPy's newer kind under the names of the older one."""
+
+    def __init__(self, variable: Any) -> None:
+        self.variable = variable
+
+    def ppf(self, q: Array, /) -> Any:
+        return self.variable.icdf(q)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name == "variable":
+            raise AttributeError(name)
+        return getattr(self.variable, {"isf": "iccdf", "std": "standard_deviation"}.get(name, name))
+
+    def __repr__(self) -> str:
+        return repr(self.variable)
+
+
+def tolerance(nominal: float, text: str, distribution: str = "uniform", sigmas: float = SIGMAS) -> Distribution:
+    """Distribution of a dimension with a tolerance, as a drawing has it.
+
+    Parameters
+    ----------
+    nominal
+        Nominal value, in the unit of the input.
+    text
+        ``"± 0.1"``, ``"± 5 %"`` of the nominal value, or ``"+0.2/-0.1"``; ``+/-`` may stand for ``±``.
+    distribution
+        ``"uniform"`` between the limits, or ``"normal"`` about their middle.
+    sigmas
+        How many standard deviations of the normal distribution the tolerance is on either side.
+
+    Returns
+    -------
+    Interval or Normal
+        What `propagate` takes for an input.
+
+    Raises
+    ------
+    FrameError
+        If the text is no tolerance, a nominal value of zero has one in percent, or the distribution is neither.
+
+    Examples
+    --------
+    >>> tolerance(200.0, "± 5 %")
+    Interval(low=190.0, high=210.0)
+    >>> tolerance(12.0, "+1.5/-0", "normal")
+    Normal(mean=12.75, deviation=0.25)
+    """
+    match = _SYMMETRIC.fullmatch(text.strip()) or _LIMITS.fullmatch(f" {text.strip()}")
+    if match is None or match["nominal"] or match["kind"]:
+        raise FrameError(f"tolerance {text!r}: write it as '± 0.1', '± 5 %' or '+0.2/-0.1'")
+    return _toleranced(float(nominal), match, text, distribution, sigmas)
+
+
+def _toleranced(nominal: float, match: re.Match[str], text: str, kind: str, sigmas: float) -> Distribution:
+    parts = match.groupdict()
+    up, down = (
+        (float(parts["half"]), -float(parts["half"])) if "half" in parts else (float(parts["up"]), float(parts["down"]))
+    )
+    if parts["percent"]:
+        if nominal == 0.0:
+            raise FrameError(f"tolerance {text!r} is in percent of a nominal value of zero: give it as a number")
+        up, down = 0.01 * abs(nominal) * up, 0.01 * abs(nominal) * down
+    if not up > down:
+        raise FrameError(f"tolerance {text!r} leaves no room: give a width above zero")
+    if kind == "uniform":
+        return Interval(nominal + down, nominal + up)
+    if kind == "normal":
+        if not sigmas > 0.0:
+            raise FrameError(f"sigmas is {sigmas}: give the number of standard deviations in a tolerance, above zero")
+        return Normal(nominal + 0.5 * (up + down), (up - down) / (2.0 * sigmas))
+    raise FrameError(f"distribution {kind!r} of tolerance {text!r}: choose uniform or normal")
+
+
+def distribution_of(name: str, given: object) -> Distribution:
+    """What is given for an input as a distribution with `ppf`, checked; one that has it already comes back as it is."""
+    found: Any = given
+    if isinstance(given, str):
+        found = _in_words(name, given)
+    elif isinstance(given, tuple | list) and len(given) == 2 and all(isinstance(each, int | float) for each in given):
+        found = Interval(float(given[0]), float(given[1]))
+    elif not hasattr(given, "ppf") and hasattr(given, "icdf"):
+        found = _FromInverse(given)
+    if not hasattr(found, "ppf"):
+        raise FrameError(
+            f"distribution of {name!r} is {given!r}: give a frozen one, such as scipy.stats.norm(1.0, 0.1), an "
+            "interval such as (0.9, 1.1), or a tolerance such as '1.0 ± 5 %'"
+        )
+    median = found.ppf(np.array(0.5))
+    if np.shape(median) != () or not np.isfinite(median):
+        raise FrameError(f"distribution of {name!r} has the median {median}: give finite scalar parameters")
+    return found  # type: ignore[no-any-return]
+
+
+def _in_words(name: str, text: str) -> Distribution:
+    match = _SYMMETRIC.fullmatch(text.strip()) or _LIMITS.fullmatch(text.strip())
+    if match is None:
+        raise FrameError(f"{name!r} is {text!r}: write it as '0.1 ± 5 %', '0.1 ± 0.002 normal' or '0.1 +0.002/-0.001'")
+    if not match["nominal"]:
+        raise FrameError(f"tolerance {text!r} of {name!r} has no nominal value: write it as '0.1 {text.strip()}'")
+    return _toleranced(float(match["nominal"]), match, text, match["kind"] or "uniform", SIGMAS)
+
+
+def distributions_of(given: object) -> dict[str, Distribution]:
+    """By name the distributions of inputs, checked."""
+    if not isinstance(given, Mapping):
+        raise FrameError(f"distributions are {given!r}: give a mapping of names to frozen ones of scipy.stats")
+    return {name: distribution_of(name, each) for name, each in given.items()}
+
+
+def log_density(name: str, law: Distribution, x: Array) -> Array:
+    """Logarithm of the probability density of an input, (m,)."""
+    found: Any = law
+    with np.errstate(divide="ignore"):
+        if hasattr(found, "logpdf"):
+            return np.asarray(found.logpdf(x), dtype=np.float64)
+        if hasattr(found, "pdf"):
+            return np.log(np.asarray(found.pdf(x), dtype=np.float64))
+    raise FrameError(f"distribution of {name!r} has no density (pdf or logpdf): it cannot be re-weighted")
+
+
+def probability(name: str, law: Distribution, x: Array) -> Array:
+    """Probability of a value below `x`, (m,)."""
+    if not hasattr(law, "cdf"):
+        raise FrameError(f"distribution of {name!r} has no cdf, which correlated inputs need here")
+    return np.asarray(law.cdf(x), dtype=np.float64)
+
+
+def at_scores(law: Distribution, scores: Array) -> Array:
+    """Values of an input whose standard normal score is `scores`, (...), exact in both tails of a law with `isf`."""
+    from scipy.special import ndtr
+
+    found: Any = law
+    below = np.asarray(found.ppf(ndtr(np.minimum(scores, 0.0 if hasattr(found, "isf") else np.inf))), dtype=np.float64)
+    if not hasattr(found, "isf"):
+        return below
+    above = np.asarray(found.isf(ndtr(-np.maximum(scores, 0.0))), dtype=np.float64)
+    return np.where(scores > 0.0, above, below)

@@ -1,0 +1,121 @@
+"""Confidence intervals of what samples say."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..framework.errors import FrameError
+
+Array = NDArray[np.float64]
+Ranks = NDArray[np.int64]
+
+
+class ConfidenceInterval(NamedTuple):
+    """Bounds that hold the true value with a given probability.
+
+    Attributes
+    ----------
+    low, high
+        Bounds, in the shape of the number that they are of, (...).
+    """
+
+    low: Array
+    high: Array
+
+
+def checked_level(level: float) -> float:
+    """A confidence level, checked."""
+    if isinstance(level, bool) or not isinstance(level, int | float | np.floating) or not 0.0 < level < 1.0:
+        raise FrameError(f"confidence level is {level!r}: give a number between 0 and 1, such as 0.95")
+    return float(level)
+
+
+def checked_probability(p: object) -> float:
+    """A probability, checked."""
+    if isinstance(p, bool) or not isinstance(p, int | float | np.floating) or not 0.0 <= p <= 1.0:
+        raise FrameError(f"probability p of a quantile is {p!r}: give a number from 0 to 1")
+    return float(p)
+
+
+def by_error(
+    value: ArrayLike, error: ArrayLike, level: float, freedom: ArrayLike = np.inf, least: float = -np.inf
+) -> ConfidenceInterval:
+    """Interval from a standard error, by Student's distribution, or the normal one where no freedom is given.
+
+    Parameters
+    ----------
+    value, error
+        Estimate and its standard error, (...).
+    level
+        Probability, between 0 and 1.
+    freedom
+        Degrees of freedom of the error, (...).
+    least
+        Bound on the value itself.
+
+    Returns
+    -------
+    ConfidenceInterval
+        Bounds, (...).
+    """
+    from scipy.special import ndtri, stdtrit
+
+    p = 0.5 + 0.5 * checked_level(level)
+    many = np.asarray(freedom, dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        finite = np.where(np.isfinite(many) & (many > 0.0), many, 1.0)
+        factor = np.where(np.isinf(many), ndtri(p), np.where(many > 0.0, stdtrit(finite, p), np.nan))
+        half = factor * np.asarray(error)
+        low, high = np.asarray(value - half), np.asarray(value + half)
+        return ConfidenceInterval(np.asarray(np.maximum(low, least)), high)
+
+
+def quantile_ranks(n: ArrayLike, p: float, level: float) -> tuple[Ranks, Ranks]:
+    """Ranks, from 0 on, of the two ordered samples that hold a quantile between them with at least that probability.
+
+    Whatever the distribution, the number of samples below its quantile is binomial (David & Nagaraja, Order Statistics,
+    3rd ed., 2003, section 7.1). Where the samples are too few the rank is −1 or n: there is no bound on that side.
+
+    Parameters
+    ----------
+    n
+        Number of samples, (...).
+    p
+        Probability of the quantile.
+    level
+        Confidence level.
+
+    Returns
+    -------
+    tuple
+        Lower and upper rank, (...) each.
+    """
+    from scipy.stats import binom
+
+    half = 0.5 * (1.0 - checked_level(level))
+    count = np.asarray(n)
+    at_least = np.maximum(count, 1)
+    # Fewer than `low` samples lie below with probability <= half, more than `high` likewise.
+    low = binom.ppf(half, at_least, p).astype(np.int64) - 1
+    high = binom.isf(half, at_least, p).astype(np.int64)
+    return np.maximum(low, -1), np.minimum(high, count)
+
+
+def quantile_interval(samples: Array, p: object, level: float, nan_policy: str) -> ConfidenceInterval:
+    """Interval of a quantile from the samples themselves, (n, ...), whatever their distribution."""
+    asked = checked_probability(p)
+    lost = np.isnan(samples)
+    ordered = np.sort(samples, axis=0)
+    there = np.count_nonzero(~lost, axis=0)
+    low, high = quantile_ranks(there, asked, level)
+    last = len(samples) - 1
+    below = np.take_along_axis(ordered, np.clip(low, 0, last)[None], axis=0)[0]
+    above = np.take_along_axis(ordered, np.clip(high, 0, last)[None], axis=0)[0]
+    none = there == 0 if nan_policy == "omit" else lost.any(axis=0)
+    return ConfidenceInterval(
+        np.where(none, np.nan, np.where(low < 0, -np.inf, below)),
+        np.where(none, np.nan, np.where(high >= there, np.inf, above)),
+    )

@@ -1,0 +1,335 @@
+"""Polynomial chaos: a polynomial of the inputs in place of the function, with moments and indices in closed form."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+from math import comb
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.errors import FrameError, SampleWarning
+from ..distributions import Normal, Uncertain, probability
+from ..intervals import ConfidenceInterval, by_error
+from ..sampling import BLOCK, Sampler, Seed, points_of, root_seed, samples_first, whole
+from ..sensitivity import SobolIndices
+from .chunk import Function
+from .correlation import GaussianCopula, Pairs
+from .inputs import JointInputs
+from .orthogonal import MOST, Orthonormal
+
+Array = NDArray[np.float64]
+Powers = NDArray[np.int64]
+
+METHODS = ("regression", "quadrature")
+# Samples a coefficient, and nodes that are still reasonable.
+OVERSAMPLED, MOST_NODES = 3, 1_000_000
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PolynomialChaos:
+    """A polynomial of the inputs that stands for a function; made by `polynomial_chaos`.
+
+    It is called as the function is, with the samples first, and so can itself be propagated.
+
+    Attributes
+    ----------
+    inputs
+        Names of the inputs.
+    powers
+        Degree of each term in each of the k inputs, (terms, k).
+    coefficients
+        Of the orthonormal terms, (terms, ...).
+    unexplained
+        Share of the variance that the polynomial leaves, (...): by leaving out one sample after the other, or at the
+        nodes of the quadrature.
+    n
+        Number of samples or nodes at which the function was called.
+    """
+
+    inputs: tuple[str, ...]
+    powers: Powers
+    coefficients: Array
+    unexplained: Array
+    n: int
+    _joint: JointInputs = field(repr=False)
+    _bases: tuple[Orthonormal, ...] = field(repr=False)
+    _covariance: Array | None = field(repr=False)
+    _residual: Array = field(repr=False)
+
+    def __call__(self, **inputs: Array) -> Array:
+        """Values of the polynomial, (m, ...)."""
+        at = _coordinates(self._joint, {name: np.asarray(inputs[name], np.float64) for name in self.inputs})
+        return np.asarray(np.tensordot(_terms(self._bases, self.powers, at), self.coefficients, axes=1))
+
+    @property
+    def mean(self) -> Array:
+        """Mean, (...)."""
+        return np.asarray(self.coefficients[0])
+
+    @property
+    def variance(self) -> Array:
+        """Variance, (...)."""
+        return np.asarray(np.sum(self.coefficients[1:] ** 2, axis=0))
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation, (...)."""
+        return np.asarray(np.sqrt(self.variance))
+
+    @cached_property
+    def sobol(self) -> SobolIndices:
+        """First-order and total Sobol indices, sums of squares of coefficients (Sudret, 2008)."""
+        self._joint.require_independent("Sobol indices")
+        uses = self.powers > 0
+        alone = uses & (np.count_nonzero(uses, axis=1) == 1)[:, None]
+        parts = [self._share(which) for which in (alone, uses)]
+        return SobolIndices(self.inputs, parts[0][0], parts[1][0], parts[0][1], parts[1][1])
+
+    def _share(self, which: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Shares of the variance of the terms of each input, which (terms, k), and their standard errors, (..., k)."""
+        square = self.coefficients**2
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = np.moveaxis(np.tensordot(which.T, square, axes=1) / self.variance, 0, -1)
+            slopes = []
+            for k in range(which.shape[1]):
+                inside = which[:, k].reshape(-1, *(1,) * (square.ndim - 1)) - share[..., k]
+                slope = 2.0 * self.coefficients * inside / self.variance
+                slope[0] = 0.0
+                slopes.append(self._error(slope))
+        return share, np.stack(slopes, axis=-1)
+
+    def _error(self, slope: Array) -> Array:
+        """Standard error of a number with a slope (terms, ...) over the coefficients; NaN of a quadrature."""
+        if self._covariance is None:
+            return np.full(self.mean.shape, np.nan)
+        spread = np.einsum("i...,ij,j...->...", slope, self._covariance, slope)
+        return np.asarray(np.sqrt(np.maximum(spread, 0.0) * self._residual))
+
+    def confidence_interval(self, level: float = 0.95, of: str = "mean") -> ConfidenceInterval:
+        """Confidence interval by the residuals of the regression; what no polynomial of the degree can say is in it.
+
+        Parameters
+        ----------
+        level
+            Probability that the interval holds the value for the polynomial that fits best.
+        of
+            ``"mean"`` or ``"std"``.
+
+        Returns
+        -------
+        ConfidenceInterval
+            Bounds, (...).
+
+        Raises
+        ------
+        FrameError
+            If `level` or `of` cannot be meant, or the coefficients are from a quadrature, which draws nothing.
+        """
+        if of not in ("mean", "std"):
+            raise FrameError(f"confidence interval of {of!r}: choose 'mean' or 'std'")
+        if self._covariance is None:
+            raise FrameError("a quadrature draws no samples and has no confidence interval: see `unexplained`")
+        freedom = self.n - len(self.powers)
+        if of == "mean":
+            slope = np.zeros_like(self.coefficients)
+            slope[0] = 1.0
+            return by_error(self.mean, self._error(slope), level, freedom)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            slope = self.coefficients / self.std
+        slope[0] = 0.0
+        return by_error(self.std, self._error(slope), level, freedom, least=0.0)
+
+    def __repr__(self) -> str:
+        worst = float(np.max(self.unexplained, initial=0.0))
+        return (
+            f"PolynomialChaos of {', '.join(self.inputs)}: {len(self.powers)} terms up to degree "
+            f"{self.powers.sum(axis=1).max()}, {self.n} calls, leaves at most {100.0 * worst:.3g} % of the variance"
+        )
+
+
+def polynomial_chaos(
+    fn: Function,
+    distributions: Mapping[str, Uncertain],
+    *,
+    degree: int = 3,
+    method: str = "regression",
+    n: int | None = None,
+    rng: Seed = None,
+    sampler: Sampler = "sobol",
+    axis: int = 0,
+    correlation: GaussianCopula | Pairs | ArrayLike | None = None,
+) -> PolynomialChaos:
+    """Fit a polynomial of the inputs to a smooth function, of terms that are orthonormal under their distributions.
+
+    Parameters
+    ----------
+    fn
+        Function of arrays, as for `propagate`.
+    distributions
+        By the name of the argument, as for `propagate`.
+    degree
+        Greatest total degree of a term, at most 20.
+    method
+        ``"regression"`` on samples, or ``"quadrature"`` by the product of Gauss rules with degree + 1 nodes an input,
+        for few of them.
+    n
+        Number of samples of the regression; three a coefficient where it is left out.
+    rng, sampler
+        Of the regression, as for `propagate`.
+    axis
+        Axis of the samples in what `fn` returns.
+    correlation
+        As for `propagate`. The polynomial is then one of independent normal scores.
+
+    Returns
+    -------
+    PolynomialChaos
+        With mean, standard deviation and Sobol indices in closed form, to be called in place of `fn`.
+
+    Raises
+    ------
+    FrameError
+        If an input or option cannot be meant, there are more nodes than a million, or samples are too few.
+
+    Warns
+    -----
+    SampleWarning
+        If some samples are NaN; they are left out.
+
+    Examples
+    --------
+    >>> from scipy import stats
+    >>> chaos = polynomial_chaos(lambda a, b: a * b, {"a": stats.norm(2.0, 1.0), "b": stats.uniform(0.0, 1.0)},
+    ...                          degree=2, method="quadrature")
+    >>> bool(abs(chaos.mean - 1.0) < 1e-12), bool(abs(chaos.variance - (4 / 12 + 1 / 4 + 1 / 12)) < 1e-12)
+    (True, True)
+    """
+    if not distributions:
+        raise FrameError("polynomial_chaos was given no input: name an argument of the function and its distribution")
+    if whole(degree, "degree", 1) > MOST:
+        raise FrameError(f"degree is {degree}: give at most {MOST}")
+    if method not in METHODS:
+        raise FrameError(f"method is {method!r}: choose one of {', '.join(METHODS)}")
+    joint = JointInputs.of(distributions, correlation)
+    laws = joint.laws if joint.scores is None else dict.fromkeys(joint.names, Normal(0.0, 1.0))
+    bases = tuple(Orthonormal.of(name, law, degree) for name, law in laws.items())
+    powers = _powers(len(bases), degree)
+    if method == "quadrature":
+        return _by_quadrature(fn, joint, bases, powers, axis)
+    count = max(OVERSAMPLED * len(powers), 32) if n is None else whole(n, "number of samples n", 2)
+    if count <= len(powers):
+        raise FrameError(f"{count} samples for {len(powers)} coefficients: give more than that, or a lower degree")
+    points = points_of(joint.names, count, root_seed(rng), sampler)
+    blocks = [joint.samples(points.take(start, min(BLOCK, count - start))) for start in range(0, count, BLOCK)]
+    inputs = {name: np.concatenate([block[name] for block in blocks]) for name in joint.names}
+    return _by_regression(fn, joint, bases, powers, axis, inputs)
+
+
+def _powers(k: int, degree: int) -> Powers:
+    """Degrees of the terms in each input, those of a total degree up to the greatest, the constant first."""
+    if comb(k + degree, degree) > 20_000:
+        raise FrameError(f"{comb(k + degree, degree)} coefficients for {k} inputs: give a lower degree than {degree}")
+
+    def each(inputs: int, left: int) -> Iterator[tuple[int, ...]]:
+        if inputs == 0:
+            yield ()
+            return
+        for power in range(left + 1):
+            yield from ((power, *rest) for rest in each(inputs - 1, left - power))
+
+    found = np.array(list(each(k, degree)), dtype=np.int64)
+    return found[np.lexsort((*found.T, found.sum(axis=1)))]
+
+
+def _terms(bases: tuple[Orthonormal, ...], powers: Powers, at: Array) -> Array:
+    """Values of the orthonormal terms, (m, terms)."""
+    out = np.ones((len(at), len(powers)))
+    for k, basis in enumerate(bases):
+        out *= basis(at[:, k])[:, powers[:, k]]
+    return out
+
+
+def _coordinates(joint: JointInputs, inputs: Mapping[str, Array]) -> Array:
+    """What the polynomials are of, (m, k): the inputs, or where they are correlated their independent normal scores."""
+    if joint.scores is None:
+        return np.stack([inputs[name] for name in joint.names], axis=-1)
+    from scipy.special import ndtri
+
+    at = np.stack([probability(name, law, inputs[name]) for name, law in joint.laws.items()])
+    return joint.independent(ndtri(np.clip(at, 2.0**-60, 1.0 - 2.0**-53)).T)
+
+
+def _by_quadrature(
+    fn: Function, joint: JointInputs, bases: tuple[Orthonormal, ...], powers: Powers, axis: int
+) -> PolynomialChaos:
+    rules = [basis.gauss() for basis in bases]
+    count = len(rules[0][0]) ** len(rules)
+    if count > MOST_NODES:
+        raise FrameError(f"the quadrature has {count} nodes: give a lower degree, or the method 'regression'")
+    nodes = np.array(list(product(*(rule[0] for rule in rules))))
+    weights = np.array([np.prod(each) for each in product(*(rule[1] for rule in rules))])
+    inputs = dict(zip(joint.names, nodes.T, strict=True)) if joint.scores is None else joint.at_scores(nodes)
+    results = samples_first(fn(**inputs), count, axis)
+    flat = results.reshape(count, -1)
+    terms = _terms(bases, powers, nodes)
+    found = (terms * weights[:, None]).T @ flat
+    with np.errstate(invalid="ignore", divide="ignore"):
+        left = weights @ (flat - terms @ found) ** 2 / (weights @ (flat - found[0]) ** 2)
+    shape = results.shape[1:]
+    left = np.nan_to_num(left).reshape(shape)
+    nothing = np.zeros(shape)
+    return PolynomialChaos(joint.names, powers, found.reshape(-1, *shape), left, count, joint, bases, None, nothing)
+
+
+def _by_regression(
+    fn: Function,
+    joint: JointInputs,
+    bases: tuple[Orthonormal, ...],
+    powers: Powers,
+    axis: int,
+    inputs: Mapping[str, Array],
+) -> PolynomialChaos:
+    n = len(next(iter(inputs.values())))
+    results = samples_first(fn(**inputs), n, axis)
+    flat, kept = _without_failures(results.reshape(n, -1), len(powers))
+    terms = _terms(bases, powers, _coordinates(joint, {name: values[kept] for name, values in inputs.items()}))
+    q, r = np.linalg.qr(terms)
+    if np.linalg.cond(r) > 1e8:
+        raise FrameError(f"{len(flat)} samples do not determine {len(powers)} coefficients: give more")
+    found = np.linalg.solve(r, q.T @ flat)
+    residual = flat - terms @ found
+    without = residual / (1.0 - np.sum(q**2, axis=1))[:, None]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        left = np.nan_to_num(np.mean(without**2, axis=0) / np.var(flat, axis=0))
+    inverse = np.linalg.inv(r)
+    shape, freedom = results.shape[1:], len(flat) - len(powers)
+    return PolynomialChaos(
+        joint.names,
+        powers,
+        found.reshape(-1, *shape),
+        left.reshape(shape),
+        len(flat),
+        joint,
+        bases,
+        inverse @ inverse.T,
+        (np.sum(residual**2, axis=0) / freedom).reshape(shape),
+    )
+
+
+def _without_failures(flat: Array, terms: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Samples that have a result wherever another has one, and which they are."""
+    lost = np.isnan(flat)
+    kept = np.asarray(~(lost & ~lost.all(axis=0)).any(axis=1))
+    count = int(np.count_nonzero(~kept))
+    if len(flat) - count <= terms:
+        raise FrameError(f"{count} of {len(flat)} samples are NaN: too few are left for {terms} coefficients")
+    if count:
+        warnings.warn(
+            f"{count} of {len(flat)} samples are NaN and left out of the regression", SampleWarning, stacklevel=4
+        )
+    return flat[kept], kept

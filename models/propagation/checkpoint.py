@@ -1,0 +1,178 @@
+"""Chunks on disk, so that a run that was ended goes on where it was: each whole and proven, or not there."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...framework.errors import CheckpointWarning, FrameError
+from .chunk import ChunkResult
+from .packed import packed, unpacked
+
+Array = NDArray[np.float64]
+
+FORMAT = 1
+ABOUT = "run.json"
+FUNCTION = "what the function returns for the first samples"
+CHUNK = re.compile(r"chunk-(\d+)-(\d+)\.bin")
+# Results of the first samples may differ by that much from those of an earlier run, on another machine or by another
+# release of a library.
+SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """A folder that holds the chunks of one run.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    """
+
+    folder: Path
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], about: Mapping[str, Any]) -> Checkpoint:
+        """Take up the run of a folder, or begin one there.
+
+        Parameters
+        ----------
+        folder
+            Made where it is missing.
+        about
+            By what the run depends on, what tells it from another.
+
+        Raises
+        ------
+        FrameError
+            If the folder holds another run or cannot be written, and what differs.
+        """
+        found = cls(Path(folder))
+        before = found._about()
+        if before is None:
+            found._begin(about)
+            return found
+        other = [what for what in dict.fromkeys([*about, *before]) if before.get(what) != about.get(what)]
+        # Of other inputs the function returns something else in any case.
+        other = [what for what in other if what != FUNCTION] or other
+        if other:
+            raise FrameError(
+                f"checkpoint {found.folder} belongs to another run: {', '.join(other)} "
+                f"{'differs' if len(other) == 1 else 'differ'}; give another folder, or what that run was begun with"
+            )
+        return found
+
+    @classmethod
+    def known(cls, folder: str | os.PathLike[str]) -> dict[str, Any] | None:
+        """What the run in a folder depends on; None where there is none yet."""
+        return cls(Path(folder))._about()
+
+    def _about(self) -> dict[str, Any] | None:
+        path = self.folder / ABOUT
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            if self.folder.is_dir() and any(CHUNK.fullmatch(each.name) for each in self.folder.iterdir()):
+                raise FrameError(
+                    f"checkpoint {self.folder} holds chunks, but no {ABOUT}: give another folder"
+                ) from None
+            return None
+        except OSError as error:
+            raise FrameError(f"checkpoint {self.folder} cannot be read: {error.strerror or error}") from error
+        try:
+            found = json.loads(text)
+            if not isinstance(found, dict):
+                raise ValueError
+        except ValueError:
+            raise FrameError(f"{path} is damaged: remove the folder, and the run begins anew") from None
+        if found.pop("format", None) != FORMAT:
+            raise FrameError(f"{path} is of another release: give another folder")
+        return found
+
+    def _begin(self, about: Mapping[str, Any]) -> None:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FrameError(f"checkpoint {self.folder} cannot be made: {error.strerror or error}") from error
+        text = json.dumps({"format": FORMAT, **about}, indent=1)
+        self._write(ABOUT, text.encode(), "the run cannot be begun there")
+
+    def stored(self) -> set[tuple[int, int]]:
+        """Ranges of the chunks that are there and whole; of those that are damaged a warning tells."""
+        found = set()
+        for path in sorted(self.folder.iterdir()):
+            match = CHUNK.fullmatch(path.name)
+            if match is None:
+                continue
+            if _payload(path) is None:
+                warnings.warn(
+                    f"{path} is damaged (its check sum is not that of its content): this chunk is computed again",
+                    CheckpointWarning,
+                    stacklevel=4,
+                )
+                continue
+            found.add((int(match[1]), int(match[2])))
+        return found
+
+    def load(self, cut: tuple[int, int]) -> ChunkResult:
+        """A chunk that was stored."""
+        payload = _payload(self._path(cut))
+        if payload is None:
+            raise FrameError(f"{self._path(cut)} was damaged while the run went on: call again, and it is done again")
+        return unpacked(payload)
+
+    def store(self, found: ChunkResult) -> None:
+        """Write a chunk, all of it or nothing."""
+        cut = found.start, found.start + found.count
+        payload = packed(found)
+        content = hashlib.sha256(payload).hexdigest().encode() + b"\n" + payload
+        self._write(self._path(cut).name, content, "the chunks before it are whole: make room and call again")
+
+    def _path(self, cut: tuple[int, int]) -> Path:
+        return self.folder / f"chunk-{cut[0]:012d}-{cut[1]:012d}.bin"
+
+    def _write(self, name: str, content: bytes, remedy: str) -> None:
+        """Under a name of its own first: a reader sees all of it or nothing, whenever the process ends."""
+        part = self.folder / f".{name}.{os.getpid()}.part"
+        try:
+            try:
+                part.write_bytes(content)
+                part.replace(self.folder / name)
+            finally:
+                part.unlink(missing_ok=True)
+        except OSError as error:
+            raise FrameError(f"{self.folder / name} cannot be written: {error.strerror or error}; {remedy}") from error
+
+
+def _payload(path: Path) -> bytes | None:
+    """Content of a chunk's file; None where it is not what was written."""
+    try:
+        told, _, payload = path.read_bytes().partition(b"\n")
+    except OSError:
+        return None
+    return payload if hashlib.sha256(payload).hexdigest().encode() == told else None
+
+
+def first_results(results: Array) -> dict[str, Any]:
+    """Results of the first samples, by which another function is told from this one."""
+    flat = results.reshape(len(results), -1)[:, :64]
+    return {"shape": list(results.shape[1:]), "values": [[repr(float(x)) for x in row] for row in flat]}
+
+
+def same_results(before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether results of the first samples are the same but for rounding."""
+    if before["shape"] != now["shape"]:
+        return False
+    a, b = (np.array(each["values"], dtype=object).astype(np.float64) for each in (before, now))
+    return bool(np.allclose(a, b, rtol=SAME, atol=SAME * np.nanmax(np.abs(a), initial=0.0), equal_nan=True))

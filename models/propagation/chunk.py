@@ -1,0 +1,226 @@
+"""What one call of the function gives: the statistics of a chunk of samples, the same on whatever machine it runs."""
+
+from __future__ import annotations
+
+import pickle
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.errors import FrameError
+from ..moments import Moments
+from ..sampling import BLOCK, Points, Sampler, points_of, samples_first
+from .comoments import Comoments
+from .failures import FailedRows
+from .histogram import Bins, Counts
+from .inputs import JointInputs
+
+Array = NDArray[np.float64]
+Function = Callable[..., ArrayLike]
+ALSO = ("covariance", "histogram")
+
+
+@dataclass(frozen=True, eq=False)
+class ChunkResult:
+    """Statistics of the samples `start` to `start + count`.
+
+    Parameters
+    ----------
+    start, count
+        Which samples.
+    blocks
+        Moments of each block of samples, (...).
+    missing
+        Number of samples that are NaN, (...).
+    least, greatest
+        Extremes, (...).
+    failed
+        Samples that are NaN somewhere.
+    comoments
+        Of each block, (..., c, c), if asked for.
+    bins, counts
+        Where the bins of the histogram lie, and how many samples each holds, if asked for.
+    samples
+        Samples of the result, (count, ...), if asked for.
+    """
+
+    start: int
+    count: int
+    blocks: list[Moments]
+    missing: NDArray[np.int64]
+    least: Array
+    greatest: Array
+    failed: FailedRows
+    comoments: list[Comoments] | None
+    bins: Bins | None
+    counts: Counts | None
+    samples: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class ChunkTask:
+    """What is to be done with each chunk: sent once to a worker, then told a range of numbers.
+
+    Parameters
+    ----------
+    fn
+        The function.
+    inputs
+        Distributions of its arguments.
+    n
+        Number of all samples.
+    root
+        Seed.
+    sampler
+        See `points_of`.
+    axis
+        Axis of the samples in what the function returns.
+    nan_policy
+        What is done with samples that are NaN.
+    also
+        Of `ALSO`.
+    keep
+        Whether to keep the samples.
+    bins
+        Where the bins of the histogram lie; None in the first chunk, which lays them out.
+    """
+
+    fn: Function
+    inputs: JointInputs
+    n: int
+    root: np.random.SeedSequence
+    sampler: Sampler
+    axis: int
+    nan_policy: str
+    also: tuple[str, ...]
+    keep: bool
+    bins: Bins | None = None
+
+    def __post_init__(self) -> None:
+        # Each thread goes through the points on its own.
+        object.__setattr__(self, "_own", threading.local())
+
+    def __reduce__(self) -> tuple[Callable[[bytes], ChunkTask], tuple[bytes]]:
+        return _restored, (self._bytes,)
+
+    @property
+    def _bytes(self) -> bytes:
+        known: bytes | None = self.__dict__.get("_pickled")
+        if known is None:
+            parts = tuple(getattr(self, name) for name in self.__dataclass_fields__)
+            known = _pickled(parts)
+            object.__setattr__(self, "_pickled", known)
+        return known
+
+    @property
+    def _points(self) -> Points:
+        own: Any = self.__dict__["_own"]
+        if not hasattr(own, "points"):
+            own.points = points_of(self.inputs.names, self.n, self.root, self.sampler)
+        found: Points = own.points
+        return found
+
+    def drawn(self, start: int, stop: int) -> dict[str, Array]:
+        """Samples of the inputs by their numbers, block by block, (stop − start,) each."""
+        blocks = [
+            self.inputs.samples(self._points.take(first, min(BLOCK, stop - first)))
+            for first in range(start, stop, BLOCK)
+        ]
+        return {name: np.concatenate([block[name] for block in blocks]) for name in self.inputs.names}
+
+    def drawn_at(self, numbers: NDArray[np.int64]) -> dict[str, Array]:
+        """Samples of the inputs with certain numbers, in increasing order, (f,) each."""
+        found: list[dict[str, Array]] = []
+        for block in np.unique(numbers // BLOCK).tolist():
+            inputs = self.drawn(block * BLOCK, min((block + 1) * BLOCK, self.n))
+            rows = numbers[numbers // BLOCK == block] - block * BLOCK
+            found.append({name: values[rows] for name, values in inputs.items()})
+        return {name: np.concatenate([np.empty(0), *(each[name] for each in found)]) for name in self.inputs.names}
+
+    def results(self, start: int, stop: int) -> tuple[Array, NDArray[np.str_] | None]:
+        """Results with the samples first, (m, ...), and their status, (m, s), where the function tells it."""
+        found = self.fn(**self.drawn(start, stop))
+        status = None
+        if isinstance(found, tuple) and len(found) == 2 and np.asarray(found[1]).dtype.kind in "UT":
+            found, status = found
+        results = samples_first(found, stop - start, self.axis)
+        return results, None if status is None else _status(status, results, self.axis)
+
+    def __call__(self, cut: tuple[int, int]) -> ChunkResult:
+        """Call the function for a range of samples, and gather what was asked for."""
+        start, stop = cut
+        results, status = self.results(start, stop)
+        blocks = [results[first : first + BLOCK] for first in range(0, len(results), BLOCK)]
+        lost = np.isnan(results)
+        flat = results.reshape(len(results), -1)
+        lower, upper = (np.fmin, np.fmax) if self.nan_policy == "omit" else (np.minimum, np.maximum)
+        bins = counts = comoments = None
+        if "histogram" in self.also:
+            bins = self.bins or Bins.of(flat[:BLOCK])
+            counts = bins.count(flat)
+        if "covariance" in self.also:
+            comoments = [Comoments.of(np.atleast_2d(block.T).T, self.nan_policy) for block in blocks]
+        return ChunkResult(
+            start,
+            len(results),
+            [Moments.of(block, self.nan_policy) for block in blocks],
+            np.asarray(np.count_nonzero(lost, axis=0)),
+            lower.reduce(results, axis=0),
+            upper.reduce(results, axis=0),
+            FailedRows.of(lost.reshape(flat.shape), status),
+            comoments,
+            bins,
+            counts,
+            results if self.keep else None,
+        )
+
+
+def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:
+    """Status with the samples first and the other axes, those of the result but some of the last, as one, (m, s)."""
+    told = np.asarray(given, dtype=np.str_)
+    if -told.ndim <= axis < told.ndim:
+        told = np.moveaxis(told, axis, 0)
+    if told.ndim < 1 or told.shape != results.shape[: told.ndim]:
+        raise FrameError(
+            f"the function returned a status of shape {np.shape(given)} beside results {results.shape}, samples first: "
+            "it must have their axes, or the first of them"
+        )
+    return told.reshape(len(told), -1)
+
+
+def _pickled(parts: tuple[Any, ...]) -> bytes:
+    """Bytes by which another process can do the task; cloudpickle, where it is there, takes functions of any kind."""
+    try:
+        return pickle.dumps(parts)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        try:
+            import cloudpickle
+        except ImportError:
+            raise FrameError(
+                f"the function cannot be sent to another process ({error}): define it and what it uses at the top "
+                "level of a module, or give workers a concurrent.futures.ThreadPoolExecutor"
+            ) from error
+        return bytes(cloudpickle.dumps(parts))
+
+
+@lru_cache(maxsize=4)
+def _restored(pickled: bytes) -> ChunkTask:
+    """The task again, once a process, so that it goes on where it left off among the points."""
+    return ChunkTask(*pickle.loads(pickled))
+
+
+def cuts(n: int, chunk: int) -> list[tuple[int, int]]:
+    """Ranges of samples for one call each: whole blocks, and none of a single block or less but where n is no more.
+
+    A small batch may be summed in another way than a large one.
+    """
+    size = BLOCK * max(2, -(-chunk // BLOCK))
+    starts = list(range(0, n, size))
+    if len(starts) > 1 and n - starts[-1] <= BLOCK:
+        starts.pop()
+    return list(zip(starts, [*starts[1:], n], strict=True))

@@ -1,0 +1,72 @@
+"""Chunks put together in the order of their samples, so that the order in which they were done does not matter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..moments import Moments
+from .chunk import ChunkResult, ChunkTask
+from .comoments import Comoments
+from .failures import FailureCount
+from .histogram import BinnedSamples, Bins, Counts
+
+Array = NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Gathered:
+    """What is known of all samples so far.
+
+    Parameters
+    ----------
+    task
+        What each chunk was asked for.
+    """
+
+    task: ChunkTask
+    moments: Moments | None = None
+    missing: NDArray[np.int64] | int = 0
+    least: Array = field(default_factory=lambda: np.array(np.nan))
+    greatest: Array = field(default_factory=lambda: np.array(np.nan))
+    comoments: Comoments | None = None
+    bins: Bins | None = None
+    counts: Counts | int = 0
+    kept: list[Array] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.failures = FailureCount(self.task.n, self.task.nan_policy, self.task.drawn_at)
+
+    def add(self, found: ChunkResult) -> None:
+        """Add the next chunk."""
+        for block in found.blocks:
+            self.moments = block if self.moments is None else self.moments.merge(block)
+        lower, upper = (np.fmin, np.fmax) if self.task.nan_policy == "omit" else (np.minimum, np.maximum)
+        first = found.start == 0
+        self.least = found.least if first else lower(self.least, found.least)
+        self.greatest = found.greatest if first else upper(self.greatest, found.greatest)
+        self.missing = self.missing + found.missing
+        for part in found.comoments or ():
+            self.comoments = part if self.comoments is None else self.comoments.merge(part)
+        if found.counts is not None:
+            self.bins = self.bins or found.bins
+            self.counts = self.counts + found.counts
+        if found.samples is not None:
+            self.kept.append(found.samples)
+        self.failures.note(found.start, found.count, int(np.size(found.least)), found.failed)
+
+    def samples(self) -> Array | None:
+        """All samples, (n, ...), if they were kept; not to be written to."""
+        if not self.task.keep:
+            return None
+        together = np.concatenate(self.kept)
+        together.setflags(write=False)
+        return together
+
+    def binned(self) -> BinnedSamples | None:
+        """Counts in bins, if asked for."""
+        if self.bins is None or isinstance(self.counts, int):
+            return None
+        return BinnedSamples(self.bins, self.counts, np.ravel(self.least), np.ravel(self.greatest))

@@ -1,0 +1,62 @@
+"""How far a run is: samples done, their rate, and the standard error so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from ..moments import Moments
+
+# Seconds after which the bar appears, and between two looks at the standard error.
+DELAY, BETWEEN = 1.0, 0.5
+
+
+class SampleBar:
+    """A progress bar, or nothing where none is wanted or tqdm is not there.
+
+    Parameters
+    ----------
+    bar
+        The bar of tqdm, or None.
+    """
+
+    def __init__(self, bar: Any) -> None:
+        self._bar = bar
+        self._next = monotonic() + DELAY
+
+    def advance(self, count: int, moments: Moments) -> None:
+        """Count samples, and tell the standard error of the mean of all so far."""
+        if self._bar is None:
+            return
+        if monotonic() >= self._next:
+            self._next = monotonic() + BETWEEN
+            self._bar.set_postfix_str(told(moments), refresh=False)
+        self._bar.update(count)
+
+
+def told(moments: Moments) -> str:
+    """The standard error in words, of several results that which is greatest."""
+    error = np.asarray(moments.standard_error)
+    known = error[np.isfinite(error)]
+    if not known.size:
+        return ""
+    return f"standard error {'at most ' * (error.size > 1)}{known.max():.2g}"
+
+
+@contextmanager
+def sample_bar(n: int, progress: bool) -> Iterator[SampleBar]:
+    """A bar over `n` samples."""
+    if not progress:
+        yield SampleBar(None)
+        return
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        yield SampleBar(None)
+        return
+    with tqdm(total=n, desc="samples", unit=" samples", delay=DELAY, leave=False) as bar:
+        yield SampleBar(bar)

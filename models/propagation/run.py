@@ -1,0 +1,275 @@
+"""What uncertain inputs make of a result: propagation by sampling, for any function of arrays."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.errors import FrameError, SampleWarning
+from ..distributions import Uncertain
+from ..moments import checked_policy
+from ..sampling import BLOCK, Sampler, Seed, goes_on, points_of, root_seed, whole
+from ..sensitivity import SobolIndices, sobol_indices
+from .checkpoint import FUNCTION, Checkpoint, first_results, same_results
+from .chunk import ALSO, ChunkResult, ChunkTask, Function, cuts
+from .correlation import GaussianCopula, Pairs
+from .failures import in_words
+from .gathered import Gathered
+from .inputs import JointInputs, check_sum
+from .progress import SampleBar, sample_bar
+from .result import Propagation
+from .workers import Workers, computed
+
+Array = NDArray[np.float64]
+Cut = tuple[int, int]
+
+
+def propagate(
+    fn: Function,
+    distributions: Mapping[str, Uncertain],
+    *,
+    n: int = 10_000,
+    rng: Seed = None,
+    sampler: Sampler = "random",
+    axis: int = 0,
+    chunk: int = 16 * BLOCK,
+    keep_samples: bool = True,
+    progress: bool = True,
+    nan_policy: str = "omit",
+    correlation: GaussianCopula | Pairs | ArrayLike | None = None,
+    also: Sequence[str] = (),
+    workers: Workers = 1,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> Propagation:
+    """Propagate uncertain inputs through a function, by sampling.
+
+    The same seed gives the same bits, whatever the chunk, the number of workers, and how often the run was interrupted.
+
+    Parameters
+    ----------
+    fn
+        Function of arrays: called by keyword with the samples of each input, (m,), it returns the results of all of
+        them with the samples along `axis`; or a pair of these and of texts with the same axes, or the first of them,
+        such as the status of each pose and sample, by which samples without a result are named.
+    distributions
+        By the name of the argument: a frozen `scipy.stats` distribution or random variable, any object with ``ppf`` or
+        ``icdf``, an interval ``(low, high)``, or a tolerance in words such as ``"0.1 ± 5 %"``.
+    n
+        Number of samples.
+    rng
+        Seed, as in SciPy: an integer, a numpy Generator or SeedSequence, or None.
+    sampler
+        ``"random"``, ``"lhs"`` (Latin hypercube), ``"sobol"``, ``"halton"``, or an engine of `scipy.stats.qmc`, of
+        which a copy is taken from where it stands.
+    axis
+        Axis of the samples in what `fn` returns.
+    chunk
+        Number of samples in one call of `fn`, rounded up to a multiple of 1024, at least 2048; it bounds the memory.
+    keep_samples
+        False keeps statistics only, so that memory does not grow with n.
+    progress
+        Show a progress bar when it takes longer than a second.
+    nan_policy
+        What to do with samples whose result is NaN where that of others is not, as in SciPy: ``"omit"`` them, so that
+        the statistics are those of the others; ``"propagate"``: the statistics are NaN; ``"raise"``. The first two
+        warn with their number and the inputs of the first one.
+    correlation
+        Correlations of inputs by pair, such as ``{("a", "b"): 0.3}``, as a matrix (k, k), or a `GaussianCopula`. Left
+        out, the inputs are independent.
+    also
+        What to gather where samples are not kept: ``"covariance"`` of the components along the last axis of the result,
+        ``"histogram"``, which gives quantiles as well.
+    workers
+        Who calls `fn`, as in SciPy: this process (1), so many processes, as many as there are processors (−1), a
+        callable like ``map``, a `concurrent.futures.Executor`, or a dask ``Client``.
+    checkpoint
+        Folder in which each chunk is stored as soon as it is done. The same call goes on from there if the run was
+        ended, by whatever means, and gives the same bits; with a larger `n` it extends the run (whole chunks of it, so
+        that `n` best is a multiple of `chunk`). Chunks that were damaged are done again.
+
+    Returns
+    -------
+    Propagation
+        Statistics, with the sample axis gone.
+
+    Raises
+    ------
+    FrameError
+        If an input, `n`, `rng`, `sampler` or another option cannot be meant, `fn` returns no axis of samples at
+        `axis`, a sample is NaN and the policy is to raise, a worker came to an end, or the checkpoint belongs to
+        another run or cannot be written.
+
+    Warns
+    -----
+    SampleWarning
+        If some samples are NaN.
+
+    Examples
+    --------
+    >>> from scipy import stats
+    >>> result = propagate(lambda force, stiffness: force / stiffness,
+    ...                    {"force": stats.norm(100.0, 5.0), "stiffness": stats.norm(1e6, 1e4)}, rng=0, sampler="sobol")
+    >>> bool(abs(result.mean - 1.0001e-4) < 1e-8)
+    True
+    """
+    if not distributions:
+        raise FrameError("propagate was given no input: name an argument of the function and its distribution")
+    checked_policy(nan_policy)
+    inputs = JointInputs.of(distributions, correlation)
+    whole(n, "number of samples n", 2)
+    _check_also(also)
+    root = root_seed(rng)
+    size = whole(chunk, "chunk", 1)
+    task = ChunkTask(fn, inputs, n, root, sampler, axis, nan_policy, tuple(also), keep_samples)
+    points_of(inputs.names, n, root, sampler)
+    folder = None
+    if checkpoint is not None:
+        task, folder = _taken_up(task, checkpoint, fresh=rng is None)
+    gathered = _gather(task, cuts(n, size), workers, folder, progress)
+    return _result(task, gathered, partial(sobol_indices, fn, inputs.laws, rng=task.root, axis=axis, chunk=size))
+
+
+def _check_also(also: Sequence[str]) -> None:
+    for each in [also] if isinstance(also, str) else also:
+        if each not in ALSO or isinstance(also, str):
+            raise FrameError(f"also is {also!r}: give some of {', '.join(ALSO)}, such as also=('histogram',)")
+
+
+def _result(task: ChunkTask, gathered: Gathered, indices: partial[SobolIndices]) -> Propagation:
+    """The statistics, and a warning of samples that failed."""
+    failures = gathered.failures.found()
+    if failures.count:
+        omitted = "the statistics are those of the others"
+        end = omitted if task.nan_policy == "omit" else "the statistics are NaN, too"
+        warnings.warn(f"{in_words(failures, str(task.n))}; {end}", SampleWarning, stacklevel=3)
+    assert gathered.moments is not None  # n is 2 or more
+    return Propagation(
+        task.inputs.names,
+        task.n,
+        task.nan_policy,
+        failures,
+        gathered.samples(),
+        np.asarray(gathered.missing),
+        gathered.moments,
+        (gathered.least, gathered.greatest),
+        gathered.comoments,
+        gathered.binned(),
+        task,
+        indices,
+    )
+
+
+# -- chunks in their order --------------------------------------------------------------------------------------------
+
+
+def _gather(
+    task: ChunkTask, ranges: Sequence[Cut], workers: Workers, folder: Checkpoint | None, progress: bool
+) -> Gathered:
+    stored = (folder.stored() if folder is not None else set()) & set(ranges)
+    gathered = Gathered(task)
+    done = len(stored)
+    waiting = {cut: None for cut in ranges if cut not in stored}
+    with (
+        sample_bar(task.n, progress) as bar,
+        closing(_in_any_order(task, ranges, waiting, workers, folder)) as parts,
+    ):
+        try:
+            ahead: dict[Cut, ChunkResult] = {}
+            for cut in ranges:
+                while cut in waiting and cut not in ahead:
+                    found = next(parts)
+                    if folder is not None:
+                        folder.store(found)
+                    done += 1
+                    ahead[found.start, found.start + found.count] = found
+                _add(gathered, bar, ahead.pop(cut) if cut in waiting else _loaded(folder, cut))
+            next(parts, None)  # lets the workers end in peace
+        except KeyboardInterrupt as interrupt:
+            interrupt.add_note(_how_to_resume(done, len(ranges), folder))
+            raise
+        except FrameError as error:
+            if folder is not None and done:
+                error.add_note(_how_to_resume(done, len(ranges), folder))
+            raise
+    return gathered
+
+
+def _add(gathered: Gathered, bar: SampleBar, found: ChunkResult) -> None:
+    gathered.add(found)
+    assert gathered.moments is not None
+    bar.advance(found.count, gathered.moments)
+
+
+def _loaded(folder: Checkpoint | None, cut: Cut) -> ChunkResult:
+    assert folder is not None
+    return folder.load(cut)
+
+
+def _in_any_order(
+    task: ChunkTask, ranges: Sequence[Cut], waiting: Mapping[Cut, None], workers: Workers, folder: Checkpoint | None
+) -> Generator[ChunkResult, None, None]:
+    """Chunks that are not stored, as they are done; the first of all comes first where it lays out the bins."""
+    left = list(waiting)
+    if "histogram" in task.also and left:
+        if left[0] == ranges[0]:
+            first = task(left.pop(0))
+            yield first
+        else:
+            first = _loaded(folder, ranges[0])
+        task = replace(task, bins=first.bins)
+    if left:
+        yield from computed(task, left, workers)
+
+
+def _how_to_resume(done: int, of: int, folder: Checkpoint | None) -> str:
+    if folder is None:
+        return f"{done} of {of} chunks were done; with checkpoint='a folder' an interrupted run can be resumed"
+    return f"{done} of {of} chunks are stored in {folder.folder}: the same call with this checkpoint goes on from there"
+
+
+# -- what a run depends on --------------------------------------------------------------------------------------------
+
+
+def _taken_up(task: ChunkTask, checkpoint: str | os.PathLike[str], *, fresh: bool) -> tuple[ChunkTask, Checkpoint]:
+    """The task with the seed of the run in a folder where none was given, and the folder."""
+    before = Checkpoint.known(checkpoint)
+    if fresh and before is not None:
+        task = replace(task, root=_seed_of(before["the seed"]))
+    now = about(task)
+    # Rounding may differ on another machine: the same results to so many digits are those of the same function.
+    if before is not None and same_results(before[FUNCTION], now[FUNCTION]):
+        now[FUNCTION] = before[FUNCTION]
+    return task, Checkpoint.open(checkpoint, now)
+
+
+def about(task: ChunkTask) -> dict[str, Any]:
+    """By what the results of a run depend on, what tells it from another run."""
+    told: dict[str, Any] = {"the order of the inputs": list(task.inputs.names)} | task.inputs.told()
+    entropy = task.root.entropy
+    told["the seed"] = {
+        "entropy": entropy if entropy is None or isinstance(entropy, int) else [int(each) for each in entropy],
+        "spawn_key": [int(each) for each in task.root.spawn_key],
+    }
+    if isinstance(task.sampler, str):
+        told["the sampler"] = task.sampler
+    else:
+        first = points_of(task.inputs.names, task.n, task.root, task.sampler).take(0, 16)
+        told["the sampler"] = check_sum(first)
+    if not goes_on(task.sampler):
+        # These points are balanced for so many of them.
+        told["the number of samples"] = task.n
+    told |= {"axis": task.axis, "nan_policy": task.nan_policy, "also": sorted(task.also), "keep_samples": task.keep}
+    told[FUNCTION] = first_results(task.results(0, 2)[0])
+    return told
+
+
+def _seed_of(told: Mapping[str, Any]) -> np.random.SeedSequence:
+    return np.random.SeedSequence(told["entropy"], spawn_key=told["spawn_key"])

@@ -1,0 +1,186 @@
+"""What may be said of an uncertain input, and what inputs that depend on each other become."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from linkframe.framework.errors import FrameError
+from linkframe.models import GaussianCopula, propagate, tolerance
+from linkframe.models.distributions import Interval, Normal, distribution_of
+from linkframe.models.propagation.correlation import by_quadrature, nataf
+from linkframe.models.propagation.inputs import JointInputs
+from linkframe.models.sampling import draw
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy import stats
+
+PAIR = ("a", "b")
+
+
+class OnlyPpf:
+    """A distribution of somebody's own: triangular, from 0 to 1, most likely 1."""
+
+    def ppf(self, q):
+        return np.sqrt(q)
+
+
+@pytest.mark.parametrize(
+    ("given", "low", "high"),
+    [
+        ((0.9, 1.1), 0.9, 1.1),
+        ([2, 3], 2.0, 3.0),
+        ("100 ± 5 %", 95.0, 105.0),
+        ("-100 ± 5%", -105.0, -95.0),
+        ("0.1 +/- 0.002", 0.098, 0.102),
+        ("2e-3 +1e-4/-5e-4", 1.5e-3, 2.1e-3),
+        ("10 +1 % -2 %", 9.8, 10.1),
+    ],
+)
+def test_intervals_and_tolerances_are_uniform_between_their_limits(given, low, high):
+    law = distribution_of("x", given)
+    assert_allclose(law.ppf(np.array([0.0, 0.25, 1.0])), [low, low + 0.25 * (high - low), high], rtol=1e-14)
+    assert_allclose(law.isf(np.array([0.25])), high - 0.25 * (high - low), rtol=1e-14)
+    samples = draw({"x": given}, 2000, 0)["x"]
+    assert stats.kstest(samples, stats.uniform(low, high - low).cdf).pvalue > 1e-3
+
+
+def test_a_normal_tolerance_is_three_standard_deviations():
+    law = distribution_of("x", "10 +1/-0.5 normal")
+    assert law == Normal(10.25, 0.25)
+    assert tolerance(10.0, "± 10 %", "normal", sigmas=2.0) == Normal(10.0, 0.5)
+    assert tolerance(10.0, "+1/-0.5") == Interval(9.5, 11.0)
+    assert_allclose(law.cdf(law.ppf(np.array([0.1, 0.9]))), [0.1, 0.9], rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("± 5 %", "has no nominal value: write it as '0.1 ± 5 %'"),
+        ("0 ± 5 %", "in percent of a nominal value of zero"),
+        ("about 3", "write it as '0.1 ± 5 %'"),
+        ("3 ± 0", "leaves no room"),
+        ("3 ± 0.1 gamma", "distribution 'gamma' of tolerance"),
+        ((1.0, 1.0), "give two finite bounds, the lower one first"),
+        ((1.0, np.inf), "give two finite bounds"),
+        ((1.0, 2.0, 3.0), "an interval such as"),
+    ],
+)
+def test_what_is_no_input_is_refused(given, told):
+    with pytest.raises(FrameError, match=told):
+        draw({"x": given}, 10, 0)
+
+
+def test_random_variables_and_objects_with_ppf():
+    """SciPy's newer random variables give the bits of its older ones to rounding; any quantile function will do."""
+    if hasattr(stats, "Normal"):
+        assert_allclose(
+            draw({"x": stats.Normal(mu=2.0, sigma=0.5)}, 3000, 1, "sobol")["x"],
+            draw({"x": stats.norm(2.0, 0.5)}, 3000, 1, "sobol")["x"],
+            rtol=1e-12,
+        )
+    found = propagate(lambda x: x, {"x": OnlyPpf()}, n=4096, rng=0, sampler="sobol")
+    assert_allclose([found.mean, found.std], [2 / 3, np.sqrt(1 / 18)], rtol=1e-3)
+
+
+# -- correlated inputs ------------------------------------------------------------------------------------------------
+
+LAWS = {
+    "normal": stats.norm(3.0, 2.0),
+    "uniform": stats.uniform(4.0, 2.0),
+    "narrow": stats.lognorm(0.2, scale=5.0),
+    "wide": stats.lognorm(0.7, scale=2.0),
+}
+
+
+@pytest.mark.parametrize("rho", [-0.5, 0.3, 0.8])
+@pytest.mark.parametrize(("one", "other"), [(a, b) for a in LAWS for b in LAWS if a <= b])
+def test_closed_change_of_correlation_is_that_of_the_integral(one, other, rho):
+    closed = nataf(PAIR, rho, LAWS[one], LAWS[other])
+    assert_allclose(by_quadrature(PAIR, rho, LAWS[one], LAWS[other]), closed, atol=1e-13)
+
+
+def test_change_of_correlation_against_thirty_digits():
+    """Exponential beside uniform: E[-log(1 - Phi(z1)) Phi(z2)] by mpmath at the correlation that was found."""
+    r = by_quadrature(PAIR, 0.4, stats.expon(), stats.uniform())
+    with mpmath.workdps(30):
+        # E[Phi(r z + s y)] over y is Phi(r z/sqrt(1 + s²)).
+        inner = lambda z: mpmath.ncdf(r * z / mpmath.sqrt(2 - mpmath.mpf(r) ** 2))  # noqa: E731
+        mean = mpmath.quad(lambda z: -mpmath.log(mpmath.ncdf(-z)) * inner(z) * mpmath.npdf(z), [-12, -4, 0, 4, 9, 14])
+        rho = (mean - mpmath.mpf(1) / 2) * mpmath.sqrt(12)
+    assert abs(float(rho) - 0.4) < 1e-12
+
+
+def test_nataf_of_a_published_example():
+    """Lognormal, lognormal and uniform with 0.3, 0.2, 0.2, of the manual of CalRel: samples have these correlations."""
+    s1, s2 = (np.sqrt(np.log1p((d / m) ** 2)) for m, d in ((500, 100), (2000, 400)))
+    laws = {
+        "x1": stats.lognorm(s1, scale=500 * np.exp(-(s1**2) / 2)),
+        "x2": stats.lognorm(s2, scale=2000 * np.exp(-(s2**2) / 2)),
+        "x3": stats.uniform(5 - 0.5 * np.sqrt(3), np.sqrt(3)),
+    }
+    wanted = np.array([[1, 0.3, 0.2], [0.3, 1, 0.2], [0.2, 0.2, 1]])
+    scores = GaussianCopula(wanted).of_scores(laws)
+    assert_allclose(scores[0, 1], np.log1p(0.3 * 0.04) / np.log1p(0.04), rtol=1e-14)
+    found = propagate(
+        lambda x1, x2, x3: np.stack([x1, x2, x3], axis=-1), laws, n=2**15, rng=0, sampler="sobol", correlation=wanted
+    )
+    assert_allclose(found.correlation, wanted, atol=2e-4)
+    assert_allclose(found.mean, [500, 2000, 5], rtol=1e-4)
+    assert_allclose(found.std, [100, 400, 0.5], rtol=2e-3)
+
+
+def test_correlation_of_ranks_and_of_scores():
+    laws = {"a": stats.gamma(0.5), "b": stats.beta(2, 3)}
+    for of, rank in (("ranks", 0.6), ("scores", 6 / np.pi * np.arcsin(0.3))):
+        inputs = JointInputs.of(laws, GaussianCopula({PAIR: 0.6}, of=of))
+        samples = inputs.samples(stats.qmc.Sobol(2, rng=0).random(2**13))
+        assert_allclose(stats.spearmanr(samples["a"], samples["b"])[0], rank, atol=2e-3)
+
+
+def test_inputs_that_depend_on_none_before_them_keep_their_bits():
+    laws = {name: stats.norm() for name in "abc"}
+    alone = propagate(lambda a, b, c: np.stack([a, b, c], -1), laws, n=2000, rng=4)
+    found = propagate(lambda a, b, c: np.stack([a, b, c], -1), laws, n=2000, rng=4, correlation={("a", "c"): 0.5})
+    assert_array_equal(found.samples[:, :2], alone.samples[:, :2])
+    assert_allclose(found.samples[:, 2], 0.5 * alone.samples[:, 0] + np.sqrt(0.75) * alone.samples[:, 2], rtol=1e-9)
+
+
+@settings(max_examples=25, deadline=None)
+@given(rho=st.floats(-0.85, 0.85), kinds=st.tuples(*[st.sampled_from(["normal", "uniform", "narrow"])] * 2))
+def test_correlation_comes_back(rho, kinds):
+    """The double sum over products of conditional quantiles, on another grid, has the wanted correlation."""
+    one, other = (LAWS[kind] for kind in kinds)
+    r = nataf(PAIR, rho, one, other)
+    x, w = np.polynomial.hermite_e.hermegauss(40)
+    w = w / w.sum()
+    within = lambda z: stats.norm.cdf(np.clip(z, -8.0, 8.0))  # noqa: E731
+    a = one.ppf(within(x))
+    b = other.ppf(within(r * x[:, None] + np.sqrt(1 - r * r) * x))
+    weights = w[:, None] * w
+    sum_ab = np.sum(weights * (a[:, None] - one.mean()) * (b - other.mean()))
+    assert_allclose(sum_ab / (one.std() * other.std()), rho, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("correlation", "told"),
+    [
+        ({("a", "d"): 0.3}, "name two different inputs of a, b, c"),
+        ({("a", "a"): 0.3}, "name two different inputs"),
+        ({("a", "b"): 1.0}, "between -1 and 1"),
+        (np.eye(2), r"give a symmetric \(3, 3\)"),
+        ({("a", "b"): 0.9, ("b", "c"): 0.9, ("a", "c"): -0.9}, "the correlations contradict each other"),
+        (GaussianCopula({("a", "b"): 0.1}, of="tails"), "choose one of inputs, ranks, scores"),
+    ],
+)
+def test_what_is_no_correlation_is_refused(correlation, told):
+    with pytest.raises(FrameError, match=told):
+        JointInputs.of({name: stats.norm() for name in "abc"}, correlation)
+
+
+@pytest.mark.parametrize("law", [stats.lognorm(1.5), stats.expon()])
+def test_a_correlation_out_of_reach_names_the_inputs(law):
+    """A skew input and a symmetric one cannot be correlated as closely as one likes."""
+    with pytest.raises(FrameError, match=r"inputs 'a' and 'b' cannot have the correlation 0\.95 by a Gaussian copula"):
+        JointInputs.of({"a": law, "b": stats.norm()}, {PAIR: 0.95})
