@@ -1,5 +1,6 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
+from .failure import Reliability, reliability
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
 from .linkage import (
     DeadPoint,
@@ -35,6 +36,7 @@ __all__ = [
     "PoseState",
     "Propagation",
     "Reactions",
+    "Reliability",
     "SobolIndices",
     "Spread",
     "Stress",
@@ -43,6 +45,7 @@ __all__ = [
     "monte_carlo",
     "propagate",
     "read_linkage",
+    "reliability",
     "sobol_indices",
     "write_linkage",
 ]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 from weakref import WeakKeyDictionary
 
 from numpy.typing import ArrayLike
@@ -14,6 +15,8 @@ from numpy.typing import ArrayLike
 from ...framework.batch import Array
 from ...framework.frame import Frame
 from ...framework.renamed import RenamedAttribute
+from ..distributions import Uncertain
+from ..failure.reliability import Reliability
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
 from .statics.actions import kinetic_energy
@@ -21,6 +24,7 @@ from .statics.frame import FramedPoses, frame
 from .statics.free import free_accelerations
 from .statics.reactions import Reactions, reactions
 from .statics.transmission import transmission_angle
+from .zone import Build, reliability_of
 
 
 class LoadsWarning(UserWarning):
@@ -427,6 +431,55 @@ class Motion(FramedPoses):
         (0.0025, 0.0001)
         """
         return accuracy(self, point, link, load, inertia=inertia)
+
+    def reliability(
+        self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
+    ) -> Reliability:
+        """Probability that a point leaves its zone, for uncertain dimensions of the linkage.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        limit
+            Radius of its zone, a ball about the position that it has in this motion, a length.
+        build
+            Called with samples of the inputs by name, (m,) each, as keywords; returns the linkage with them, with the
+            same drives. What of it cannot be assembled has failed.
+        distributions
+            By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
+        **options
+            Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...
+
+        Returns
+        -------
+        Reliability
+            Probability of failure at each pose, (poses,), or with ``anywhere=True`` of failing at one of them, ().
+
+        Raises
+        ------
+        FrameError
+            If the motion has more than one axis or lacks a pose, or as `reliability`.
+
+        Examples
+        --------
+        A crank whose length alone is uncertain, ``P = 2 Φ(-limit / deviation)`` (A. M. Hasofer & N. C. Lind, 1974).
+
+        >>> import numpy as np
+        >>> from scipy import stats
+        >>> from linkframe.models import Linkage
+        >>> def crank(length):
+        ...     places = np.stack(np.broadcast_arrays(length, 0.0, 0.0), axis=-1)
+        ...     linkage = Linkage(A=(0, 0), P=places)
+        ...     linkage.link("crank", "A", "P")
+        ...     linkage.revolute("A", "ground", "crank", drive=True)
+        ...     return linkage
+        >>> motion = crank(0.2).move(A=[0.3, 1.0])
+        >>> found = motion.reliability("P", 5e-5, crank, {"length": stats.norm(0.2, 1e-5)}, method="form")
+        >>> bool(abs(found.probability / (2.0 * stats.norm.sf(5.0)) - 1.0).max() < 1e-6)
+        True
+        """
+        return reliability_of(self, point, limit, build, distributions, **options)
 
     def compliance_matrix(self, point: str, link: str | None = None) -> Array:
         """Displacement and rotation of a point by unit forces and moments on it, drives locked, clearances closed.
