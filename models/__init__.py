@@ -16,12 +16,15 @@ from .linkage import (
     read_linkage,
     write_linkage,
 )
+from .measured import Calibration, Comparison, Measured, calibrate, compare, read_measured
 from .propagation import Propagation, propagate
 from .sensitivity import SobolIndices, sobol_indices
 from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "Calibration",
+    "Comparison",
     "DeadPoint",
     "DriveRange",
     "FourBar",
@@ -30,6 +33,7 @@ __all__ = [
     "Link",
     "Linkage",
     "LoadsWarning",
+    "Measured",
     "Mobility",
     "Motion",
     "PointAccuracy",
@@ -42,9 +46,12 @@ __all__ = [
     "Stress",
     "Study",
     "accuracy",
+    "calibrate",
+    "compare",
     "monte_carlo",
     "propagate",
     "read_linkage",
+    "read_measured",
     "reliability",
     "sobol_indices",
     "write_linkage",

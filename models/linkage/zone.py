@@ -60,7 +60,7 @@ class _Margin:
     def __init__(self, motion: Kinematics, point: str, limit: float, build: Build) -> None:
         self.point, self.limit, self.build = point, limit, build
         self.nominal = motion.position(point)
-        self.drives = {name: _driven(motion, name) for name in motion.linkage.drives}
+        self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
 
     def __call__(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
         at = () if pose is None else pose
@@ -70,7 +70,7 @@ class _Margin:
         return left
 
 
-def _driven(motion: Kinematics, name: str) -> Array:
+def driven_values(motion: Kinematics, name: str) -> Array:
     """Values of a drive as `move` takes them, (...) or (..., f)."""
     pair, driven = motion.linkage.joint(name), motion.linkage.drives[name]
     values = coordinate_of(motion, pair)[..., [pair.kind.coordinates.index(each) for each in driven]]

@@ -1,7 +1,7 @@
 """Problems of structural reliability with their exact probabilities of failure, by closed form or quadrature.
 
-R - S, the numbered ones of the TNO collection that OpenTURNS' otbenchmark and RPRepo have as well, and the four branches
-of Waarts (2000). Several of the printed probabilities are off; all are computed here.
+R - S, the numbered ones of the TNO collection that OpenTURNS' otbenchmark and RPRepo have as well, and the four
+branches of Waarts (2000). Several of the printed probabilities are off; all are computed here.
 """
 
 from __future__ import annotations
