@@ -1,6 +1,7 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
 from .failure import Reliability, reliability
+from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, tolerance_grade
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
 from .linkage import (
     DeadPoint,
@@ -23,13 +24,16 @@ from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "Allocation",
     "Calibration",
     "Comparison",
     "DeadPoint",
     "DriveRange",
+    "Fit",
     "FourBar",
     "FourBarMotion",
     "Kinetostatics",
+    "LimitsOfSize",
     "Link",
     "Linkage",
     "LoadsWarning",
@@ -46,13 +50,17 @@ __all__ = [
     "Stress",
     "Study",
     "accuracy",
+    "allocate",
     "calibrate",
     "compare",
+    "fit",
+    "limits_of_size",
     "monte_carlo",
     "propagate",
     "read_linkage",
     "read_measured",
     "reliability",
     "sobol_indices",
+    "tolerance_grade",
     "write_linkage",
 ]

@@ -54,7 +54,7 @@ LAYERS = {
 
 # The layers of models, likewise.
 ROOMS = {
-    "plane, samples, statistics": "clearance planar moments sampling spread propagation sensitivity failure/* measured/*",
+    "plane, samples, statistics": "clearance planar moments sampling spread propagation sensitivity failure/* fits/* measured/*",
     "what jobs share": "job/*",
     "linkage": "linkage/*",
     "four-bar": "four_bar/*",

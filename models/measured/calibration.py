@@ -36,7 +36,7 @@ class Calibration:
     covariance
         Of the parameters in their order, (p, p); infinite where the data cannot tell one.
     residual
-        Measured less predicted values, in the shape of the measured ones; NaN where there is none.
+        Measured less predicted values, (...) as measured; NaN where there is none.
     chi_squared
         Sum of the squares of the residuals over their uncertainties.
     freedom
