@@ -1,6 +1,8 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
 from .distributions import Interval, tolerance
+from .failure import Reliability, reliability
+from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, tolerance_grade
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
 from .intervals import ConfidenceInterval
 from .linkage import (
@@ -23,6 +25,7 @@ from .linkage import (
     read_linkage,
     write_linkage,
 )
+from .measured import Calibration, Comparison, Measured, calibrate, compare, read_measured
 from .propagation import (
     Failures,
     GaussianCopula,
@@ -40,6 +43,9 @@ from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "Allocation",
+    "Calibration",
+    "Comparison",
     "ConfidenceInterval",
     "Contributors",
     "DeadPoint",
@@ -47,15 +53,18 @@ __all__ = [
     "DriveRange",
     "Failures",
     "FiniteWorstCase",
+    "Fit",
     "FourBar",
     "FourBarMotion",
     "GaussianCopula",
     "Histogram",
     "Interval",
     "Kinetostatics",
+    "LimitsOfSize",
     "Link",
     "Linkage",
     "LoadsWarning",
+    "Measured",
     "Mobility",
     "Motion",
     "PointAccuracy",
@@ -65,6 +74,7 @@ __all__ = [
     "Propagation",
     "ReachableRegion",
     "Reactions",
+    "Reliability",
     "Reweighted",
     "SobolIndices",
     "Spread",
@@ -73,12 +83,20 @@ __all__ = [
     "TaylorMoments",
     "WorstCase",
     "accuracy",
+    "allocate",
+    "calibrate",
+    "compare",
+    "fit",
+    "limits_of_size",
     "monte_carlo",
     "polynomial_chaos",
     "propagate",
     "read_linkage",
+    "read_measured",
+    "reliability",
     "sobol_indices",
     "taylor_moments",
     "tolerance",
+    "tolerance_grade",
     "write_linkage",
 ]

@@ -55,7 +55,8 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "clearance planar intervals distributions moments sampling spread propagation/* sensitivity"
+        "clearance planar intervals distributions moments sampling spread propagation/* sensitivity failure/* fits/* "
+        "measured/*"
     ),
     "what jobs share": "job/*",
     "linkage": "linkage/*",

@@ -15,7 +15,13 @@ from numpy.typing import ArrayLike
 from ...framework.batch import Array
 from ...framework.frame import Frame
 from ...framework.renamed import RenamedAttribute
+from ..distributions import Uncertain
+from ..failure.reliability import Reliability
+from ..measured.calibration import Calibration
+from ..measured.comparison import Comparison
+from ..measured.table import Measured
 from .derivatives.position_sensitivity import PositionSensitivity, position_sensitivity
+from .measured import calibration_of, comparison_of
 from .page.page import write_page
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
@@ -26,6 +32,7 @@ from .statics.reactions import Reactions, reactions
 from .statics.transmission import transmission_angle
 from .worst_case.limits import Given
 from .worst_case.worst_case import WorstCase, worst_case
+from .zone import Build, reliability_of
 
 
 class LoadsWarning(UserWarning):
@@ -610,6 +617,135 @@ class Motion(FramedPoses):
         has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
         worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
         write_page(self, path, point, link, worst, title=title, drive=drive, command=command)
+
+    def reliability(
+        self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
+    ) -> Reliability:
+        """Probability that a point leaves its zone, for uncertain dimensions of the linkage.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        limit
+            Radius of its zone, a ball about the position that it has in this motion, a length.
+        build
+            Called with samples of the inputs by name, (m,) each, as keywords; returns the linkage with them, with the
+            same drives. What of it cannot be assembled has failed.
+        distributions
+            By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
+        **options
+            Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...
+
+        Returns
+        -------
+        Reliability
+            Probability of failure at each pose, (poses,), or with ``anywhere=True`` of failing at one of them, ().
+
+        Raises
+        ------
+        FrameError
+            If the motion has more than one axis or lacks a pose, or as `reliability`.
+
+        Examples
+        --------
+        A crank whose length alone is uncertain, ``P = 2 Φ(-limit / deviation)`` (A. M. Hasofer & N. C. Lind, 1974).
+
+        >>> import numpy as np
+        >>> from scipy import stats
+        >>> from linkframe.models import Linkage
+        >>> def crank(length):
+        ...     places = np.stack(np.broadcast_arrays(length, 0.0, 0.0), axis=-1)
+        ...     linkage = Linkage(A=(0, 0), P=places)
+        ...     linkage.link("crank", "A", "P")
+        ...     linkage.revolute("A", "ground", "crank", drive=True)
+        ...     return linkage
+        >>> motion = crank(0.2).move(A=[0.3, 1.0])
+        >>> found = motion.reliability("P", 5e-5, crank, {"length": stats.norm(0.2, 1e-5)}, method="form")
+        >>> bool(abs(found.probability / (2.0 * stats.norm.sf(5.0)) - 1.0).max() < 1e-6)
+        True
+        """
+        return reliability_of(self, point, limit, build, distributions, **options)
+
+    def compare(self, point: str, measured: Measured, *, deviation: ArrayLike = 0.0, level: float = 0.95) -> Comparison:
+        """Compare where a point is with where it was measured.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        measured
+            Its measured positions at the poses of this motion, with their uncertainty; see `read_measured`.
+        deviation
+            Standard deviation of the prediction, (poses, 3) or what broadcasts to it, a length, such as that of the
+            tolerances.
+        level
+            Probability with which a pose should lie within its band.
+
+        Returns
+        -------
+        Comparison
+            Residuals, their sum of squares, and the poses outside.
+
+        Raises
+        ------
+        FrameError
+            If the motion is at other poses than the measurement, or neither has an uncertainty.
+        """
+        return comparison_of(self, point, measured, deviation, level)
+
+    def calibrate(
+        self,
+        point: str,
+        measured: Measured,
+        build: Build,
+        start: Mapping[str, float],
+        *,
+        scales: Mapping[str, float] | None = None,
+    ) -> Calibration:
+        """Find the dimensions with which a point goes where it was measured.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        measured
+            Its measured positions at the poses of this motion.
+        build
+            Called with dimensions by name, (m, 1) each, as keywords; returns the linkage with them.
+        start
+            Where to begin, by name: the dimensions of this motion.
+        scales
+            Sizes by which they may change; see `calibrate`.
+
+        Returns
+        -------
+        Calibration
+            Dimensions with their covariance, and the combinations of them that the data cannot tell.
+
+        Raises
+        ------
+        FrameError
+            If the motion is at other poses than the measurement, or as `calibrate`.
+
+        Examples
+        --------
+        The length of a crank, from two places that its end was seen at.
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage, Measured
+        >>> def crank(length):
+        ...     places = np.stack(np.broadcast_arrays(length, 0.0, 0.0), axis=-1)
+        ...     linkage = Linkage(A=(0, 0), P=places)
+        ...     linkage.link("crank", "A", "P")
+        ...     linkage.revolute("A", "ground", "crank", drive=True)
+        ...     return linkage
+        >>> seen = Measured([[0.2001, 0.0, np.nan], [0.0, 0.2003, np.nan]], 1e-4, {"A": np.radians([0.0, 90.0])})
+        >>> found = crank(0.2).move(seen.drives).calibrate("P", seen, crank, {"length": 0.2})
+        >>> round(found.values["length"], 9)
+        0.2002
+        """
+        return calibration_of(self, point, measured, build, start, scales)
 
     def compliance_matrix(self, point: str, link: str | None = None) -> Array:
         """Displacement and rotation of a point by unit forces and moments on it, drives locked, clearances closed.

@@ -1,0 +1,163 @@
+"""Probability of failure from samples about the most likely failures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .design_points import DesignPoints
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+# Values (problems, m) of the limit states with these numbers, (problems,), at scores (problems, m, k).
+Values = Callable[[Array, Index], Array]
+
+# Share of the samples that are drawn as they are, so that failures away from the points found are not missed unseen.
+AS_THEY_ARE = 0.1
+# Samples of a problem at a time.
+BLOCK = 500
+# Failures below which a spread is not believed.
+FEW = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Probabilities of some problems, (problems,), with their standard errors and numbers of samples.
+
+    The errors have so many degrees of freedom.
+    """
+
+    probability: Array
+    standard_error: Array
+    samples: Index
+    freedom: float = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """Normal densities of unit variance about several points of each problem.
+
+    Attributes
+    ----------
+    centres
+        Points (problems, j, k).
+    shares
+        Of the samples, (problems, j); sums are 1.
+    """
+
+    centres: Array
+    shares: Array
+
+    @classmethod
+    def about(cls, points: DesignPoints, size: int, problems: int, *, together: bool = False) -> Mixture:
+        """About design points, each of a share that grows with the probability beyond it.
+
+        Parameters
+        ----------
+        points
+            Design points of all poses.
+        size
+            Number of inputs.
+        problems
+            Number of poses.
+        together
+            Whether the points of all poses serve the one problem of failing anywhere.
+        """
+        pose = np.zeros_like(points.pose) if together else points.pose
+        count = 1 if together else problems
+        most = int(np.bincount(pose, minlength=count).max(initial=0)) + 1
+        centres, shares = np.zeros((count, most, size)), np.zeros((count, most))
+        shares[:, 0] = AS_THEY_ARE
+        for problem in range(count):
+            mine = np.flatnonzero(pose == problem)
+            # A point further out may bend towards the median: it keeps a tenth of the nearest one's share.
+            weight = np.maximum(points.first_order[mine], 0.1 * points.first_order[mine].max(initial=0.0))
+            centres[problem, 1 : len(mine) + 1] = points.scores[mine]
+            shares[problem, 1 : len(mine) + 1] = weight * (1.0 - AS_THEY_ARE) / max(weight.sum(), 1e-300)
+        return cls(centres, shares / shares.sum(axis=1, keepdims=True))
+
+    def draw(self, rng: np.random.Generator, which: Index, count: int) -> tuple[Array, Array]:
+        """Samples (problems, count, k), and the standard normal density there over that of the mixture."""
+        centres, shares = self.centres[which], self.shares[which]
+        chosen = (rng.random((len(which), count, 1)) > np.cumsum(shares, axis=1)[:, None, :-1]).sum(axis=-1)
+        scores = rng.normal(size=(len(which), count, centres.shape[-1]))
+        scores += np.take_along_axis(centres, chosen[..., None], axis=1)
+        exponent = np.einsum("pmk,pjk->pmj", scores, centres) - 0.5 * np.sum(centres**2, axis=-1)[:, None]
+        most = exponent.max(axis=-1, keepdims=True)
+        ratio = np.exp(-most[..., 0]) / np.sum(shares[:, None] * np.exp(exponent - most), axis=-1)
+        return scores, ratio
+
+
+def importance_sampling(
+    values: Values, mixture: Mixture, rng: np.random.Generator, *, accuracy: float, most: int
+) -> Estimate:
+    """Sample until every problem is known well enough.
+
+    Parameters
+    ----------
+    values
+        The limit states.
+    mixture
+        Where to sample.
+    rng
+        Source of the samples.
+    accuracy
+        Coefficient of variation that is enough.
+    most
+        Samples of a problem after which it is left as it is.
+    """
+    problems = len(mixture.centres)
+    first, second, samples, hits = (np.zeros(problems) for _ in range(4))
+    active = np.arange(problems)
+    while active.size:
+        scores, ratio = mixture.draw(rng, active, BLOCK)
+        failed = values(scores, active) <= 0.0
+        weight = np.where(failed, ratio, 0.0)
+        first[active] += weight.sum(axis=1)
+        second[active] += (weight**2).sum(axis=1)
+        hits[active] += failed.sum(axis=1)
+        samples[active] += BLOCK
+        mean = first[active] / samples[active]
+        error = np.sqrt(np.maximum(second[active] / samples[active] - mean**2, 0.0) / samples[active])
+        known = (hits[active] >= FEW) & (error <= accuracy * mean)
+        active = active[~known & (samples[active] + BLOCK <= most)]
+    mean = first / samples
+    error = np.sqrt(np.maximum(second / samples - mean**2, 0.0) / (samples - 1.0))
+    # Where nothing failed, what a 95 % bound from the samples drawn as they are leaves open.
+    error = np.where(hits > 0.0, error, 3.0 / (1.96 * AS_THEY_ARE * samples))
+    return Estimate(mean, error, samples.astype(np.int64))
+
+
+def union_of_half_spaces(normals: Array, beta: Array, rng: np.random.Generator, samples: int = 20_000) -> float:
+    """Probability of being beyond at least one of several planes.
+
+    Each sample lies beyond one plane, chosen by its probability, and counts for one over the number of planes that it
+    lies beyond (A. B. Owen, Y. Maximov & M. Chertkov, Electronic J. of Statistics 13, 2019, doi:10.1214/18-EJS1507).
+
+    Parameters
+    ----------
+    normals
+        Unit normals (n, k), away from the median.
+    beta
+        Distances of the planes, (n,).
+    rng
+        Source of the samples.
+    samples
+        Their number.
+    """
+    from scipy.special import ndtr, ndtri
+
+    single = ndtr(-beta)
+    whole = float(single.sum())
+    if whole == 0.0 or len(beta) == 1:
+        return whole
+    chosen = rng.choice(len(beta), size=samples, p=single / whole)
+    scores = rng.normal(size=(samples, normals.shape[1]))
+    # The score along the chosen normal, drawn from what lies beyond its plane.
+    along = -ndtri(np.maximum(rng.random(samples), 2.0**-54) * single[chosen])
+    scores += (along - np.sum(scores * normals[chosen], axis=1))[:, None] * normals[chosen]
+    beyond = (scores @ normals.T >= beta).sum(axis=1)
+    return whole * float(np.mean(1.0 / np.maximum(beyond, 1)))

@@ -1,0 +1,99 @@
+"""What must hold, as a function of the standard normal scores of the inputs, with its gradient."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...framework.errors import FrameError
+from ..propagation.inputs import JointInputs
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Function = Callable[..., Any]
+
+# Step of the central differences in scores, which have the standard deviation 1: an error of some 1e-8 of the third
+# derivative, and of 1e-12 by rounding.
+STEP = 1e-4
+# Rows that are asked of the function at once.
+ROWS = 65536
+
+
+@dataclass(eq=False)
+class LimitState:
+    """A limit-state function of independent standard normal scores: what fails is zero or less.
+
+    Parameters
+    ----------
+    function
+        Called with the samples of the inputs by name, (m,) each, and where there are several poses with the number of
+        the pose of each sample, (m,). Returns (m,). NaN, as of a linkage that cannot be assembled, counts as failure.
+    inputs
+        The joint distribution of the k inputs.
+    gradient
+        Called alike; derivatives by the inputs, by name, (m,) each. By default they are differences.
+    poses
+        Number of poses; None where the function knows none.
+
+    Attributes
+    ----------
+    batches, evaluations
+        How often the function was called so far, and for how many samples.
+    """
+
+    function: Function
+    inputs: JointInputs
+    gradient: Function | None = None
+    poses: int | None = None
+    batches: int = field(default=0, init=False)
+    evaluations: int = field(default=0, init=False)
+
+    @property
+    def size(self) -> int:
+        """Number of inputs."""
+        return len(self.inputs.names)
+
+    def values(self, scores: Array, pose: Index) -> Array:
+        """Values (...) at scores (..., k) for the poses (...); minus infinity where the function returns NaN."""
+        rows, which = scores.reshape(-1, self.size), np.broadcast_to(pose, scores.shape[:-1]).reshape(-1)
+        self.batches += 1
+        self.evaluations += len(rows)
+        parts = [slice(start, start + ROWS) for start in range(0, len(rows), ROWS)]
+        found = np.concatenate([self._called(rows[part], which[part]) for part in parts] or [np.zeros(0)])
+        return np.where(np.isnan(found), -np.inf, found).reshape(scores.shape[:-1])
+
+    def worst(self, scores: Array) -> Array:
+        """Least value (m,) over the poses at scores (m, k): what fails somewhere along the motion is zero or less."""
+        count = self.poses or 1
+        return np.asarray(self.values(np.repeat(scores[:, None], count, axis=1), np.arange(count)).min(axis=1))
+
+    def linearised(self, scores: Array, pose: Index) -> tuple[Array, Array]:
+        """Values (n,) and gradients (n, k) in the scores (n, k)."""
+        stencil = np.concatenate([np.zeros((1, self.size)), STEP * np.eye(self.size), -STEP * np.eye(self.size)])
+        if self.gradient is None:
+            found = self.values(scores[:, None] + stencil, pose[:, None])
+            slopes = (found[:, 1 : self.size + 1] - found[:, self.size + 1 :]) / (2.0 * STEP)
+            return found[:, 0], np.where(np.isfinite(slopes), slopes, 0.0)
+        by_input = self.gradient(*self._arguments(self.inputs.at_scores(scores), pose))
+        around = self.inputs.at_scores((scores[:, None] + stencil).reshape(-1, self.size))
+        slopes = np.zeros(scores.shape)
+        for name, values in around.items():
+            table = values.reshape(len(scores), -1)
+            change = (table[:, 1 : self.size + 1] - table[:, self.size + 1 :]) / (2.0 * STEP)
+            slopes += np.asarray(by_input[name])[..., None] * change
+        return self.values(scores, pose), slopes
+
+    def _called(self, scores: Array, pose: Index) -> Array:
+        found = np.asarray(self.function(*self._arguments(self.inputs.at_scores(scores), pose)), dtype=np.float64)
+        if found.shape != (len(scores),):
+            raise FrameError(
+                f"the limit-state function returned shape {found.shape} for {len(scores)} samples: one each"
+            )
+        return found
+
+    def _arguments(self, samples: Mapping[str, Array], pose: Index) -> tuple[object, ...]:
+        return (samples,) if self.poses is None else (samples, pose)

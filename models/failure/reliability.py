@@ -1,0 +1,307 @@
+"""How likely it is that something fails: from first order to samples, down to one in a billion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.errors import FrameError
+from ..distributions import Uncertain
+from ..intervals import ConfidenceInterval, checked_level
+from ..propagation.correlation import GaussianCopula, Pairs
+from ..propagation.inputs import JointInputs
+from ..sampling import Seed, root_seed, stream, whole
+from .design_points import DesignPoints, design_points, joined, likely
+from .importance import Estimate, Mixture, importance_sampling, union_of_half_spaces
+from .limit_state import Function, LimitState
+from .subset import Value, subset_simulation
+
+Array = NDArray[np.float64]
+
+# Samples of a level by which failures are explored.
+EXPLORED = 500
+# Runs of subset simulation.
+RUNS = 5
+METHODS = ("form", "sorm", "importance", "subset", "random")
+
+
+@dataclass(frozen=True, eq=False)
+class Reliability:
+    """Probability of failure; made by `reliability`.
+
+    Attributes
+    ----------
+    probability
+        Of failure, () or at each pose (poses,).
+    standard_error
+        Its standard error, alike; NaN where it is no estimate from samples (``"form"``, ``"sorm"``).
+    freedom
+        Degrees of freedom of the standard error.
+    method
+        How it was found.
+    points
+        The most likely failures, where they were searched.
+    inputs
+        Distributions of the inputs.
+    evaluations, batches
+        For how many samples the limit state was evaluated, and in how many calls.
+    """
+
+    probability: Array
+    standard_error: Array
+    freedom: float
+    method: str
+    points: DesignPoints | None
+    inputs: JointInputs
+    evaluations: int
+    batches: int
+
+    @property
+    def beta(self) -> Array:
+        """Generalised reliability index ``-Φ⁻¹(probability)``, () or (poses,) (O. Ditlevsen, 1979)."""
+        from scipy.special import ndtri
+
+        return np.asarray(-ndtri(self.probability))
+
+    @property
+    def coefficient_of_variation(self) -> Array:
+        """Standard error over probability, () or (poses,); infinite where nothing failed."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.probability > 0.0, self.standard_error / self.probability, np.inf)
+
+    @property
+    def importance(self) -> dict[str, Array]:
+        """Share of each input in the likeliest failure, () or (poses,); they add up to 1 where inputs are independent.
+
+        Squares of the direction cosines of the design point.
+        """
+        first = self._first()
+        return dict(zip(self.inputs.names, (first.normals**2).T.reshape(-1, *self.probability.shape), strict=True))
+
+    @property
+    def likeliest(self) -> dict[str, Array]:
+        """Inputs at the likeliest failure, in their units, () or (poses,)."""
+        found = self.inputs.at_scores(self._first().scores)
+        return {name: values.reshape(self.probability.shape) for name, values in found.items()}
+
+    def _first(self) -> DesignPoints:
+        if self.points is None:
+            raise FrameError(f"the method {self.method!r} seeks no likeliest failure: choose form, sorm or importance")
+        poses = np.arange(self.probability.size) if self.probability.ndim else np.zeros(0, dtype=np.int64)
+        if self.probability.ndim == 0:
+            return self.points[[int(np.argmin(self.points.beta))]]
+        missing = poses[~np.isin(poses, self.points.pose)]
+        if missing.size:
+            raise FrameError(f"no failure was found at pose number {missing[0]}: see probability")
+        return self.points[np.searchsorted(self.points.pose, poses)]
+
+    def confidence_interval(self, level: float = 0.95) -> ConfidenceInterval:
+        """Give bounds that hold the probability of failure with a given confidence.
+
+        Parameters
+        ----------
+        level
+            Confidence, between 0 and 1.
+
+        Returns
+        -------
+        ConfidenceInterval
+            Bounds, () or (poses,) each: of a log-normal estimate with the coefficient of variation that was found.
+            NaN where there are no samples.
+        """
+        from scipy.special import ndtri, stdtrit
+
+        p = 0.5 + 0.5 * checked_level(level)
+        z = float(ndtri(p) if np.isinf(self.freedom) else stdtrit(self.freedom, p))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            spread = np.exp(z * np.sqrt(np.log1p(self.coefficient_of_variation**2)))
+        some = self.probability > 0.0
+        low = np.where(some, self.probability / spread, 0.0 * self.standard_error)
+        high = np.where(some, self.probability * spread, z * self.standard_error)
+        return ConfidenceInterval(low, np.minimum(high, 1.0))
+
+    def __repr__(self) -> str:
+        """A line; of several poses the likeliest to fail."""
+        at = int(np.argmax(self.probability)) if self.probability.ndim else ()
+        off = self.coefficient_of_variation[at]
+        error = f" ± {100.0 * off:.2g} %" if np.isfinite(off) else ""
+        where = f" at pose number {at} of {self.probability.size}, the worst" if self.probability.ndim else ""
+        return (
+            f"Reliability: probability of failure {self.probability[at]:.4g}{error}{where} (beta {self.beta[at]:.4g}), "
+            f"{self.method}, {self.evaluations} evaluations"
+        )
+
+
+def reliability(
+    limit: Function,
+    distributions: Mapping[str, Uncertain],
+    *,
+    method: str = "importance",
+    correlation: GaussianCopula | Pairs | ArrayLike | None = None,
+    gradient: Function | None = None,
+    poses: int | None = None,
+    anywhere: bool = False,
+    accuracy: float = 0.05,
+    starts: int | None = None,
+    samples: int | None = None,
+    rng: Seed = None,
+) -> Reliability:
+    """Probability that a limit-state function is zero or less.
+
+    Parameters
+    ----------
+    limit
+        Called with samples of the inputs by name, (m,) each; returns (m,), above zero what is safe. NaN, as of a
+        linkage that cannot be assembled, counts as failure. With `poses` it is called with the numbers of the poses of
+        the samples, (m,), as well.
+    distributions
+        What `propagate` takes: by name frozen `scipy.stats` distributions, intervals or tolerances.
+    method
+        ``"form"``: beyond the tangent plane at the likeliest failure (A. M. Hasofer & N. C. Lind, 1974). ``"sorm"``:
+        beyond a paraboloid with its curvature. ``"importance"``: samples about all likely failures that were found,
+        until `accuracy` is reached. ``"subset"``: subset simulation, where there is no gradient to follow; limit
+        states that lead astray it underestimates.
+        ``"random"``: plain Monte Carlo.
+    correlation
+        Of the inputs, as for `propagate`.
+    gradient
+        Called like `limit`; derivatives by the inputs, by name, (m,) each. By default differences are taken.
+    poses
+        Number of poses that `limit` knows.
+    anywhere
+        Whether the probability of failing at one pose or more is asked for, rather than that at each pose.
+    accuracy
+        Coefficient of variation at which ``"importance"`` ends.
+    starts
+        Points from which likely failures are sought, beside one another; 9 by default, and 1 for ``"form"`` and
+        ``"sorm"`` with poses.
+    samples
+        The most samples of a probability: 200 000 by default; for ``"subset"`` those of a level in
+        each of its five runs, 1000 by default.
+    rng
+        Seed, as in SciPy.
+
+    Returns
+    -------
+    Reliability
+        The probability of failure with its uncertainty.
+
+    Raises
+    ------
+    FrameError
+        If a name or number is none of those above, or no failure can be found by a method that needs one.
+
+    Examples
+    --------
+    >>> from scipy import stats
+    >>> inputs = {"strength": stats.norm(7.0, 1.0), "load": stats.norm(2.0, 1.0)}
+    >>> found = reliability(lambda x: x["strength"] - x["load"], inputs, method="form")
+    >>> round(float(found.beta), 6)  # 5 / sqrt(2)
+    3.535534
+    """
+    if method not in METHODS:
+        raise FrameError(f"method of reliability is {method!r}: choose one of {', '.join(METHODS)}")
+    if not 0.0 < accuracy < 1.0:
+        raise FrameError(f"accuracy is {accuracy!r}: give a coefficient of variation between 0 and 1, such as 0.05")
+    count = None if poses is None else whole(poses, "number of poses", 1)
+    joint = JointInputs.of(distributions, correlation)
+    if not joint.names:
+        raise FrameError("reliability was given no distributions: nothing is uncertain")
+    state = LimitState(limit, joint, gradient, count)
+    run = _Run(state, anywhere and count is not None, root_seed(rng))
+    most = whole(1000 if method == "subset" else 200_000, "", 1) if samples is None else whole(samples, "samples", 100)
+    points = None
+    if method in ("subset", "random"):
+        found = run.subset(most) if method == "subset" else run.random(most)
+    else:
+        begin = (1 if count and method != "importance" else 9) if starts is None else whole(starts, "starts", 1)
+        points = design_points(state, begin)
+        if method == "importance":
+            found = run.importance(points, accuracy, most)
+        else:
+            found = run.first_order(points) if method == "form" else run.second_order(points)
+    shape = () if count is None or anywhere else (count,)
+    numbers = found.probability.reshape(shape), found.standard_error.reshape(shape)
+    return Reliability(*numbers, found.freedom, method, points, joint, state.evaluations, state.batches)
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """One limit state at several poses, each a problem of its own or all together one."""
+
+    state: LimitState
+    together: bool
+    root: np.random.SeedSequence
+
+    @property
+    def problems(self) -> int:
+        return 1 if self.together else self.state.poses or 1
+
+    def _values(self, scores: Array, which: NDArray[np.int64]) -> Array:
+        if self.together:
+            return self.state.worst(scores[0])[None]
+        return self.state.values(scores, np.broadcast_to(which[:, None], scores.shape[:2]))
+
+    def first_order(self, points: DesignPoints) -> Estimate:
+        return self._of_points(points, points.first_order)
+
+    def second_order(self, points: DesignPoints) -> Estimate:
+        found = points.second_order(self.state)
+        if np.isnan(found).all():
+            raise FrameError("sorm: no point that was found is nearest the median: use the method 'importance'")
+        return self._of_points(points[~np.isnan(found)], found[~np.isnan(found)])
+
+    def _of_points(self, points: DesignPoints, probability: Array) -> Estimate:
+        """Of planes with the probabilities of the points: beyond at least one of them."""
+        from scipy.special import ndtri
+
+        pose = np.zeros_like(points.pose) if self.together else points.pose
+        out = np.zeros(self.problems)
+        for problem in np.unique(pose):
+            mine = pose == problem
+            rng = stream(self.root, f"planes {problem}")
+            out[problem] = union_of_half_spaces(points.normals[mine], -ndtri(probability[mine]), rng)
+        lost = np.setdiff1d(np.arange(self.problems), pose)
+        if lost.size:
+            where = f" at pose number {lost[0]}" if self.state.poses and not self.together else ""
+            raise FrameError(f"no failure was found{where}: use the method 'importance' or 'subset', or more starts")
+        return Estimate(out, np.full(self.problems, np.nan), np.zeros(self.problems, dtype=np.int64))
+
+    def importance(self, points: DesignPoints, accuracy: float, most: int) -> Estimate:
+        mixture = Mixture.about(self._explored(points), self.state.size, self.problems, together=self.together)
+        return importance_sampling(self._values, mixture, stream(self.root, "importance"), accuracy=accuracy, most=most)
+
+    def _explored(self, points: DesignPoints) -> DesignPoints:
+        """With samples of failures by subset simulation, where the limit state has edges or no slope to follow."""
+        found = [points]
+        for problem in range(self.problems):
+            mine = points.converged[(points.pose == problem) | self.together]
+            if mine.size and mine.all() and self.problems > 1:
+                continue
+            pose, rng = np.array([problem]), stream(self.root, f"exploration {problem}")
+            some = subset_simulation(self._of_one(pose), self.state.size, rng, EXPLORED).failed
+            found.append(likely(some, problem))
+        return joined(found)
+
+    def _of_one(self, pose: NDArray[np.int64]) -> Value:
+        return lambda scores: self._values(scores[None], pose)[0]
+
+    def random(self, most: int) -> Estimate:
+        scores = stream(self.root, "random").normal(size=(self.problems, most, self.state.size))
+        share = (self._values(scores, np.arange(self.problems)) <= 0.0).mean(axis=1)
+        # Of nothing, what three failures in as many samples would be: a 95 % bound.
+        error = np.where(share > 0.0, np.sqrt(share * (1.0 - share) / most), 3.0 / (1.96 * most))
+        return Estimate(share, error, np.full(self.problems, most))
+
+    def subset(self, samples: int) -> Estimate:
+        """Several runs, as their spread tells more than the chains of one do of themselves."""
+        out = np.zeros((RUNS, self.problems))
+        for (run, problem), _ in np.ndenumerate(out):
+            pose, rng = np.array([problem]), stream(self.root, f"subset {problem} {run}")
+            found = subset_simulation(self._of_one(pose), self.state.size, rng, 10 * (samples // 10))
+            out[run, problem] = found.probability
+        error = out.std(axis=0, ddof=1) / np.sqrt(RUNS)
+        return Estimate(out.mean(axis=0), error, np.full(self.problems, RUNS * samples), RUNS - 1.0)

@@ -1,0 +1,85 @@
+"""Probability of failure by subset simulation: as a product of larger ones.
+
+S.-K. Au & J. L. Beck, Probabilistic Engineering Mechanics 16, 2001, doi:10.1016/S0266-8920(01)00019-4; candidates of
+the chains by conditional sampling as in I. Papaioannou et al., Probabilistic Engineering Mechanics 41, 2015,
+doi:10.1016/j.probengmech.2015.06.006.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+# Values (m,) of the limit state at scores (m, k).
+Value = Callable[[Array], Array]
+
+# Share of the samples of a level that the next one begins from; levels after which the probability counts as 0.
+SHARE, MOST = 0.1, 40
+# Share of the candidates that are accepted best, and the spread of the first ones.
+BEST, SPREAD = 0.44, 0.6
+
+
+class Subset(NamedTuple):
+    """Probability of failure, and the samples of the last level that failed, (m, k)."""
+
+    probability: float
+    failed: Array
+
+
+def subset_simulation(value: Value, size: int, rng: np.random.Generator, samples: int) -> Subset:
+    """Probability of failure, level by level.
+
+    Parameters
+    ----------
+    value
+        The limit state.
+    size
+        Number of inputs.
+    rng
+        Source of the samples.
+    samples
+        Samples of a level, a multiple of ten.
+    """
+    chains = int(SHARE * samples)
+    scores = rng.normal(size=(samples, size))
+    probability, spread = 1.0, SPREAD
+    table = value(scores)[None]
+    for _ in range(MOST):
+        flat = table.reshape(-1)
+        order = np.argsort(flat, kind="stable")
+        threshold = float(0.5 * (flat[order[chains - 1]] + flat[order[chains]]))
+        last = threshold <= 0.0
+        inside = table <= (0.0 if last else threshold)
+        share = float(inside.mean())
+        if share == 0.0:
+            return Subset(0.0, np.zeros((0, size)))
+        probability *= share
+        if last:
+            break
+        start = scores.reshape(-1, size)[order[:chains]]
+        scores, table, spread = _chains(value, start, flat[order[:chains]], threshold, rng, samples // chains, spread)
+    else:
+        return Subset(0.0, np.zeros((0, size)))
+    failed = scores.reshape(-1, size)[table.reshape(-1) <= 0.0]
+    return Subset(probability, failed)
+
+
+def _chains(
+    value: Value, start: Array, found: Array, threshold: float, rng: np.random.Generator, length: int, spread: float
+) -> tuple[Array, Array, float]:
+    """Markov chains below a threshold, (length, chains, k), their values, and the spread for the next ones."""
+    scores, table = np.empty((length, *start.shape)), np.empty((length, len(start)))
+    scores[0], table[0] = start, found
+    accepted = 0.0
+    for step in range(1, length):
+        candidate = np.sqrt(1.0 - spread**2) * scores[step - 1] + spread * rng.normal(size=start.shape)
+        there = value(candidate)
+        taken = there <= threshold
+        scores[step] = np.where(taken[:, None], candidate, scores[step - 1])
+        table[step] = np.where(taken, there, table[step - 1])
+        accepted += float(taken.mean()) / (length - 1)
+    return scores, table, min(1.0, spread * float(np.exp(accepted - BEST)))

@@ -1,0 +1,164 @@
+"""Measured positions: read, compared, and turned into dimensions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from linkframe.framework import FrameError
+from linkframe.models import Linkage, Measured, calibrate, compare, read_measured
+from numpy.testing import assert_allclose
+from scipy import stats
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+PLACES = np.linspace(0.0, 2.0, 15)
+ANGLES = np.radians(np.arange(0.0, 360.0, 24.0))
+
+
+def decay(a: Array, b: Array) -> Array:
+    return np.asarray(a[:, None] * np.exp(-b[:, None] * PLACES))
+
+
+def slider_crank(crank: Array | float, rod: Array | float, offset: Array | float = 0.0) -> Linkage:
+    """Crank along x as drawn; the slider's line lies `offset` above the crank's pivot."""
+    crank, rod, offset, none = np.broadcast_arrays(crank, rod, offset, 0.0)
+    linkage = Linkage(
+        A=(0, 0),
+        B=np.stack([crank, none, none], axis=-1),
+        C=np.stack([crank + np.sqrt(rod**2 - offset**2), offset, none], axis=-1),
+    )
+    linkage.link("crank", "A", "B")
+    linkage.link("rod", "B", "C")
+    linkage.link("slider", "C")
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.revolute("B", "crank", "rod")
+    linkage.revolute("C", "rod", "slider")
+    linkage.prismatic("C", "ground", "slider", axis=(1, 0), name="slide")
+    return linkage
+
+
+TRUE = {"crank": 0.1003, "rod": 0.2994, "offset": 0.0204}
+NOMINAL = {"crank": 0.1, "rod": 0.3, "offset": 0.02}
+
+
+def seen(spread: float, rng: np.random.Generator) -> Measured:
+    """Where the slider with the true dimensions is, by closed form, as measured along its line."""
+    across = TRUE["offset"] - TRUE["crank"] * np.sin(ANGLES)
+    along = TRUE["crank"] * np.cos(ANGLES) + np.sqrt(TRUE["rod"] ** 2 - across**2)
+    position = np.full((ANGLES.size, 3), np.nan)
+    position[:, 0] = along + spread * rng.normal(size=ANGLES.size)
+    return Measured(position, spread, {"A": ANGLES})
+
+
+def test_dimensions_of_a_slider_crank() -> None:
+    measured = seen(1e-9, np.random.default_rng(0))
+    motion = slider_crank(**NOMINAL).move(measured.drives)
+    found = motion.calibrate("C", measured, slider_crank, NOMINAL)
+    for name, value in TRUE.items():
+        assert abs(found.values[name] - value) < 5.0 * found.standard_error[name] < 1e-7
+    better = slider_crank(**found.values).move(measured.drives).compare("C", measured)
+    assert not better.outside.any()
+    assert_allclose(better.chi_squared, found.chi_squared, rtol=1e-3)
+    assert motion.compare("C", measured).outside.all()
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_estimates_lie_as_far_off_as_their_errors_say(known: bool) -> None:
+    """Of 500 synthetic measurements: errors over standard errors are normal, or Student's where these are estimated."""
+    rng, right = np.random.default_rng(7), {"a": 2.0, "b": 0.7}
+    exact = decay(np.array([2.0]), np.array([0.7]))[0]
+    off: dict[str, list[float]] = {"a": [], "b": []}
+    held = 0
+    for _ in range(500):
+        found = calibrate(
+            decay, {"a": 1.5, "b": 1.0}, exact + 0.01 * rng.normal(size=15), uncertainty=0.01 if known else None
+        )
+        for name, each in off.items():
+            each.append((found.values[name] - right[name]) / found.standard_error[name])
+        low, high = found.confidence_interval(0.9)["a"]
+        held += bool(low <= 2.0 <= high)
+    law = stats.norm() if known else stats.t(13)
+    for each in off.values():
+        assert stats.kstest(each, law.cdf).pvalue > 1e-3
+    assert 425 <= held <= 475
+
+
+def test_what_the_data_cannot_tell_is_named() -> None:
+    def product(a: Array, b: Array, c: Array) -> Array:
+        return np.asarray((a * b)[:, None] * np.exp(-c[:, None] * PLACES))
+
+    target = 2.0 * np.exp(-0.7 * PLACES)
+    found = calibrate(product, {"a": 1.0, "b": 1.5, "c": 1.0}, target, uncertainty=0.01)
+    (combination,) = found.undetermined
+    assert set(combination) == {"a", "b"}
+    assert np.isinf([found.standard_error["a"], found.standard_error["b"]]).all()
+    alone = calibrate(lambda a, c: product(a, np.full_like(a, 1.5), c), {"a": 1.0, "c": 1.0}, target, uncertainty=0.01)
+    assert_allclose(found.standard_error["c"], alone.standard_error["c"], rtol=1e-5)
+    assert_allclose(found.values["a"] * found.values["b"], 2.0, rtol=1e-9)
+    assert "not told by the data: a with b" in repr(found)
+
+
+def test_chi_squared_of_a_prediction_that_holds() -> None:
+    """Sums of squares of 400 measurements are as chi squared has them, of the components that were measured."""
+    rng = np.random.default_rng(3)
+    right = rng.normal(size=(6, 3))
+    sums, outside = [], 0
+    for _ in range(400):
+        place = right + 0.03 * rng.normal(size=(6, 3))
+        place[:, 2] = np.nan
+        found = compare(right + 0.04 * rng.normal(size=(6, 3)), Measured(place, 0.03, {}), deviation=0.04)
+        sums.append(found.chi_squared)
+        outside += int(found.outside.sum())
+    assert found.count == 12
+    assert stats.kstest(sums, stats.chi2(12).cdf).pvalue > 1e-3
+    assert abs(outside - 0.05 * 2400) < 4.0 * np.sqrt(2400 * 0.05 * 0.95)
+    assert np.isnan(found.root_mean_square[2])
+
+
+def test_a_table_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "seen.csv"
+    file.write_text("A [deg], x, y, ux, uy\n0, 0.2, , 1e-5,\n\n90, , 0.2, , 2e-5\n", encoding="utf-8-sig")
+    found = read_measured(file)
+    assert found.uncertainty is not None
+    assert_allclose(found.drives["A"], [0.0, 0.5 * np.pi])
+    np.testing.assert_array_equal(np.isfinite(found.position), [[True, False, False], [False, True, False]])
+    assert found.uncertainty[0, 0] == 1e-5
+    assert found.uncertainty[1, 1] == 2e-5
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a,b\n1,2\n", "has the columns a, b: name each once, with one of x, y, z"),
+        ("x\n", "has no rows"),
+        ("x,y\n1\n", "row 2 has 1 cells for 2 columns"),
+        ("x,y\n1,two\n", "row 2: y is 'two', which is no number"),
+        ("x,y,ux\n1,2,0.1\n", "a measured component has no uncertainty"),
+        ("x,ux\n1,-0.1\n", "give standard uncertainties above zero"),
+        ("x\n\n1,2\n", "has 2 cells for 1 columns"),
+    ],
+)
+def test_tables_that_are_refused(tmp_path: Path, text: str, told: str) -> None:
+    file = tmp_path / "seen.csv"
+    file.write_text(text)
+    with pytest.raises(FrameError, match=told):
+        read_measured(file)
+
+
+def test_what_is_refused() -> None:
+    measured = seen(1e-6, np.random.default_rng(0))
+    with pytest.raises(FrameError, match=r"the motion has shape \(2,\) and 15 poses were measured"):
+        slider_crank(**NOMINAL).move(A=[0.0, 1.0]).compare("C", measured)
+    with pytest.raises(FrameError, match="drive 'A' of the motion is not at the values of the measurement"):
+        slider_crank(**NOMINAL).move(A=ANGLES + 0.1).compare("C", measured)
+    with pytest.raises(FrameError, match="neither measurement nor prediction has an uncertainty"):
+        compare([[0.0, 0.0, 0.0]], Measured([[0.0, 0.0, 0.0]], None, {}))
+    with pytest.raises(FrameError, match=r"parameter 'a' begins at 0\.0: give its scale"):
+        calibrate(decay, {"a": 0.0, "b": 1.0}, PLACES)
+    with pytest.raises(FrameError, match=r"the model returned shape \(1, 15\) for 1 sets of parameters and measured"):
+        calibrate(decay, {"a": 1.0, "b": 1.0}, PLACES[:3])
+    with pytest.raises(FrameError, match="predicts no value at the start"):
+        calibrate(lambda a: np.full((len(a), 1), np.nan), {"a": 1.0}, [1.0])
