@@ -39,7 +39,7 @@ LAYERS = {
     "broadcasting solution": "batched/broadcast",
     "what can move": "error_bounds/resolved results/held results/idle results/singular",
     "linear solution, as others see it": "results/linear",
-    "files": "results/base paraview/* results/saved",
+    "files and figures": "results/base paraview/* graphics/* results/saved",
     "results": "results/*",
     "clearances": "clearances/*",
     "bounds": "error_bounds/bounds error_bounds/reached error_bounds/sensitivity",

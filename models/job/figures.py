@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...framework.graphics.style import BLUE, GREY, INK, ORANGE, SKY, figure, styled
 from ..moments import Moments
 from ..sampling import Normal
 from .envelope import swept
-from .style import BLUE, GREY, INK, ORANGE, SKY, figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from numpy.typing import ArrayLike
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 from ...framework.batch import Array
 from ...framework.frame import Frame
 from ...framework.renamed import RenamedAttribute
+from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
 from .statics.actions import kinetic_energy
@@ -21,6 +23,10 @@ from .statics.frame import FramedPoses, frame
 from .statics.free import free_accelerations
 from .statics.reactions import Reactions, reactions
 from .statics.transmission import transmission_angle
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.axes import Axes
 
 
 class LoadsWarning(UserWarning):
@@ -384,6 +390,104 @@ class Motion(FramedPoses):
         from .export import save  # what it writes with takes long to load
 
         save(self, path, times)
+
+    # -- to look at -------------------------------------------------------------------------------------------------
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        pose: int | tuple[int, ...] | None = None,
+        trace: str | Sequence[str] = (),
+        band: ArrayLike | None = None,
+        magnify: float | None = None,
+        ghosts: int = GHOSTS,
+        names: bool = True,
+        loads: bool = True,
+        units: Units = SI,
+    ) -> Axes:
+        """Draw one pose, others faintly behind it, and the paths of points.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw on, in space for a motion in space; new ones where None.
+        pose
+            Index of the pose; the first that can be assembled where None.
+        trace
+            Point, or points, whose paths over the longest batch axis are drawn.
+        band
+            Displacements of the one point traced, length, whose envelope is drawn about its path: of samples, (poses,
+            samples, 2 or more), what `propagate` gives of them, or half widths by pose, (poses, 2 or more).
+        magnify
+            Factor on these displacements; a round one that shows them where None. It stands above the figure.
+        ghosts
+            About how many other poses are drawn; 0 for none.
+        names, loads
+            Whether points are named, and forces drawn.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on, in the linkage's own lengths.
+
+        Raises
+        ------
+        FrameError
+            If no pose is assembled, there is no such pose or point, or the band does not fit the poses.
+
+        Examples
+        --------
+        >>> import matplotlib; matplotlib.use("Agg")
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> half = np.full((20, 2), 0.01)
+        >>> linkage.move(A=np.linspace(0.0, 1.0, 20)).plot(trace="B", band=half).get_title(loc="left")
+        'displacements of B × 5'
+        """
+        traced = (trace,) if isinstance(trace, str) else tuple(trace)
+        return plot_motion(self, ax, pose, traced, band, magnify, ghosts, names, loads, units)
+
+    def animate(
+        self,
+        ax: Axes | None = None,
+        *,
+        trace: str | Sequence[str] = (),
+        interval: float = 50.0,
+        names: bool = True,
+        units: Units = SI,
+    ) -> FuncAnimation:
+        """Let the poses along the longest batch axis follow each other.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw on, in space for a motion in space; new ones where None.
+        trace
+            Point, or points, whose paths are drawn.
+        interval
+            Milliseconds from pose to pose.
+        names
+            Whether points are named.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        matplotlib.animation.FuncAnimation
+            To be kept while it is shown: ``.save("motion.gif")``, or ``.to_jshtml()`` in a notebook.
+
+        Raises
+        ------
+        FrameError
+            If no pose is assembled, or there is no such point.
+        """
+        return animate_motion(self, ax, (trace,) if isinstance(trace, str) else tuple(trace), interval, names, units)
 
     def accuracy(
         self, point: str, link: str | None = None, *, inertia: bool = False, **load: ArrayLike

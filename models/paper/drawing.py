@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..job.style import GREY, INK, ORANGE, SKY, figure, note, styled, unit
+from ...framework.graphics.style import GREY, INK, ORANGE, SKY, figure, note, styled, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...framework.graphics.style import BLUE, GREY, INK, ORANGE, figure, styled
 from ..four_bar.kinetostatics import REACTIONS
-from ..job.style import BLUE, GREY, INK, ORANGE, figure, styled
 from ..job.tables import markdown, readable, separated
 
 if TYPE_CHECKING:

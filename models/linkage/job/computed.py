@@ -21,12 +21,12 @@ from ...job.remarks import beyond_linear
 from ...job.stages import Advance
 from ...propagation import Propagation, propagate
 from ...spread import Spread
+from ..graphics.plane import ROUNDING, plane
 from ..linkage import Linkage
 from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
 from .inputs import RunInputs
-from .plane import ROUNDING, plane
 
 # How large the drawn displacements are, as a share of the linkage.
 DRAWN = 0.06

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.graphics.style import COLOURS, GREY, ORANGE, entry, figure, space_figure, styled
 from ...job.figures import draw_histograms, draw_trajectory
-from ...job.style import GREY, ORANGE, entry, figure, space_figure, styled
-from .drawing import COLOURS, draw_mechanism
-from .plane import ROUNDING
+from ..graphics.plane import ROUNDING
+from .drawing import draw_mechanism
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
