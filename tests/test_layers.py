@@ -54,7 +54,7 @@ LAYERS = {
 
 # The layers of models, likewise.
 ROOMS = {
-    "plane, samples, statistics": "clearance planar moments sampling spread propagation sensitivity",
+    "plane, samples, statistics": "clearance planar moments normality sampling spread propagation sensitivity",
     "what jobs share": "job/*",
     "linkage": "linkage/*",
     "four-bar": "four_bar/*",

@@ -131,7 +131,7 @@ def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = T
 
 def few_ticks(axes: Any, most: int = 6) -> None:
     """No more numbers along an axis than fit beside each other."""
-    width, height = axes.get_figure().get_size_inches() * axes.get_position().size
+    width, height = axes.bbox.width / axes.figure.dpi, axes.bbox.height / axes.figure.dpi
     for axis, inches in ((axes.xaxis, width), (axes.yaxis, 2.0 * height)):
         locator = axis.get_major_locator()
         if hasattr(locator, "set_params"):
@@ -141,7 +141,8 @@ def few_ticks(axes: Any, most: int = 6) -> None:
 def frame_in_space(axes: Any, points: Array) -> None:
     """Axes in space about points (n, 3): to scale, with fewer numbers on the short sides, and room for the labels."""
     low, high = points.min(axis=0), points.max(axis=0)
-    least = 0.12 * float((high - low).max())
+    # What lies in one point has room about it all the same.
+    least = 0.12 * float((high - low).max()) or 0.01 * float(np.abs(high).max()) or 1.0
     room = np.maximum(0.02 * (high - low), 0.5 * (least - (high - low)))
     low, high = low - room, high + room
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
@@ -150,7 +151,7 @@ def frame_in_space(axes: Any, points: Array) -> None:
     for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
         axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))))
         axis.set_tick_params(labelsize=7.0, pad=1.0)
-        axis.labelpad = 4.0
+        axis.labelpad = 7.0
 
 
 # -- in a plane -------------------------------------------------------------------------------------------------------
@@ -169,7 +170,7 @@ def _in_plane(scene: Scene, axes: Any, size: float, flat: tuple[int, int]) -> li
         else:
             out += axes.plot(*stroke.points[:, shown].T, **_look(stroke))
     for support in scene.supports:
-        out += _support(axes, support.at[shown], 0.85 * pin, support.clamped)
+        out += _support(axes, support.at[shown], 1.15 * pin, support.clamped)
     for joint in scene.joints:
         out += _joint(axes, joint, pin, shown)
     for arrow in scene.arrows:
@@ -279,10 +280,11 @@ def _labels(axes: Any, scene: Scene, shown: list[int], pin: float) -> list[Any]:
     for label in scene.labels:
         if not np.isfinite(label.at).all():
             continue
-        at, clear = label.at[shown], 0.0
-        for joint in scene.joints:
-            if _close(joint.at[shown], at, 0.02 * scene.size):
-                clear = max(clear, pin * (2.2 if joint.driven else 1.1))
+        at = label.at[shown]
+        there = [joint for joint in scene.joints if _close(joint.at[shown], at, 0.02 * scene.size)]
+        clear = max((pin * (2.2 if joint.driven else 1.1) for joint in there), default=0.0)
+        if not there:
+            out += axes.plot(*at[:, None], "o", ms=3.2, mfc=INK, mec="none", zorder=6, ls="")
         way = _free(at, scene, shown)
         out.append(axes.annotate(
             label.text, tuple(at + clear * way), tuple(7.0 * way), textcoords="offset points", ha="center", va="center",
@@ -361,7 +363,11 @@ def _in_space(scene: Scene, axes: Any, size: float) -> list[Any]:
     for arrow in scene.arrows:
         drawn = ARROW * size * arrow.force / (longest or 1.0)
         out.append(axes.quiver(*arrow.at, *drawn, color=ORANGE, lw=1.8, arrow_length_ratio=0.2))
-        out.append(axes.text(*(arrow.at + 1.05 * drawn), arrow.text, color=ORANGE, fontsize=8, parse_math=False))
+        out.append(
+            axes.text(
+                *(arrow.at + 1.05 * drawn), arrow.text, color=ORANGE, fontsize=8, parse_math=False, path_effects=_halo()
+            )
+        )
     return out + [
         axes.text(*label.at, f"  {label.text}", fontsize=8, zorder=9, parse_math=False, gid="label")
         for label in scene.labels

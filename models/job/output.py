@@ -15,6 +15,8 @@ SIGNS = {"four-bar": ("table1.csv", "reactions.csv"), "run": ("table.csv", "reac
 
 # Which figures a job draws: none, those in the plane, or these and the picture in space.
 FIGURES = ("none", "2d", "all")
+# Forms in which figures in the plane can be written; that in space is made of pixels.
+FORMATS = ("png", "svg", "pdf")
 
 
 @contextmanager
@@ -40,10 +42,17 @@ def results(out: Path, job: str, earlier: Iterable[str]) -> Iterator[Path]:
     with whole_or_nothing(out) as stage:
         yield stage
         new = {path.relative_to(stage) for path in stage.rglob("*")}
-    for pattern in earlier:
+    for pattern in _any_format(earlier):
         for path in out.glob(pattern):
             if path.relative_to(out) not in new:
                 path.unlink(missing_ok=True)
+
+
+def _any_format(patterns: Iterable[str]) -> Iterator[str]:
+    """Patterns of files, those of figures in every form."""
+    for pattern in patterns:
+        stem, dot, ending = pattern.rpartition(".")
+        yield from (f"{stem}{dot}{each}" for each in FORMATS) if ending == "png" else (pattern,)
 
 
 def _refuse_mixing(out: Path, job: str) -> None:
@@ -83,4 +92,8 @@ def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, told: 
     parser.add_argument(
         "--figures", choices=FIGURES, default="all",
         help="which are drawn: none, those in the plane, or these and the picture in space",
+    )  # fmt: skip
+    parser.add_argument(
+        "--format", choices=FORMATS, nargs="+", default=["png"],
+        help="forms of the figures in the plane, one or more; the report shows the first that browsers show",
     )  # fmt: skip

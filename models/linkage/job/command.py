@@ -57,7 +57,7 @@ joints.B.contact); without one the contact is found by equilibrium under the loa
 WRITES = """\
 writes into DIR: table.csv, reactions.csv, samples.npz (with tolerances), trajectory.pvd with its .vtu files, report.md;
 with --figures 2d mechanism.png, trajectory.png, reactions.png, histogram.png (with tolerances), and with --figures all
-figure3d.png as well (with beams, where rendering works)"""
+figure3d.png as well (with beams, where rendering works); with --format svg pdf those but figure3d as such"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
@@ -81,4 +81,4 @@ def _start(options: Namespace) -> None:
     from .run import LinkageJob
 
     out = options.out or Path(f"results-{options.file.stem}")
-    run(LinkageJob(read_inputs(options.file)), out, options.figures)
+    run(LinkageJob(read_inputs(options.file)), out, options.figures, options.format)
