@@ -281,6 +281,9 @@ def _labels(axes: Any, scene: Scene, shown: list[int], pin: float) -> list[Any]:
         if not np.isfinite(label.at).all():
             continue
         at = label.at[shown]
+        if label.base is not None:
+            out.append(_number(axes, label.text, at, at - label.base[shown]))
+            continue
         there = [joint for joint in scene.joints if _close(joint.at[shown], at, 0.02 * scene.size)]
         clear = max((pin * (2.2 if joint.driven else 1.1) for joint in there), default=0.0)
         if not there:
@@ -291,6 +294,16 @@ def _labels(axes: Any, scene: Scene, shown: list[int], pin: float) -> list[Any]:
             fontsize=8.5, zorder=8, color=INK, parse_math=False, gid="label", path_effects=_halo(),
         ))  # fmt: skip
     return out
+
+
+def _number(axes: Any, text: str, at: Array, way: Array) -> Any:
+    """A number at the end of an ordinate, on its far side."""
+    length = float(np.linalg.norm(way))
+    shift = 8.0 * way / length if length > 0.0 else np.array([0.0, 8.0])
+    return axes.annotate(
+        text, tuple(at), tuple(shift), textcoords="offset points", ha="center", va="center", fontsize=7.5, zorder=8,
+        color=COLOURS[0], path_effects=_halo(), gid="value",
+    )  # fmt: skip
 
 
 def _free(at: Array, scene: Scene, shown: list[int]) -> Array:

@@ -88,10 +88,11 @@ class LoadArrow:
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """The name of a place (3,)."""
+    """The name of a place (3,), or a number there, which stands away from the place `base` (3,) to which it belongs."""
 
     text: str
     at: Array
+    base: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
