@@ -1,6 +1,7 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
+from .job.histogram import plot_histogram
 from .linkage import (
     DeadPoint,
     DriveRange,
@@ -41,6 +42,7 @@ __all__ = [
     "Study",
     "accuracy",
     "monte_carlo",
+    "plot_histogram",
     "propagate",
     "read_linkage",
     "sobol_indices",

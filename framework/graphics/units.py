@@ -39,7 +39,7 @@ def scaled(greatest: float, unit: str) -> tuple[float, str]:
     greatest
         The greatest of them, without its sign.
     unit
-        Their unit; those that take no prefix stay.
+        Their unit; those that take no prefix stay, and metres become smaller alone.
 
     Returns
     -------
@@ -48,6 +48,8 @@ def scaled(greatest: float, unit: str) -> tuple[float, str]:
     unit : str
         With its prefix.
     """
+    if unit == "m" and 0.0 < greatest < 1.0:
+        return (1e3, "mm") if greatest >= 1e-3 else (1e6, "µm")
     if unit not in PREFIXED or not math.isfinite(greatest) or greatest <= 0.0:
         return 1.0, unit
     power = min(9, max(-9, 3 * math.floor(math.log10(greatest * (1.0 + 1e-9)) / 3.0)))

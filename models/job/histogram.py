@@ -63,7 +63,7 @@ def plot_histogram(samples: ArrayLike, ax: Axes | None = None, *, label: str = "
     >>> from linkframe.models import plot_histogram
     >>> sides = np.sign(np.random.default_rng(0).normal(size=100)) + 0.1 * np.random.default_rng(1).normal(size=100)
     >>> print(plot_histogram(sides, label="$u_x$", unit="mm").get_title(loc="left").splitlines()[-1])
-    not normal at 1 % (A² = 14.6 > 1.035)
+    not normal at 1 % (A² = 14 > 1.035)
     """
     values = np.asarray(samples, dtype=float)
     if values.ndim != 1 or np.count_nonzero(np.isfinite(values)) < 2:

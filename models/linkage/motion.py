@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ...framework.batch import Array
 from ...framework.frame import Frame
 from ...framework.renamed import RenamedAttribute
+from .graphics.pictures import movie, picture, show
 from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
@@ -488,6 +489,98 @@ class Motion(FramedPoses):
             If no pose is assembled, or there is no such point.
         """
         return animate_motion(self, ax, (trace,) if isinstance(trace, str) else tuple(trace), interval, names, units)
+
+    def picture(
+        self,
+        path: str | Path,
+        *,
+        pose: int | tuple[int, ...] | None = None,
+        names: bool = True,
+        size: tuple[int, int] = (1600, 1000),
+        units: Units = SI,
+    ) -> None:
+        """Render one pose in space: links with their sections, joints by kind, drives in orange, ground, forces.
+
+        ``motion.frame().solve()`` with ``linkframe.framework.picture`` shows it deformed, coloured by its stress.
+
+        Parameters
+        ----------
+        path
+            Image to write, ``.png`` or ``.jpg``.
+        pose
+            Index of the pose; the first that can be assembled where None.
+        names
+            Whether points are named.
+        size
+            Width and height in pixels.
+        units
+            Units of length and force, for the labels.
+
+        Raises
+        ------
+        RenderingError
+            If this machine cannot render; the message says what to install.
+        FrameError
+            If the name ends otherwise, there is no such pose, or the folder cannot be written.
+        """
+        picture(self, path, pose, names, size, units)
+
+    def movie(
+        self,
+        path: str | Path,
+        *,
+        names: bool = False,
+        size: tuple[int, int] = (960, 608),
+        rate: int = 12,
+        units: Units = SI,
+    ) -> None:
+        """Render the poses along the longest batch axis one after the other, as `picture` does one.
+
+        Parameters
+        ----------
+        path
+            Movie to write, ``.gif`` or ``.mp4``; needs the extra ``movie``.
+        names
+            Whether points are named.
+        size
+            Width and height in pixels.
+        rate
+            Poses a second.
+        units
+            Units of length and force, for the labels.
+
+        Raises
+        ------
+        RenderingError
+            If this machine cannot render or the extra is not installed; the message says what to install.
+        FrameError
+            If the name ends otherwise, no pose is assembled, or the folder cannot be written.
+        """
+        movie(self, path, names, size, rate, units)
+
+    def show(self, *, pose: int | tuple[int, ...] | None = None, names: bool = True, units: Units = SI) -> object:
+        """Open a window on the motion in space, to turn and to zoom, with a slider for the pose.
+
+        Parameters
+        ----------
+        pose
+            Index of the pose that it begins with; the first that can be assembled where None.
+        names
+            Whether points are named.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        object
+            What PyVista gives: in a notebook the view, in a terminal None once the window is closed.
+
+        Raises
+        ------
+        FrameError
+            If no pose is assembled, or there is no such pose.
+        """
+        return show(self, pose, names, units)
 
     def accuracy(
         self, point: str, link: str | None = None, *, inertia: bool = False, **load: ArrayLike

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.graphics.canvas import axes_for, draw, finish, frame_in_space
+from ....framework.graphics.deformed import round_scale
 from ....framework.graphics.scene import Region, Scene, Stroke
 from ....framework.graphics.style import styled
 from ...job.envelope import swept
@@ -28,6 +29,8 @@ Units = tuple[str, str]
 SI: Units = ("m", "N")
 # Other poses that are drawn faintly, and sampled paths that are drawn in space.
 GHOSTS, PATHS = 8, 100
+# How far displacements of a band are drawn, as a share of what is drawn.
+SHARE = 0.05
 
 
 @styled
@@ -171,7 +174,7 @@ def _add_band(scene: Scene, motion: Kinematics, point: str, samples: Array, magn
     if samples.ndim == 2:
         corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
         shift = shift[:, None] * corners
-    factor = visible(shift, scene.size) if magnify is None else magnify
+    factor = round_scale(shift, SHARE * scene.size) if magnify is None else magnify
     places = path[:, None] + factor * shift
     if scene.flat is None:
         paths = np.moveaxis(places, 1, 0)[:PATHS]
@@ -183,16 +186,6 @@ def _add_band(scene: Scene, motion: Kinematics, point: str, samples: Array, magn
             corners[:, shown] = outline
             scene.regions.append(Region(corners, "band", point))
     return f"displacements of {point} × {factor:g}"
-
-
-def visible(shift: Array, size: float, share: float = 0.05) -> float:
-    """The greatest of 1, 2 and 5 times a power of ten that draws no displacement (..., 3) above a share of `size`."""
-    length = np.linalg.norm(shift, axis=-1)
-    greatest = float(length.max(initial=0.0, where=np.isfinite(length)))
-    if greatest == 0.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(share * size / greatest))
-    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power * greatest <= share * size))
 
 
 def _rows(motion: Kinematics, vectors: Array) -> Array:
