@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError, SampleWarning
+from ..framework.listing import number, text_table
 from .sampling import LEAST, Distribution, Seed, check_inputs, root_seed, samples_first, stream, whole
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SobolIndices:
     """Shares of the variance of a result.
 
@@ -42,6 +43,14 @@ class SobolIndices:
     inputs: tuple[str, ...]
     first: Array
     total: Array
+
+    def __repr__(self) -> str:
+        """Greatest shares over all results as a short table."""
+        axes = tuple(range(self.first.ndim - 1))
+        most = [np.max(part, axis=axes, initial=-np.inf, where=np.isfinite(part)) for part in (self.first, self.total)]
+        rows = [[name, *(number(float(part[k])) for part in most)] for k, name in enumerate(self.inputs)]
+        of = f", of shape {self.first.shape[:-1]}: the greatest" if axes else ""
+        return text_table(f"SobolIndices of {len(self.inputs)} inputs{of}", ["input", "first", "total"], rows)
 
 
 def sobol_indices(

@@ -18,7 +18,7 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
     "numbers, names, errors": (
-        "cache errors clock states batch names renamed dofs provenance orientation shape_rules member_law "
+        "cache errors clock states batch names renamed dofs provenance listing orientation shape_rules member_law "
         "structure/parts"
     ),
     "recorded calculations": "program/*",

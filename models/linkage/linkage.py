@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...framework.errors import FrameError
 from .description.linkage_description import LinkageDescription
-from .graphics.plots import SI, Units, plot_linkage
+from .graphics.plots import SI, Units, html_of, plot_linkage
 from .motion import Motion
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
@@ -308,3 +308,7 @@ class Linkage(LinkageDescription):
         'x [m]'
         """
         return plot_linkage(self, ax, entry, names, loads, units)
+
+    def _repr_html_(self) -> str:
+        """In a notebook: the drawing."""
+        return html_of(self)

@@ -10,14 +10,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
 from ...framework.frame import Frame
+from ...framework.listing import counted
 from ...framework.renamed import RenamedAttribute
 from .graphics.pictures import movie, picture, show
 from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
 from .poses.coordinates import coordinate_of, rates_of_coordinate
+from .poses.states import PoseState, closure_states
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
 from .statics.actions import kinetic_energy
 from .statics.frame import FramedPoses, frame
@@ -28,6 +31,9 @@ from .statics.transmission import transmission_angle
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
+
+# Poses up to which what is printed of a motion tells singular ones; beyond, whether they are assembled.
+COUNTED = 100_000
 
 
 class LoadsWarning(UserWarning):
@@ -54,7 +60,9 @@ class Motion(FramedPoses):
     """
 
     def __repr__(self) -> str:
-        return f"<Motion of shape {self.shape} of {self.linkage!r}>"
+        many = int(np.prod(self.shape)) > COUNTED
+        states = closure_states(self.assembly.reached, self.assembly.other) if many else self.state
+        return f"<Motion of shape {self.shape} of {self.linkage!r}: {counted(states, PoseState)}>"
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; frames that are in use in this one are not known there."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from ....framework.errors import FrameError
 from ....framework.graphics.canvas import axes_for, draw, finish, frame_in_space
 from ....framework.graphics.deformed import round_scale
 from ....framework.graphics.scene import Region, Scene, Stroke
-from ....framework.graphics.style import styled
+from ....framework.graphics.style import fitting_figure, space_figure, styled
 from ...job.envelope import swept
 from ..description.linkage_description import LinkageDescription
 from ..poses.kinematics import Kinematics
@@ -46,6 +47,24 @@ def plot_linkage(
     draw(scene, found)
     finish(scene, found, units[0])
     return found  # type: ignore[no-any-return]
+
+
+@styled
+def html_of(linkage: LinkageDescription) -> str:
+    """A linkage as a drawing for a notebook, under a line of text; the text alone where nothing can be drawn."""
+    from io import StringIO
+
+    told = f"<p>{escape(repr(linkage).strip('<>'))}</p>"
+    if not linkage.links:
+        return told
+    places = ReferencePlaces(linkage)
+    scene = linkage_scene(places, places.flat)
+    drawn_on, axes = space_figure(5.0, 4.1) if scene.flat is None else fitting_figure(5.0, scene.extent)
+    draw(scene, axes)
+    finish(scene, axes, SI[0])
+    text = StringIO()
+    drawn_on.savefig(text, format="svg", metadata={"Date": None})
+    return told + text.getvalue()[text.getvalue().index("<svg") :]
 
 
 def scene_of(
