@@ -13,6 +13,7 @@ from io import TextIOWrapper
 from ..framework.errors import FrameError
 from .job.signals import Signals
 from .linkage.job import command as linkage
+from .linkage.job import new_command
 from .paper import command as four_bar
 
 
@@ -26,6 +27,7 @@ def parser() -> ArgumentParser:
     jobs = top.add_subparsers(title="jobs", dest="job", metavar="JOB", required=True)
     four_bar.add_to(jobs)
     linkage.add_to(jobs)
+    new_command.add_to(jobs)
     return top
 
 
