@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from argparse import ArgumentParser, ArgumentTypeError, _ArgumentGroup
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -64,6 +66,11 @@ def _refuse_mixing(out: Path, job: str) -> None:
             )
 
 
+def terminal_width() -> int | None:
+    """Characters in a line of the terminal; None where what is printed goes elsewhere."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+
+
 def written(stage: Path) -> list[str]:
     """Names of what stands in a folder lent by `results`, folders with a stroke behind."""
     return sorted(path.name + "/" * path.is_dir() for path in stage.iterdir())
@@ -93,6 +100,7 @@ def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, told: 
         "--figures", choices=FIGURES, default="all",
         help="which are drawn: none, those in the plane, or these and the picture in space",
     )  # fmt: skip
+    parser.add_argument("--wide", action="store_true", help="print the table in one piece, wider than the terminal")
     parser.add_argument(
         "--format", choices=FORMATS, nargs="+", default=["png"],
         help="forms of the figures in the plane, one or more; the report shows the first that browsers show",

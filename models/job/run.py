@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ...framework.errors import MechanismWarning
-from .output import results, written
+from .output import results, terminal_width, written
 from .rendered import picture
 from .report import Report
 from .stages import Advance, Stages
@@ -95,11 +95,11 @@ class Job(ABC):
         """What the reader of the numbers should know before using them."""
 
     @abstractmethod
-    def summary(self) -> str:
-        """What a terminal shows: the table, and what explains it."""
+    def summary(self, width: int | None = None) -> str:
+        """What a terminal of that width shows: the table, and what explains it."""
 
 
-def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("png",)) -> None:
+def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("png",), wide: bool = False) -> None:
     """Run a job and print its table.
 
     Parameters
@@ -112,6 +112,8 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
         Which are drawn: ``"none"``, ``"2d"``, or with the picture in space ``"all"``.
     formats
         Forms of the figures in the plane, such as ``"svg"``; the picture in space is a PNG.
+    wide
+        Whether the table is printed in one piece, however wide the terminal is.
 
     Raises
     ------
@@ -151,7 +153,7 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
             (stage / "report.md").write_text(text, encoding="utf-8")
         stages.close()
         files = written(stage)
-    print("\n\n".join([job.summary(), *notes]))
+    print("\n\n".join([job.summary(None if wide else terminal_width()), *notes]))
     print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")
 
 

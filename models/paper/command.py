@@ -161,7 +161,7 @@ def _start(options: Namespace) -> None:
     inputs = Inputs(**given)
     for note in beforehand(inputs):
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
-    run(FourBarJob(inputs), options.out, options.figures, options.format)
+    run(FourBarJob(inputs), options.out, options.figures, options.format, options.wide)
 
 
 def finite(text: str) -> float:

@@ -81,4 +81,4 @@ def _start(options: Namespace) -> None:
     from .run import LinkageJob
 
     out = options.out or Path(f"results-{options.file.stem}")
-    run(LinkageJob(read_inputs(options.file)), out, options.figures, options.format)
+    run(LinkageJob(read_inputs(options.file)), out, options.figures, options.format, options.wide)
