@@ -73,7 +73,12 @@ def ghost(places: DrawnPlaces) -> list[Stroke]:
 
 
 def _add_link(scene: Scene, places: DrawnPlaces, link: LinkageLink, number: int) -> None:
-    """Beams as thick lines; a body with three points or more that are not in line, as a pale area as well."""
+    """Beams as thick lines; a body with three points or more that are not in line, as a pale area as well.
+
+    Of a link with one point its joints are all that can be drawn.
+    """
+    if len(link.points) < 2:
+        return
     corners, closed = outline(np.array([places.position(point, link.name) for point in link.points]))
     if closed:
         scene.regions.append(Region(corners, "link", link.name, number))
