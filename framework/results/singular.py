@@ -51,6 +51,8 @@ class FreeMotion:
 
     def __repr__(self) -> str:
         """The motions of the joints as a short table."""
+        if not self.count:
+            return f"FreeMotion: none of {len(self._displacements)} nodes"
         does = "the load does work on the first" if not self.solvable else "the load does no work on them"
         rows = [
             [name, str(k + 1), *map(told_number, np.where(np.abs(moved[k]) > 1e-9, moved[k], 0.0))]

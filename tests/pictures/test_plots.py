@@ -16,6 +16,7 @@ from linkframe.elements import Beam, Circle, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError, Solution
 from linkframe.models import Linkage, plot_histogram
 from linkframe.models.normality import anderson_darling
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.testing import assert_allclose
 from scipy import stats
 
@@ -187,8 +188,9 @@ def test_numbers_along_the_axes_do_not_touch(size: float, width: float) -> None:
 
 def legible(figure: Any) -> None:
     """Numbers along each axis have room between them, and lie in the figure."""
-    figure.canvas.draw()
-    renderer = figure.canvas.get_renderer()
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
     for axes in figure.axes:
         for axis, way in ((axes.xaxis, "x"), (axes.yaxis, "y")):
             low, high = sorted(axis.get_view_interval())
@@ -227,7 +229,7 @@ def test_the_deformed_shape_is_the_displacement() -> None:
 
 
 def test_moments_are_drawn_on_the_side_in_tension() -> None:
-    """Force along x at the top of the leg: M = -10 (0.5 - y) in it, and -5 all along the arm, which bends down: tension on top."""
+    """Force along x at the top of the leg: M = -10 (0.5 - y) in it, and -5 all along the arm, whose top is pulled."""
     axes = cantilever().plot("M")
     arm, leg = (patch.get_xy() for patch in artists(axes, "diagram") if hasattr(patch, "get_xy"))
     assert arm[:, 1].max() == pytest.approx(0.13 * np.hypot(1.0, 0.5))
