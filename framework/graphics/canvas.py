@@ -146,8 +146,9 @@ def frame_in_space(axes: Any, points: Array) -> None:
     room = np.maximum(0.02 * (high - low), 0.5 * (least - (high - low)))
     low, high = low - room, high + room
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    # A little smaller than the space for it, so that numbers and labels are not cut off.
-    axes.set_box_aspect(high - low, zoom=0.86)
+    # A little smaller than the space for it, so that numbers and labels are not cut off; a tower has them below.
+    tower = max(0.0, float((high - low)[2] / np.linalg.norm(high - low)) - 0.6)
+    axes.set_box_aspect(high - low, zoom=0.86 - 0.4 * tower)
     for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
         axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))))
         axis.set_tick_params(labelsize=7.0, pad=1.0)

@@ -117,6 +117,7 @@ def _move(plotter: Any, meshes: dict[str, Any], bodies: MotionBodies, number: in
     for name, (surface, _) in bodies.surfaces(number).items():
         _put(meshes[name], surface)
     _texts(plotter, bodies, number)
+    plotter.render()
 
 
 def _put(mesh: Any, surface: Surface) -> None:
