@@ -427,7 +427,7 @@ class Motion(FramedPoses):
             Point, or points, whose paths over the longest batch axis are drawn.
         band
             Displacements of the one point traced, length, whose envelope is drawn about its path: of samples, (poses,
-            samples, 2 or more), what `propagate` gives of them, or half widths by pose, (poses, 2 or more).
+            samples, 2 or more), or a `Spread` of them; or half widths by pose, (poses, 2 or more).
         magnify
             Factor on these displacements; a round one that shows them where None. It stands above the figure.
         ghosts

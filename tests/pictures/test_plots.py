@@ -170,6 +170,13 @@ def test_what_cannot_be_drawn_is_told() -> None:
     linkage.revolute("D", "CD", "ground")
     with pytest.raises(FrameError, match="no pose of the motion is assembled"):
         linkage.move(A=[np.pi / 2]).plot()
+    motion = linkage.move(A=[0.0, np.pi / 2])
+    assert motion.plot(trace="C").get_xlabel() == "x [m]"
+    for wrong, told in ((1, r"pose 1 cannot be drawn, it is not assembled"), (2, r"give one index")):
+        with pytest.raises(FrameError, match=told):
+            motion.plot(pose=wrong)
+    with pytest.raises(FrameError, match=r"entry=1, but the linkage has a batch of 1"):
+        linkage.plot(entry=1)
 
 
 # -- numbers along axes -----------------------------------------------------------------------------------------------

@@ -125,7 +125,7 @@ def series_of(motion: Kinematics, pose: int | tuple[int, ...] | None) -> tuple[l
     Raises
     ------
     FrameError
-        If there is no such pose, or no pose is assembled.
+        If there is no such pose, it is not assembled, or no pose is.
     """
     shape = motion.shape
     numbers = np.arange(int(np.prod(shape))).reshape(shape)
@@ -138,6 +138,8 @@ def series_of(motion: Kinematics, pose: int | tuple[int, ...] | None) -> tuple[l
     given = None if pose is None else one_entry(shape, pose, "the figure of the motion")
     others = [0] * len(shape) if given is None else list(given)
     row = numbers[tuple(slice(None) if k == axis else others[k] for k in range(len(shape)))]
+    if given is not None and not there[given]:
+        raise FrameError(f"pose {pose} cannot be drawn, it is {np.broadcast_to(motion.closure_status, shape)[given]}")
     if given is not None:
         return row.tolist(), int(numbers[given])
     found = np.flatnonzero(there.reshape(-1)[row])

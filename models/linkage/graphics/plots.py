@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,9 @@ def plot_linkage(
     """See `Linkage.plot`."""
     if not linkage.points:
         raise FrameError("the linkage has no points: there is nothing to draw")
+    many = math.prod(linkage.shape)
+    if entry not in range(many):
+        raise FrameError(f"plot was given entry={entry!r}, but the linkage has a batch of {many}: give 0 to {many - 1}")
     places = ReferencePlaces(linkage, entry)
     scene = linkage_scene(places, places.flat, names=names, loads=loads, force_unit=units[1])
     found = axes_for(scene, axes)
@@ -176,7 +180,7 @@ def _only(motion: Kinematics, pose: int, trace: Sequence[str], series: list[int]
 
 
 def _samples(band: ArrayLike | object) -> Array:
-    """Displacements from an array, or from what has ``samples``, such as a `Propagation`; NaN where there is none."""
+    """Displacements from an array, or from what has ``samples``, such as a `Spread`; NaN where there is none."""
     return np.asarray(getattr(band, "samples", band), dtype=float)
 
 

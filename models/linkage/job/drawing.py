@@ -24,7 +24,7 @@ def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str 
     motion
         Its motion, (poses,).
     pose
-        Number of the pose.
+        Number of the pose; the first that is assembled where it is not.
     points
         Points whose paths are drawn.
     title
@@ -35,7 +35,8 @@ def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str 
     Figure
         A drawing in the plane of motion, or in space.
     """
-    scene = scene_of(motion, pose if motion.shape else None, points)
+    there = bool(motion.shape) and bool(motion.is_assembled[pose])
+    scene = scene_of(motion, pose if there else None, points)
     axes: Any
     if scene.flat is None:
         drawn_on, axes = space_figure(6.4, 5.2)
