@@ -170,6 +170,10 @@ def _cloud(axes: Axes, point: TracedPoint, pose: int, where: str, pair: tuple[in
     """Displacements at one pose in two directions, with their ellipses; zero only where it is not far off."""
     spread = 1e3 * point.samples[pose]
     cloud = spread[np.isfinite(spread).all(axis=-1)][:, pair]
+    if not len(cloud):
+        axes.set_title(f"no sample has a result at {where}", loc="left")
+        axes.set_axis_off()
+        return
     factor, unit = small(cloud)
     cloud = factor * cloud
     axes.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")

@@ -65,6 +65,15 @@ def test_the_cloud_fills_its_panel_however_far_off_zero_it_is() -> None:
     legible(figure)
 
 
+def test_a_pose_without_results_is_told() -> None:
+    """The path of the other poses is drawn all the same."""
+    spread = SPREAD.copy()
+    spread[2] = np.nan
+    left, right = draw_trajectory(PATH, PATH, spread, 10.0, 2, "A = 30°").axes
+    assert right.get_title(loc="left") == "no sample has a result at A = 30°"
+    assert "singular pose" in [line.get_label() for line in left.lines]
+
+
 def test_samples_in_space_are_drawn_in_space() -> None:
     figure = draw_trajectories([traced("P", "xyz")], 10.0, 2, "A = 30°")
     space: Any = figure.axes[0]
