@@ -7,8 +7,8 @@ import importlib
 import sys
 from pathlib import Path
 
-from linkframe.models.linkage.job.drawing import draw_links, draw_mechanism
-from linkframe.models.linkage.job.plane import plane
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 # Points that leave a trace.
 TRACED = {
@@ -40,28 +40,32 @@ SHOWN = {
     "delta_robot": "delta robot",
     "stewart_platform": "Stewart platform",
 }
+SPATIAL = ("bennett", "bricard", "delta_robot", "stewart_platform")
 
 
 def show(name, folder):
     """Picture and time series of one example."""
     motion = importlib.import_module(name).motion
     pose = motion.shape[0] // 5
-    draw_mechanism(motion, pose, TRACED[name], name.replace("_", " ")).savefig(folder / f"{name}.png", dpi=120)
+    axes = motion.plot(pose=pose, trace=TRACED[name])
+    axes.set_title(name.replace("_", " "), loc="left")
+    axes.figure.savefig(folder / f"{name}.png", dpi=120)
+    plt.close(axes.figure)
     motion.save(folder / f"{name}.pvd")
 
 
 def gallery(path):
     """The examples in SHOWN side by side."""
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(11.5, 4.8), dpi=100)
     for number, (name, title) in enumerate(SHOWN.items()):
         motion = importlib.import_module(name).motion
-        flat = plane(motion) is not None
+        flat = name not in SPATIAL
         left, bottom = number % 5 / 5, 0.5 - number // 5 / 2
         place = (left + 0.01, bottom + 0.01, 0.18, 0.42)
         axes = figure.add_axes(place if flat else (left, bottom - 0.02, 0.2, 0.48), projection=None if flat else "3d")
-        draw_links(axes, motion, motion.shape[0] // 5, TRACED[name])
+        motion.plot(axes, pose=motion.shape[0] // 5, trace=TRACED[name], names=False, loads=False)
+        if axes.get_legend():
+            axes.get_legend().remove()
         if flat:
             axes.set_aspect("equal", adjustable="datalim")
         else:

@@ -17,6 +17,7 @@ from .dofs import DISPLACEMENTS, FORCES, components, values
 from .errors import FrameError
 from .examination import examine_joint, examine_mass, examine_member
 from .formed import FormedElement
+from .listing import html_table
 from .loads import LineLoad, MemberLoad, PointLoad
 from .names import found, new, plain
 from .protocol import JointElement, LineElement, PointElement, is_proven
@@ -856,6 +857,19 @@ class Description:
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"
         return f"<Frame of shape {self.shape}: {counts}>"
+
+    def _repr_html_(self) -> str:
+        """In a notebook: what there is of each kind, by name."""
+        rows = [
+            *([name, "member", f"{ends.start} to {ends.end}"] for name, ends in self.members.items()),
+            *([name, "joint", f"{ends.first} to {ends.second}"] for name, ends in self.joints.items()),
+            *(
+                [name, "support", " ".join(DISPLACEMENTS[k] for k in sorted(held))]
+                for name, held in self.supports.items()
+            ),
+            *([name, "load", " ".join(sorted({FORCES[k] for k, _ in given}))] for name, given in self.loads.items()),
+        ]
+        return html_table(repr(self).strip("<>"), ["name", "what", "where"], rows)
 
     # -- checks -----------------------------------------------------------------------------------------------------
 

@@ -12,6 +12,7 @@ from .clearances.clearance import Clearances, loose_joints
 from .clearances.contact import STATES
 from .description import Description
 from .dofs import DISPLACEMENTS
+from .listing import Explanation
 from .results.linear import LinearResults
 from .solvers.stacked import StackedSolver
 from .structure.parts import Grid
@@ -33,7 +34,7 @@ def explain(solution: LinearResults, clearances: Clearances | None) -> str:
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
     lines += _idle(solution) + _clearances(solution.frame, clearances)
-    return "\n".join([*lines, *_left_out(), *_times(plan)])
+    return Explanation("\n".join([*lines, *_left_out(), *_times(plan)]))
 
 
 def _described(plan: Plan) -> list[str]:

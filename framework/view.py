@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 
-from .batch import finite
+from .batch import Array, finite
 from .errors import FrameError
 from .paraview.entries import Entry, one, series
 from .paraview.files import whole_or_nothing
-from .pictures.drawing import Drawing, drawing
+from .pictures.drawing import COLOURS, Drawing, drawing
 from .pictures.rendering import REMEDY, RenderingError, can_render, quiet
 from .pictures.shapes import Surface
 from .solution import Solution
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 Colour = Literal["von_mises", "displacement"]
 
 SIZE = (1600, 1000)
-TITLES = {"von_mises": "von Mises stress", "displacement": "displacement"}
 INK = "#262a33"
 # How each thing looks; members take the colour of their values.
 LOOKS: Mapping[str, Mapping[str, Any]] = {
@@ -38,6 +37,26 @@ LOOKS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
+class Seen(Protocol):
+    """What a camera must know of what it looks at."""
+
+    @property
+    def seen(self) -> Array:
+        """Points that are to be in the picture, (n, 3)."""
+
+    @property
+    def across(self) -> int | None:
+        """The global axis along which a plane thing is looked at; None for one in space."""
+
+    @property
+    def up(self) -> Array:
+        """Upwards in the picture, (3,)."""
+
+    @property
+    def margin(self) -> float:
+        """How far what is drawn reaches beyond the points."""
+
+
 def picture(
     solution: Solution,
     path: str | Path,
@@ -46,6 +65,7 @@ def picture(
     scale: float | None = None,
     colour: Colour = "von_mises",
     size: tuple[int, int] = SIZE,
+    units: tuple[str, str] = ("m", "N"),
 ) -> None:
     """Draw the deformed structure over the undeformed one.
 
@@ -66,6 +86,8 @@ def picture(
         ``von_mises`` or ``displacement``.
     size
         Width and height in pixels.
+    units
+        Units of length and force, for the bar of colours.
 
     Raises
     ------
@@ -75,12 +97,12 @@ def picture(
         If the name ends otherwise, the batch does not fit, or the folder cannot be written.
     """
     path = _checked(path, (".png", ".jpg"), scale, colour, size)
-    shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour)
+    shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour, units)
     with whole_or_nothing(path.parent) as stage:
-        rendered(shown, stage / path.name, size, colour)
+        rendered(shown, stage / path.name, size)
 
 
-def rendered(shown: Drawing, path: Path, size: tuple[int, int] = SIZE, colour: Colour = "von_mises") -> None:
+def rendered(shown: Drawing, path: Path, size: tuple[int, int] = SIZE) -> None:
     """Render a drawing at its first pose; without OpenGL this ends the process, see `picture`.
 
     Parameters
@@ -91,11 +113,9 @@ def rendered(shown: Drawing, path: Path, size: tuple[int, int] = SIZE, colour: C
         Image to write, ``.png`` or ``.jpg``.
     size
         Width and height in pixels.
-    colour
-        What colours the members.
     """
     with quiet():
-        plotter, _ = _plotted(shown, size, colour)
+        plotter, _ = _plotted(shown, size)
         with closing(plotter):
             plotter.screenshot(path)
 
@@ -110,6 +130,7 @@ def movie(
     colour: Colour = "von_mises",
     size: tuple[int, int] = (960, 608),
     rate: int = 12,
+    units: tuple[str, str] = ("m", "N"),
 ) -> None:
     """Draw the poses along a batch axis one after the other, with one camera, scale and colour range.
 
@@ -127,6 +148,8 @@ def movie(
         As for `picture`.
     rate
         Poses a second.
+    units
+        As for `picture`.
 
     Raises
     ------
@@ -139,9 +162,9 @@ def movie(
     _whole(rate, f"{path.name} was given rate={rate!r}", "poses a second")
     if find_spec("imageio") is None or (path.suffix == ".mp4" and find_spec("imageio_ffmpeg") is None):
         raise RenderingError(f"{path.name} needs the extra `movie`: pip install 'linkframe[movie]'")
-    shown = drawing(solution, series(solution.shape, axis, entry, path.name), scale, colour)
+    shown = drawing(solution, series(solution.shape, axis, entry, path.name), scale, colour, units)
     with whole_or_nothing(path.parent) as stage, quiet():
-        plotter, meshes = _plotted(shown, size, colour)
+        plotter, meshes = _plotted(shown, size)
         with closing(plotter):
             if path.suffix == ".gif":
                 plotter.open_gif(str(stage / path.name), fps=rate)
@@ -159,8 +182,8 @@ def _checked(
     path = Path(path)
     if path.suffix not in endings:
         raise FrameError(f"{path.name} does not end in {' or '.join(endings)}: choose one of them")
-    if colour not in TITLES:
-        raise FrameError(f"{path.name} was given colour={colour!r}: choose one of {', '.join(TITLES)}")
+    if colour not in COLOURS:
+        raise FrameError(f"{path.name} was given colour={colour!r}: choose one of {', '.join(COLOURS)}")
     if scale is not None and finite(scale, f"scale of {path.name}").ndim:
         raise FrameError(f"{path.name} was given scale={scale!r}: give one number")
     if np.shape(size) != (2,):
@@ -177,9 +200,7 @@ def _whole(number: int, what: str, unit: str) -> None:
         raise FrameError(f"{what}: give a whole number of {unit}, 1 or more")
 
 
-def _plotted(
-    drawing: Drawing, size: tuple[int, int], colour: Colour
-) -> tuple[pyvista.Plotter, dict[str, pyvista.PolyData]]:
+def _plotted(drawing: Drawing, size: tuple[int, int]) -> tuple[pyvista.Plotter, dict[str, pyvista.PolyData]]:
     """A plotter that shows the first pose, and its meshes by kind."""
     import pyvista
 
@@ -202,9 +223,9 @@ def _plotted(
         actor.prop.interpolation = "Phong"
         meshes[kind] = mesh
         if kind == "members" and drawing.solved.any():
-            _bar(plotter, actor.mapper, TITLES[colour], size)
+            _bar(plotter, actor.mapper, drawing.label, size)
     _caption(plotter, drawing, 0)
-    _aim(plotter.camera, drawing, size[0] / size[1])
+    aim(plotter.camera, drawing, size[0] / size[1])
     return plotter, meshes
 
 
@@ -236,6 +257,12 @@ def _bar(plotter: Any, mapper: Any, title: str, size: tuple[int, int]) -> None:
 
 def _caption(plotter: pyvista.Plotter, drawing: Drawing, pose: int) -> None:
     moved = f"displacements \u00d7 {drawing.scale:g}"
+    if told := drawing.told_forces(pose):
+        plotter.add_point_labels(
+            np.array([place for place, _ in told]), [text for _, text in told], name="forces", text_color="#c8352b",
+            font_size=max(10, plotter.window_size[1] // 48), shape=None, always_visible=True, show_points=False,
+            reset_camera=False, render=False,
+        )  # fmt: skip
     text = moved if drawing.solved[pose] else "mechanism: undeformed shape, no solution"
     width, height = plotter.window_size
     plotter.add_text(
@@ -243,7 +270,7 @@ def _caption(plotter: pyvista.Plotter, drawing: Drawing, pose: int) -> None:
     )
 
 
-def _aim(camera: Any, drawing: Drawing, aspect: float) -> None:
+def aim(camera: Any, drawing: Seen, aspect: float) -> None:
     """Look in parallel projection at all poses, a plane structure at right angles, with room for the bar below."""
     towards = np.array([-1.0, 1.6, -0.9])
     if drawing.across is not None:

@@ -5,6 +5,7 @@ from .failure import Reliability, reliability
 from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, tolerance_grade
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
 from .intervals import ConfidenceInterval
+from .job.histogram import plot_histogram
 from .linkage import (
     Contributors,
     DeadPoint,
@@ -89,6 +90,7 @@ __all__ = [
     "fit",
     "limits_of_size",
     "monte_carlo",
+    "plot_histogram",
     "polynomial_chaos",
     "propagate",
     "read_linkage",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 import signal
 import sys
@@ -13,7 +14,24 @@ from io import TextIOWrapper
 from ..framework.errors import FrameError
 from .job.signals import Signals
 from .linkage.job import command as linkage
+from .linkage.job import new_command
 from .paper import command as four_bar
+
+SPELT = "linkframe-spelt"
+SPELLING = {
+    "μ": "m", "µ": "u", "σ": "s", "θ": "t", "κ": "k", "ε": "e", "γ": "g", "×": "x", "·": ".", "−": "-", "–": "-",
+    "│": "|", "±": "+-", "²": "^2", "³": "^3", "°": "deg", "…": "...",
+}  # fmt: skip
+
+
+def _spelt(error: UnicodeError) -> tuple[str, int]:
+    """What stands for letters that an encoding has not; a question mark for others."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(SPELLING.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
+
+
+codecs.register_error(SPELT, _spelt)
 
 
 def parser() -> ArgumentParser:
@@ -26,6 +44,7 @@ def parser() -> ArgumentParser:
     jobs = top.add_subparsers(title="jobs", dest="job", metavar="JOB", required=True)
     four_bar.add_to(jobs)
     linkage.add_to(jobs)
+    new_command.add_to(jobs)
     return top
 
 
@@ -44,9 +63,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         nobody reads what it prints.
     """
     for stream in (sys.stdout, sys.stderr):
-        # A terminal whose encoding has no Greek letters shows question marks for them.
+        # A terminal whose encoding has no Greek letters shows Latin ones for them, so that mean and deviation differ.
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")
+            stream.reconfigure(errors=SPELT)
     options = parser().parse_args(arguments)
     with Signals(last=arguments is None) as signals:
         try:

@@ -37,6 +37,20 @@ def test_cantilever() -> None:
     assert_allclose(shown.greatest_stress, 200.0 * 0.5 * 10e-3 / inertia, rtol=1e-13)
 
 
+def test_pictures(tmp_path: Path) -> None:
+    """Four panels: the linkage twice, the joints' forces in one curve, and moments that vanish in the pins."""
+    shown = example("pictures")
+    at_rest, moving, forces, bending = shown.draw(tmp_path / "pictures.png").axes
+    crank = next(line for line in at_rest.lines if line.get_label() == "crank")
+    assert_allclose(crank.get_xydata(), [shown.linkage.points[point][:2] for point in "AB"], atol=1e-12)
+    (path,) = (line for line in moving.lines if line.get_gid() == "trace")
+    assert_allclose(path.get_xydata(), shown.motion.position("P")[:, :2], atol=1e-12)
+    assert [line.get_label() for line in forces.lines] == ["A, B, D, E"]
+    # Half the load in each pin of the coupler, 0.1 m from it: 5 N m.
+    told = [text.get_text() for text in bending.texts if text.get_gid() == "value"]
+    assert "−5" in told
+
+
 def test_scikit_fem_form() -> None:
     shown = example("scikit_fem_form")
     assert_allclose(shown.deflection, shown.expected[0], rtol=1e-6)

@@ -18,8 +18,8 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
     "numbers, names, errors": (
-        "cache errors clock states batch entries arm rotation names renamed dofs provenance orientation shape_rules "
-        "member_law structure/parts"
+        "cache errors clock states batch entries arm rotation names renamed dofs provenance listing orientation "
+        "shape_rules member_law structure/parts"
     ),
     "recorded calculations": "program/*",
     "loads": "added_forms loads",
@@ -39,7 +39,7 @@ LAYERS = {
     "broadcasting solution": "batched/broadcast",
     "what can move": "error_bounds/resolved results/held results/idle results/singular",
     "linear solution, as others see it": "results/linear",
-    "files": "results/base paraview/* results/saved",
+    "files and figures": "results/base paraview/* graphics/* results/saved",
     "results": "results/*",
     "clearances": "clearances/*",
     "bounds": "error_bounds/bounds error_bounds/reached error_bounds/sensitivity",
@@ -55,8 +55,8 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "clearance planar intervals distributions moments sampling spread propagation/* sensitivity failure/* fits/* "
-        "measured/*"
+        "clearance planar intervals distributions moments normality sampling spread propagation/* sensitivity "
+        "failure/* fits/* measured/*"
     ),
     "what jobs share": "job/*",
     "linkage": "linkage/*",

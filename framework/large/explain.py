@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..clearances.clearance import loose_joints
+from ..listing import Explanation
 from .elimination import LARGE
 from .results import LargeResults
 
@@ -19,18 +20,17 @@ def explain(solution: LargeResults, steps: int) -> str:
     inside = f"is kept to the {_PLANES[model.components[-1]]} plane" if len(model.components) == 3 else "moves in space"
     factors = "one factorisation for all" if model.free <= LARGE else "sparse factors of one entry after another"
     loose = loose_joints(frame) if model.clearance else []
-    return "\n".join(
-        [
-            f"Large displacement: batch shape {frame.shape}, {count} entries"
-            + (f", of which {absent} are left out." if absent else "."),
-            f"Members are cut into {len(model.topology.pieces)} corotational pieces; the frame {inside}.",
-            f"Coordinates: {model.free} unknown, {len(model.driven)} given; {len(model.joints)} joints, links and "
-            f"supports carry nodes along, {len(model.loops)} close loops.",
-            _clearances(solution, loose),
-            f"Load steps: {steps}. In each, Newton's method ({factors}) for the entries that it has not yet solved; "
-            "where it fails, smaller steps, the way out of a saddle along its mode, and the descent of the energy.",
-        ]
-    )
+    lines = [
+        f"Large displacement: batch shape {frame.shape}, {count} entries"
+        + (f", of which {absent} are left out." if absent else "."),
+        f"Members are cut into {len(model.topology.pieces)} corotational pieces; the frame {inside}.",
+        f"Coordinates: {model.free} unknown, {len(model.driven)} given; {len(model.joints)} joints, links and "
+        f"supports carry nodes along, {len(model.loops)} close loops.",
+        _clearances(solution, loose),
+        f"Load steps: {steps}. In each, Newton's method ({factors}) for the entries that it has not yet solved; "
+        "where it fails, smaller steps, the way out of a saddle along its mode, and the descent of the energy.",
+    ]
+    return Explanation("\n".join(lines))
 
 
 def _clearances(solution: LargeResults, loose: list[str]) -> str:

@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..errors import FrameError
+from ..graphics.deformed import round_scale
+from ..graphics.units import quantity, scaled, stress_unit
 from ..paraview.entries import Index
 from ..paraview.scene import beams, solved, taken
 from ..solution import Solution
 from .shapes import Surface, arrow, block, cone, copies, sphere, tubes, upright
 
 STATIONS = 24
+# What can colour the members, in words.
+COLOURS = {"von_mises": "von Mises stress", "displacement": "displacement"}
 # Ends of a colour range, per power of ten.
 TOPS = (1.0, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 4.0, 5.0, 6.0, 8.0)
 # Largest displacement and longest arrow drawn, as shares of the structure's size.
@@ -42,6 +46,10 @@ class Drawing:
         Factor on the displacements.
     solved
         Whether there is a solution, (T,).
+    label
+        What the values are, with their unit.
+    force_unit
+        Unit of the forces.
     """
 
     rest: Array
@@ -55,6 +63,8 @@ class Drawing:
     forces: Array
     scale: float
     solved: NDArray[np.bool_]
+    label: str = ""
+    force_unit: str = "N"
 
     @property
     def top(self) -> float:
@@ -79,6 +89,12 @@ class Drawing:
         nodes, moved = self.loaded
         tails = nodes + self.scale * moved - self._arrows
         return np.concatenate([self.points, tails.reshape(-1, 3)])
+
+    def told_forces(self, pose: int) -> list[tuple[Array, str]]:
+        """Where each arrow begins, (3,), and how great its force is; those that are zero have none."""
+        sizes = np.linalg.norm(self.forces[pose], axis=-1)
+        tails = self._displaced(self.loaded, pose) - 1.12 * self._arrows[pose]
+        return [(tail, quantity(size, self.force_unit)) for tail, size in zip(tails, sizes, strict=True) if size > 0.0]
 
     @property
     def margin(self) -> float:
@@ -174,7 +190,9 @@ class Drawing:
         return places
 
 
-def drawing(solution: Solution, index: Index, scale: float | None, colour: str) -> Drawing:
+def drawing(
+    solution: Solution, index: Index, scale: float | None, colour: str, units: tuple[str, str] = ("m", "N")
+) -> Drawing:
     """Collect what is drawn of the batch entries `index`.
 
     Parameters
@@ -186,7 +204,9 @@ def drawing(solution: Solution, index: Index, scale: float | None, colour: str) 
     scale
         Factor on the displacements; None for a round one that makes them visible.
     colour
-        ``von_mises`` or ``displacement``.
+        One of `COLOURS`.
+    units
+        Units of length and force, of which that of the values is made.
     """
     frame = solution.frame
     if not frame.members:
@@ -199,20 +219,24 @@ def drawing(solution: Solution, index: Index, scale: float | None, colour: str) 
 
     shift = by_member(part.point_data["displacement"])
     values = np.linalg.norm(shift, axis=-1) if colour == "displacement" else by_member(part.point_data[colour])
+    greatest = float(np.abs(values).max(initial=0.0, where=np.isfinite(values)))
+    factor, unit = scaled(greatest, units[0] if colour == "displacement" else stress_unit(units))
     loads = {node: force for node in frame.loads if np.any(force := _force(solution, node))}
     rest = by_member(part.points)
     return Drawing(
         rest=rest,
         shift=shift,
-        values=values,
+        values=factor * values,
         joints=_nodes(solution, index, [link.first for link in frame.joints.values()]),
         supports=_nodes(solution, index, list(frame.supports))[0],
         held=np.array([[k in held for k in range(6)] for held in frame.supports.values()], dtype=bool).reshape(-1, 6),
         members_at=_stacked(solution, index, [_leaving(solution, node) for node in frame.supports]),
         loaded=_nodes(solution, index, list(loads)),
         forces=_stacked(solution, index, list(loads.values())),
-        scale=_visible(shift, diagonal(rest)) if scale is None else scale,
+        scale=round_scale(shift, SHOWN * diagonal(rest)) if scale is None else scale,
         solved=solved(solution, index),
+        label=f"{COLOURS[colour]} [{unit}]",
+        force_unit=units[1],
     )
 
 
@@ -220,15 +244,6 @@ def diagonal(points: Array) -> float:
     """Diagonal of the box around points (..., 3)."""
     flat = points.reshape(-1, 3)
     return float(np.linalg.norm(flat.max(axis=0) - flat.min(axis=0)))
-
-
-def _visible(shift: Array, size: float) -> float:
-    """The greatest 1, 2 or 5 times a power of ten that draws no displacement longer than allowed."""
-    greatest = float(np.linalg.norm(shift, axis=-1).max())
-    if greatest == 0.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(SHOWN * size / greatest))
-    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power * greatest <= SHOWN * size))
 
 
 def _force(solution: Solution, node: str) -> Array:

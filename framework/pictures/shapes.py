@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +51,44 @@ def tubes(curves: Array, values: Array, radius: float) -> Surface:
     corner = np.arange(points.size // 3).reshape(points.shape[:-1])
     shade = np.broadcast_to(values[:, ring, None], points.shape[:-1])
     return Surface(points.reshape(-1, 3), normals.reshape(-1, 3), _quads(corner), shade.reshape(-1))
+
+
+def prism(corners: Array, start: Array, end: Array, axes: Array) -> Surface:
+    """A convex outline drawn out from one point to another, flat at both ends.
+
+    Parameters
+    ----------
+    corners
+        Outline in the plane across, (k, 2), counterclockwise seen against the way.
+    start, end
+        Where it begins and ends, (3,).
+    axes
+        Unit vectors as rows: along, and the two axes of the outline, (3, 3).
+    """
+    k = len(corners)
+    rim = corners @ axes[1:]
+    after, middle = np.roll(rim, -1, axis=0), np.broadcast_to(rim.mean(axis=0), rim.shape)
+    edge = np.roll(corners, -1, axis=0) - corners
+    out = np.stack([edge[:, 1], -edge[:, 0]], axis=-1) @ axes[1:]
+    out /= np.linalg.norm(out, axis=-1, keepdims=True)
+    sides = np.stack([start + rim, start + after, end + after, end + rim], axis=1)
+    first = np.stack([start + middle, start + after, start + rim, start + middle], axis=1)
+    last = np.stack([end + middle, end + rim, end + after, end + middle], axis=1)
+    points = np.concatenate([sides, first, last]).reshape(-1, 3)
+    ends = np.broadcast_to(axes[0], (4 * k, 3))
+    normals = np.concatenate([np.repeat(out, 4, axis=0), -ends, ends])
+    return Surface(points, normals, np.arange(len(points)).reshape(-1, 4), np.zeros(len(points)))
+
+
+def joined(surfaces: Sequence[Surface]) -> Surface:
+    """Several surfaces as one."""
+    first = np.cumsum([0, *(len(each.points) for each in surfaces)])
+    return Surface(
+        np.concatenate([np.zeros((0, 3)), *(each.points for each in surfaces)]),
+        np.concatenate([np.zeros((0, 3)), *(each.normals for each in surfaces)]),
+        np.concatenate([np.zeros((0, 4), np.int64), *(e.faces + k for e, k in zip(surfaces, first, strict=False))]),
+        np.concatenate([np.zeros(0), *(each.values for each in surfaces)]),
+    )
 
 
 def sphere() -> Surface:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -11,10 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array, Shape, finite
 from ..description import Description
-from ..errors import FrameError
+from ..dofs import DISPLACEMENTS
+from ..errors import FrameError, MechanismWarning
+from ..listing import counted, html_table, number
 from ..names import found, plain
 from ..provenance import regular_there
 from ..states import SolutionState, States, among
+
+# Displacements that are computed for a notebook to show.
+SHOWN_AT_ONCE = 100_000
 
 
 class Recovered(Protocol):
@@ -70,7 +76,24 @@ class Results(ABC):
         return self.frame.shape
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self.frame!r}>"
+        # Nothing is solved to be printed: how entries came out is told once it is known.
+        known = vars(self).get("state")
+        told = "" if known is None else f": {counted(known, SolutionState)}"
+        return f"<{type(self).__name__} of {self.frame!r}{told}>"
+
+    def _repr_html_(self) -> str:
+        """In a notebook: the greatest displacement of each node over the batch, and the state of the entries."""
+        nodes = list(self.frame.nodes)
+        if len(nodes) * int(np.prod(self.shape)) > SHOWN_AT_ONCE:
+            return html_table(repr(self), ["node"], [[name] for name in nodes])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MechanismWarning)  # the counts tell it
+            size = np.abs(np.broadcast_to(self.displacements(), (*self.shape, len(nodes), 6)))
+            told = f"{type(self).__name__} of shape {self.shape}: {counted(self.state, SolutionState)}"
+        most = size.max(axis=tuple(range(size.ndim - 2)), initial=0.0, where=np.isfinite(size))
+        rows = [[name, *map(number, row)] for name, row in zip(nodes, most.tolist(), strict=True)]
+        title = f"{told}. Greatest displacement and rotation (rad) of each node, without sign:"
+        return html_table(title, ["node", *DISPLACEMENTS], rows)
 
     # -- of each kind its own ---------------------------------------------------------------------------------------
 

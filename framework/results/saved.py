@@ -1,18 +1,23 @@
-"""Results that write themselves to files."""
+"""Results that write themselves to files, and draw themselves."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from ..graphics.plots import plot_solution
 from ..paraview.export import save
 from .base import Results
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 
 class SavedResults(Results):
-    """Results by name, which files for ParaView are made of."""
+    """Results by name, which files for ParaView and figures are made of."""
 
     def save(
         self,
@@ -61,3 +66,59 @@ class SavedResults(Results):
         ['rod', 'rod.pvd']
         """
         save(self, path, entry=entry, axis=axis, times=times, stations=stations)
+
+    def plot(
+        self,
+        what: str = "deformed",
+        ax: Axes | None = None,
+        *,
+        entry: int | tuple[int, ...] | None = None,
+        scale: float | None = None,
+        names: bool = True,
+        units: tuple[str, str] = ("m", "N"),
+    ) -> Axes:
+        """Draw one entry: the deformed frame, its stress, or the diagram of a section force along its members.
+
+        What lies, and is displaced, in a coordinate plane is drawn in it. Diagrams stand across their members, bending
+        moments on the side in tension; in a plane numbers have their signs (moments positive about the plane's normal,
+        shear towards the left of the member), in space they are sizes.
+
+        Parameters
+        ----------
+        what
+            ``deformed``, ``von_mises``, or ``N``, ``V``, ``T``, ``M``.
+        ax
+            Axes of matplotlib to draw on, in space for a frame in space; new ones where None.
+        entry
+            Indices of the batch entry; not needed where the batch holds one.
+        scale
+            Factor on the displacements; a round one that shows them where None. It stands above the figure.
+        names
+            Whether nodes are named.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on, in the frame's own lengths.
+
+        Raises
+        ------
+        FrameError
+            If there is nothing of that name, no member, or no such entry.
+
+        Examples
+        --------
+        >>> import matplotlib; matplotlib.use("Agg")
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=-10.0)
+        >>> frame.solve().plot("M").get_title(loc="left")
+        'bending moment M [N m], on the side in tension'
+        """
+        return plot_solution(self, ax, what, entry, scale, names, units)

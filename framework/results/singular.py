@@ -8,17 +8,20 @@ import numpy as np
 
 from ..batch import Array
 from ..batched.plan import Plan
+from ..dofs import DISPLACEMENTS
 from ..error_bounds.compliance import DenseCompliance
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..error_bounds.kinematics import Real, extended
 from ..error_bounds.resolved import MOST, hard_state
 from ..errors import FrameError
+from ..listing import number as told_number
+from ..listing import text_table
 from ..solvers.sparse import SparseSolver
 from .held import ZERO
 from .status import reach
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FreeMotion:
     """Motions of one batch entry that nothing resists, as small as one likes.
 
@@ -45,6 +48,21 @@ class FreeMotion:
     drive: Array
     solvable: bool
     _displacements: dict[str, Array]
+
+    def __repr__(self) -> str:
+        """The motions of the joints as a short table."""
+        if not self.count:
+            return f"FreeMotion: none of {len(self._displacements)} nodes"
+        does = "the load does work on the first" if not self.solvable else "the load does no work on them"
+        rows = [
+            [name, str(k + 1), *map(told_number, np.where(np.abs(moved[k]) > 1e-9, moved[k], 0.0))]
+            for name, moved in self.joints.items()
+            for k in range(self.count)
+            if np.abs(moved[k]).max() > 1e-9
+        ]
+        noun = "motion" if self.count == 1 else "motions"
+        title = f"FreeMotion: {self.count} {noun} of {len(self._displacements)} nodes; {does}"
+        return text_table(title, ["joint", "motion", *DISPLACEMENTS], rows) if rows else title
 
     def displacement(self, node: str) -> Array:
         """Displacement and rotation of a node in each motion, in global axes.

@@ -1,19 +1,21 @@
-"""The paper's Figures 6 and 7 for a point of any linkage: its trajectory with its spread, and histograms.
+"""The paper's Figures 6 and 7 for points of any linkage: their trajectories with their spread, and histograms.
 
 Every function returns a `matplotlib.figure.Figure`; nothing here touches pyplot or a display.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..moments import Moments
-from ..sampling import Normal
+from ...framework.graphics.canvas import few_ticks, frame_in_space
+from ...framework.graphics.style import BLUE, GREY, INK, ORANGE, PALE, SKY, styled
 from .envelope import swept
-from .style import BLUE, GREY, INK, ORANGE, SKY, figure, styled
+from .histogram import draw_histogram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,15 +23,38 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Name of a point, and of the two directions in which it is drawn.
+# Name of a point, and of the directions in which it is drawn.
 Point = tuple[str, str]
 
 # More sampled paths and points than this only make the picture darker.
 MOST_PATHS, MOST_POINTS = 200, 2000
-# Fill of the region that samples sweep, and the name of its patches in the drawing.
-PALE, ENVELOPE = "#edf3f9", "envelope"
-# Samples that differ by less than this share of their size differ by rounding.
-SAME = 1e-9
+# Name of the patches of the region that samples sweep, in the drawing.
+ENVELOPE = "envelope"
+# Legends that lie over curves.
+PAPER: Any = {"frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.85}
+
+
+@dataclass(frozen=True, eq=False)
+class TracedPoint:
+    """What is drawn of a point.
+
+    Attributes
+    ----------
+    name, ways
+        Its name, and the global directions that are drawn, two or three of ``xyz``.
+    path
+        Positions along the whole path with rigid links and no clearance, (k, directions), metres.
+    rigid
+        The same at the poses, (poses, directions).
+    samples
+        Displacements, (poses, samples, directions), metres; NaN at singular poses.
+    """
+
+    name: str
+    ways: str
+    path: Array
+    rigid: Array
+    samples: Array
 
 
 @styled
@@ -61,38 +86,111 @@ def draw_trajectory(
     Figure
         The path with displacements magnified, and one pose to true scale.
     """
-    drawn_on, (left, right) = figure(7.6, 4.2, ratios=(1.25, 1.0))
-    places, spread = 1e3 * rigid[:, :2], 1e3 * samples[..., :2]
-    regular = np.asarray(np.isfinite(spread).all(axis=-1).any(axis=-1))
+    one = TracedPoint(point[0], point[1], path[..., :2], rigid[..., :2], samples[..., :2])
+    return draw_trajectories([one], magnify, pose, where)
 
+
+@styled
+def draw_trajectories(points: Sequence[TracedPoint], magnify: float, pose: int, where: str) -> Figure:
+    """Figure 6 for several points, one below the other.
+
+    Parameters
+    ----------
+    points
+        At least one.
+    magnify, pose, where
+        As for `draw_trajectory`.
+
+    Returns
+    -------
+    Figure
+        For each point its path with displacements magnified and one pose to true scale; of a point in space the
+        latter in the three coordinate planes.
+    """
+    from matplotlib.figure import Figure
+
+    spatial = len(points[0].ways) > 2
+    height = 7.4 if spatial else 4.2
+    drawn_on = Figure(figsize=(7.6, height * len(points)), dpi=200, layout="constrained")
+    for part, point in zip(drawn_on.subfigures(len(points), 1, squeeze=False)[:, 0], points, strict=True):
+        if spatial:
+            above, below = part.subfigures(2, 1, height_ratios=(1.9, 1.0))
+            _path_in_space(above.add_subplot(projection="3d"), point, magnify, pose, where)
+            for axes, pair in zip(below.subplots(1, 3), ((0, 1), (0, 2), (1, 2)), strict=True):
+                _cloud(axes, point, pose, where, pair, legend=False)
+        else:
+            left, right = part.subplots(1, 2, width_ratios=(1.25, 1.0))
+            _path(left, point, magnify, pose, where)
+            _cloud(right, point, pose, where, (0, 1), legend=True)
+    return drawn_on
+
+
+def _path(axes: Axes, point: TracedPoint, magnify: float, pose: int, where: str) -> None:
+    places, spread = 1e3 * point.rigid, 1e3 * point.samples
     moved = places[:, None] + magnify * spread
-    _envelope(left, moved)
+    _envelope(axes, moved)
     drawn = moved[:, :MOST_PATHS]
-    left.plot(drawn[..., 0], drawn[..., 1], color=SKY, lw=0.35, alpha=0.55, zorder=1)
-    left.plot([], [], color=SKY, lw=1.0, label=f"{drawn.shape[1]} samples")
-    left.plot([], [], color=BLUE, lw=1.1, label="their envelope")
-    left.plot(*(1e3 * path[:, :2].T), color=INK, lw=1.0, zorder=4, label="rigid path")
+    axes.plot(drawn[..., 0], drawn[..., 1], color=SKY, lw=0.35, alpha=0.55, zorder=1)
+    axes.plot([], [], color=SKY, lw=1.0, label=f"{drawn.shape[1]} samples")
+    axes.plot([], [], color=BLUE, lw=1.1, label="their envelope")
+    _rigid(axes, point, pose, where)
+    name, x, y = point.name, point.ways[0], point.ways[1]
+    axes.set(xlabel=f"{x} of {name} [mm]", ylabel=f"{y} of {name} [mm]", aspect="equal", adjustable="datalim")
+    axes.set_title(f"displacements × {magnify:g}", loc="left")
+    axes.legend(loc="best", handlelength=1.6, **PAPER)
+    few_ticks(axes)
+
+
+def _rigid(axes: Any, point: TracedPoint, pose: int, where: str) -> None:
+    """The rigid path, where it has no answer, and the pose that is shown beside it."""
+    places, spread = 1e3 * point.rigid, point.samples
+    axes.plot(*(1e3 * point.path.T), color=INK, lw=1.0, zorder=4, label="rigid path")
+    regular = np.asarray(np.isfinite(spread).all(axis=-1).any(axis=-1))
     singular = ~regular & np.isfinite(places).all(axis=-1)
     if singular.any():
-        left.plot(*places[singular].T, "x", color=ORANGE, ms=7, mew=1.6, zorder=5, label="singular pose", ls="")
-    left.plot(*places[pose], "o", mfc="none", mec=ORANGE, ms=9, mew=1.2, zorder=6)
-    name, x, y = point[0], point[1][0], point[1][1]
-    left.set(xlabel=f"{x} of {name} [mm]", ylabel=f"{y} of {name} [mm]", aspect="equal", adjustable="datalim")
-    left.set_title(f"displacements × {magnify:g}", loc="left")
-    left.legend(loc="best", handlelength=1.6)
+        axes.plot(*places[singular].T, "x", color=ORANGE, ms=7, mew=1.6, zorder=5, label="singular pose", ls="")
+    at = places[pose : pose + 1].T
+    axes.plot(*at, "o", mfc="none", mec=ORANGE, ms=9, mew=1.2, zorder=6, ls="", label=where)
 
-    cloud = spread[pose][np.isfinite(spread[pose]).all(axis=-1)]
-    right.axhline(0.0, color=GREY, lw=0.6)
-    right.axvline(0.0, color=GREY, lw=0.6)
-    right.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
-    _ellipses(right, cloud)
-    right.plot(*cloud.mean(0), "+", color=ORANGE, ms=10, mew=1.8, label="mean")
-    right.set(aspect="equal", adjustable="datalim")
-    right.set_xlabel(_displacement(x, name), parse_math=True)
-    right.set_ylabel(_displacement(y, name), parse_math=True)
-    right.set_title(f"true scale at {where}", loc="left")
-    right.legend(loc="upper right", handlelength=1.6)
-    return drawn_on
+
+def _path_in_space(axes: Any, point: TracedPoint, magnify: float, pose: int, where: str) -> None:
+    moved = 1e3 * (point.rigid[:, None] + magnify * point.samples)
+    for path in np.moveaxis(moved[:, :MOST_PATHS], 1, 0):
+        axes.plot(*path.T, color=SKY, lw=0.4, alpha=0.6)
+    axes.plot([], [], [], color=SKY, lw=1.0, label=f"{min(moved.shape[1], MOST_PATHS)} samples")
+    _rigid(axes, point, pose, where)
+    everything = np.concatenate([moved.reshape(-1, 3), 1e3 * point.path])
+    frame_in_space(axes, everything[np.isfinite(everything).all(axis=-1)])
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
+    axes.set_title(f"{point.name}, displacements × {magnify:g}", loc="left")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.6)
+
+
+def _cloud(axes: Axes, point: TracedPoint, pose: int, where: str, pair: tuple[int, int], *, legend: bool) -> None:
+    """Displacements at one pose in two directions, with their ellipses; zero only where it is not far off."""
+    spread = 1e3 * point.samples[pose]
+    cloud = spread[np.isfinite(spread).all(axis=-1)][:, pair]
+    if not len(cloud):
+        axes.set_title(f"no sample has a result at {where}", loc="left")
+        axes.set_axis_off()
+        return
+    factor, unit = small(cloud)
+    cloud = factor * cloud
+    axes.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
+    _ellipses(axes, cloud)
+    axes.plot(*cloud.mean(0), "+", color=ORANGE, ms=10, mew=1.8, label="mean")
+    # One that spreads in one direction alone is still as wide as it is far off by rounding.
+    axes.set(aspect="equal", adjustable="datalim")
+    low, high = zip(axes.get_xlim(), axes.get_ylim(), strict=True)
+    for least, most, line in zip(low, high, (axes.axvline, axes.axhline), strict=True):
+        if least < 0.0 < most:
+            line(0.0, color=GREY, lw=0.6)
+    for axis, k in (("x", pair[0]), ("y", pair[1])):
+        getattr(axes, f"set_{axis}label")(displacement_label(point.ways[k], point.name, unit), parse_math=True)
+    axes.set_title(f"true scale at {where}", loc="left")
+    if legend:
+        axes.legend(loc="best", handlelength=1.6, **PAPER)
+    few_ticks(axes, 5)
 
 
 @styled
@@ -113,42 +211,52 @@ def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy"))
     Figure
         One panel for each direction.
     """
-    of, names = point
-    drawn_on, panels = figure(3.8 * len(names), 3.2, ratios=(1.0,) * len(names))
-    there = displacement[np.isfinite(displacement).all(axis=-1)]
-    for axes, name, values in zip(panels, names, 1e3 * there[:, : len(names)].T, strict=True):
-        if np.ptp(values) <= SAME * np.abs(values).max():
-            _one_value(axes, _displacement(name, of), where, float(values[0]))
-            continue
-        moments = Moments.of(values)
-        mean, std = float(moments.mean), float(moments.std)
-        axes.hist(values, bins="auto", density=True, color=SKY, ec="white", lw=0.8)
-        grid = np.linspace(min(values.min(), mean - 3.5 * std), max(values.max(), mean + 3.5 * std), 400)
-        axes.plot(grid, Normal(mean, std).pdf(grid), color=BLUE, lw=1.6, label="normal fit")
-        ticks = values[:MOST_PATHS]
-        axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
-        axes.set_xlabel(_displacement(name, of), parse_math=True)
-        axes.set_ylabel("density [1/mm]")
-        title = (
-            f"{where}, with standard errors:\nμ = {mean:.3f} ± {moments.standard_error:.3f} mm,"
-            f"  σ = {std:.3f} ± {moments.std_standard_error:.3f} mm"
-        )
-        axes.set_title(title.replace("-", "−"), loc="left")
+    return draw_all_histograms([(displacement, point)], where)
+
+
+@styled
+def draw_all_histograms(spreads: Sequence[tuple[Array, Point]], where: str) -> Figure:
+    """Figure 7 for several points, one below the other.
+
+    Parameters
+    ----------
+    spreads
+        Displacements (samples, directions or more) and names of each point, as for `draw_histograms`.
+    where
+        Which pose that is.
+
+    Returns
+    -------
+    Figure
+        A row of panels for each point.
+    """
+    from matplotlib.figure import Figure
+
+    most = max(len(names) for _, (_, names) in spreads)
+    drawn_on = Figure(figsize=(max(4.2, 3.8 * most), 3.4 * len(spreads)), dpi=200, layout="constrained")
+    for row, (displacement, (of, names)) in zip(
+        drawn_on.subfigures(len(spreads), 1, squeeze=False)[:, 0], spreads, strict=True
+    ):
+        there = displacement[np.isfinite(displacement).all(axis=-1)]
+        panels = row.subplots(1, len(names), squeeze=False)[0]
+        for axes, name, values in zip(panels, names, 1e3 * there[:, : len(names)].T, strict=True):
+            factor, unit = small(values)
+            draw_histogram(axes, factor * values, displacement_label(name, of), unit, where)
     return drawn_on
 
 
-def _one_value(axes: Axes, label: str, where: str, value: float) -> None:
-    """A panel for samples that are all the same."""
-    axes.axvline(value, color=BLUE, lw=1.6)
-    axes.set_xlabel(label, parse_math=True)
-    axes.set_yticks([])
-    axes.set_title(f"{where}, all samples the same: {value:.3g} mm".replace("-", "−"), loc="left")
+def small(values: Array) -> tuple[float, str]:
+    """What to multiply lengths in mm with, and the unit that they then have: smaller where all are."""
+    greatest = float(np.abs(values).max(initial=0.0, where=np.isfinite(values)))
+    if greatest == 0.0 or greatest >= 0.1:
+        return 1.0, "mm"
+    return (1e3, "µm") if greatest >= 1e-4 else (1e6, "nm")
 
 
-def _displacement(way: str, point: str) -> str:
+def displacement_label(way: str, point: str, unit: str = "") -> str:
     """Label with mathematics, of which the point's name is none."""
     plain = point.replace("$", r"\$")
-    return f"$u_{way}$ of {plain} [mm]"
+    return f"$u_{way}$ of {plain}{f' [{unit}]' if unit else ''}"
 
 
 def _envelope(axes: Axes, places: Array) -> None:

@@ -54,10 +54,10 @@ def rows(outcome: Outcome) -> Iterator[tuple[str, list[float], list[float], str]
         yield outcome.drives[pose], values[row].tolist(), doubts[row].tolist(), str(outcome.marked_status[pose])
 
 
-def as_text(outcome: Outcome) -> str:
-    """The table for a terminal; empty where no pose needs it."""
+def as_text(outcome: Outcome, width: int | None = None) -> str:
+    """The table for a terminal of that width; empty where no pose needs it."""
     found = _cells(outcome)
-    return aligned([_heading(outcome), *found]) if found else ""
+    return aligned([_heading(outcome), *found], width) if found else ""
 
 
 def section(outcome: Outcome, point: str, file: str) -> list[str]:

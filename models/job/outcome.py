@@ -197,8 +197,12 @@ class Outcome(ABC):
 
 
 def magnification(displacement: Array, size: float) -> float:
-    """Factor on drawn displacements that makes them visible beside a size: 1, 2 or 5 times a power of ten."""
-    largest = float(np.nanquantile(displacement, 0.9)) if np.isfinite(displacement).any() else 0.0
+    """Factor on drawn displacements that makes them visible beside a size: 1, 2 or 5 times a power of ten.
+
+    Most are to stay within that size; where a few are huge, as near singular poses, what is typical is to be seen.
+    """
+    middle, most = np.nanquantile(displacement, (0.5, 0.9)) if np.isfinite(displacement).any() else (0.0, 0.0)
+    largest = float(min(3.0 * middle, most) or most)
     if largest == 0.0:
         return 1.0
     factor = size / largest

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from argparse import ArgumentParser, ArgumentTypeError, _ArgumentGroup
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -15,6 +17,8 @@ SIGNS = {"four-bar": ("table1.csv", "reactions.csv"), "run": ("table.csv", "reac
 
 # Which figures a job draws: none, those in the plane, or these and the picture in space.
 FIGURES = ("none", "2d", "all")
+# Forms in which figures in the plane can be written; that in space is made of pixels.
+FORMATS = ("png", "svg", "pdf")
 
 
 @contextmanager
@@ -40,10 +44,17 @@ def results(out: Path, job: str, earlier: Iterable[str]) -> Iterator[Path]:
     with whole_or_nothing(out) as stage:
         yield stage
         new = {path.relative_to(stage) for path in stage.rglob("*")}
-    for pattern in earlier:
+    for pattern in _any_format(earlier):
         for path in out.glob(pattern):
             if path.relative_to(out) not in new:
                 path.unlink(missing_ok=True)
+
+
+def _any_format(patterns: Iterable[str]) -> Iterator[str]:
+    """Patterns of files, those of figures in every form."""
+    for pattern in patterns:
+        stem, dot, ending = pattern.rpartition(".")
+        yield from (f"{stem}{dot}{each}" for each in FORMATS) if ending == "png" else (pattern,)
 
 
 def _refuse_mixing(out: Path, job: str) -> None:
@@ -53,6 +64,11 @@ def _refuse_mixing(out: Path, job: str) -> None:
                 f"--out {out} holds the results of linkframe {other} ({', '.join(signs)}, ...), which would mix with "
                 f"those of linkframe {job}: give another folder, or remove them first"
             )
+
+
+def terminal_width() -> int | None:
+    """Characters in a line of the terminal; None where what is printed goes elsewhere."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def written(stage: Path) -> list[str]:
@@ -83,4 +99,9 @@ def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, told: 
     parser.add_argument(
         "--figures", choices=FIGURES, default="all",
         help="which are drawn: none, those in the plane, or these and the picture in space",
+    )  # fmt: skip
+    parser.add_argument("--wide", action="store_true", help="print the table in one piece, wider than the terminal")
+    parser.add_argument(
+        "--format", choices=FORMATS, nargs="+", default=["png"],
+        help="forms of the figures in the plane, one or more; the report shows the first that browsers show",
     )  # fmt: skip

@@ -49,7 +49,10 @@ class Report:
         str
             Markdown.
         """
-        figures = [f"![{caption}]({file})\n\n{caption}" for file, caption in pictures.items()]
+        # A PDF cannot be shown in a page: it is linked to.
+        figures = [
+            f"{'' if file.endswith('.pdf') else '!'}[{text}]({file})\n\n{text}" for file, text in pictures.items()
+        ]
         paragraphs = [
             f"# {self.title}",
             *self.summary,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from ...framework.errors import MechanismWarning
-from .output import results, written
+from .output import results, terminal_width, written
 from .rendered import picture
 from .report import Report
 from .stages import Advance, Stages
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 # Level at which zlib packs the pixels of figures: up to a third larger than usual, in a fifth of the time.
 FAST = 1
+# What keeps the date out of a file.
+UNDATED: Mapping[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
 class Job(ABC):
@@ -93,11 +95,11 @@ class Job(ABC):
         """What the reader of the numbers should know before using them."""
 
     @abstractmethod
-    def summary(self) -> str:
-        """What a terminal shows: the table, and what explains it."""
+    def summary(self, width: int | None = None) -> str:
+        """What a terminal of that width shows: the table, and what explains it."""
 
 
-def run(job: Job, out: Path, figures: str = "all") -> None:
+def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("png",), wide: bool = False) -> None:
     """Run a job and print its table.
 
     Parameters
@@ -108,6 +110,10 @@ def run(job: Job, out: Path, figures: str = "all") -> None:
         Directory for the results; made if it does not exist. Files of an earlier run are replaced, others stay.
     figures
         Which are drawn: ``"none"``, ``"2d"``, or with the picture in space ``"all"``.
+    formats
+        Forms of the figures in the plane, such as ``"svg"``; the picture in space is a PNG.
+    wide
+        Whether the table is printed in one piece, however wide the terminal is.
 
     Raises
     ------
@@ -133,7 +139,7 @@ def run(job: Job, out: Path, figures: str = "all") -> None:
         if plane:
             with stages("figures"):
                 for name, figure in job.figures():
-                    figure.savefig(stage / name, pil_kwargs={"compress_level": FAST})
+                    _write(figure, stage / name, formats)
         with stages("ParaView files"):
             job.save(stage / "trajectory.pvd")
         notes = []
@@ -142,10 +148,30 @@ def run(job: Job, out: Path, figures: str = "all") -> None:
                 notes = drawn.wait()
         with stages("report"):
             notes = [*job.remarks(), *notes]
-            pictures = {name: text for name, text in job.captions().items() if (stage / name).exists()}
+            pictures = dict(_pictures(stage, job.captions(), formats))
             text = job.report().text(pictures, notes, stages.seconds)
             (stage / "report.md").write_text(text, encoding="utf-8")
         stages.close()
         files = written(stage)
-    print("\n\n".join([job.summary(), *notes]))
+    print("\n\n".join([job.summary(None if wide else terminal_width()), *notes]))
     print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")
+
+
+def _write(figure: Figure, path: Path, formats: Sequence[str]) -> None:
+    """Write a figure in some forms; the text of an SVG stays text."""
+    from matplotlib import rc_context
+
+    for form in dict.fromkeys(formats):
+        # Two runs of the same inputs write the same bytes: without dates, and with the same names inside.
+        with rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem, "pdf.fonttype": 42}):
+            told: dict[str, Any] = {"pil_kwargs": {"compress_level": FAST}} if form == "png" else {}
+            figure.savefig(path.with_suffix(f".{form}"), metadata=UNDATED.get(form), **told)
+
+
+def _pictures(folder: Path, captions: Mapping[str, str], formats: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Files that a report can show, with their captions; a PDF stands as a link where there is nothing else."""
+    forms = sorted({*formats, "png"}, key=lambda form: (form == "pdf", formats.index(form) if form in formats else 99))
+    for name, text in captions.items():
+        found = (path.name for form in forms if (path := (folder / name).with_suffix(f".{form}")).exists())
+        if file := next(found, None):
+            yield file, text

@@ -18,11 +18,40 @@ def separated(heading: Sequence[str], rows: Iterable[Sequence[float | str | None
     return text.getvalue()
 
 
-def aligned(lines: Sequence[Sequence[str]]) -> str:
-    """Columns for a terminal, aligned to the right but for the last."""
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    cells = [[text.rjust(width) for text, width in zip(line[:-1], widths, strict=False)] for line in lines]
-    return "\n".join("  ".join([*row, line[-1]]) for row, line in zip(cells, lines, strict=True))
+def aligned(lines: Sequence[Sequence[str]], width: int | None = None) -> str:
+    """Columns for a terminal, aligned to the right but for the last.
+
+    Parameters
+    ----------
+    lines
+        A heading and rows, as cells.
+    width
+        Characters that a line may have: what is wider comes in several tables below each other, each beginning with
+        the first column. The last column, in words, may go beyond. None for one table however wide.
+    """
+    columns = list(zip(*lines, strict=True))
+    widths = [max(map(len, column)) for column in columns]
+    tables = [_joined(columns, widths, numbers) for numbers in _parts(widths, len(columns[-1][0]), width)]
+    return "\n\n".join(tables)
+
+
+def _joined(columns: Sequence[Sequence[str]], widths: Sequence[int], numbers: Sequence[int]) -> str:
+    """Some of the columns side by side; the last of all to the left."""
+    last = len(columns) - 1
+    cells = [columns[k] if k == last else [text.rjust(widths[k]) for text in columns[k]] for k in numbers]
+    return "\n".join("  ".join(row) for row in zip(*cells, strict=True))
+
+
+def _parts(widths: Sequence[int], last: int, width: int | None) -> list[list[int]]:
+    """Numbers of the columns of each table; the last column counts with its heading alone."""
+    parts = [[0]]
+    for k in range(1, len(widths)):
+        own = last if k == len(widths) - 1 else widths[k]
+        used = sum(widths[n] + 2 for n in parts[-1])
+        if width is not None and used + own > width and len(parts[-1]) > 1:
+            parts.append([0])
+        parts[-1].append(k)
+    return parts
 
 
 def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]], left: int = 0) -> str:

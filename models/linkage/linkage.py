@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,10 +12,14 @@ from numpy.typing import ArrayLike
 from ...framework.batch import Array
 from ...framework.errors import FrameError
 from .description.linkage_description import LinkageDescription
+from .graphics.plots import SI, Units, html_of, plot_linkage
 from .motion import Motion
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
 from .way.drives import by_joint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class Linkage(LinkageDescription):
@@ -264,6 +268,50 @@ class Linkage(LinkageDescription):
         """
         return drive_range(self, joint, coordinate, tolerance, entry)
 
+    # -- to look at -------------------------------------------------------------------------------------------------
+
+    def plot(
+        self, ax: Axes | None = None, *, entry: int = 0, names: bool = True, loads: bool = True, units: Units = SI
+    ) -> Axes:
+        """Draw the reference configuration: links, joints by their kind, ground, drives, springs, forces and names.
+
+        Drives are orange, with an arrow the way in which they go; what stands on the ground is hatched.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw on, in space for a linkage in space; new ones where None.
+        entry
+            Number of the linkage drawn, where the description carries a batch.
+        names
+            Whether points are named.
+        loads
+            Whether forces on the linkage are drawn.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on, in the linkage's own lengths.
+
+        Raises
+        ------
+        FrameError
+            If there are no points, or a linkage in space is to be drawn on flat axes.
+
+        Examples
+        --------
+        >>> import matplotlib; matplotlib.use("Agg")
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> linkage.plot().get_xlabel()
+        'x [m]'
+        """
+        return plot_linkage(self, ax, entry, names, loads, units)
+
     def page(
         self,
         path: str | Path,
@@ -323,3 +371,7 @@ class Linkage(LinkageDescription):
         # The ends are dead points, at which nothing is known to first order.
         inside = 1e-3 * (found.upper - found.lower)
         return {name: np.linspace(found.lower + inside, found.upper - inside, 181)}
+
+    def _repr_html_(self) -> str:
+        """In a notebook: the drawing."""
+        return html_of(self)

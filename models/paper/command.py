@@ -30,7 +30,7 @@ SI units, angles in degrees."""
 WRITES = """\
 writes into DIR: table1.csv, reactions.csv, trajectory.pvd with its .vtu files, samples.npz, report.md; with
 --figures 2d figure5.png, figure6.png, figure7.png, reactions.png, and with --figures all figure3d.png as well (where
-rendering works)"""
+rendering works); with --format svg pdf those but figure3d as such"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
@@ -166,7 +166,7 @@ def _start(options: Namespace) -> None:
     inputs = Inputs(**given)
     for note in beforehand(inputs):
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
-    run(FourBarJob(inputs), options.out, options.figures)
+    run(FourBarJob(inputs), options.out, options.figures, options.format, options.wide)
 
 
 def finite(text: str) -> float:

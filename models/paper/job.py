@@ -34,6 +34,7 @@ CAPTIONS = {
     "reactions.png": "Size of the forces in the joints, and torque of the drive, under the mean load.",
     "figure3d.png": "The loaded linkage at θ = {pose:g}° in space.",
 }
+UNITS = "Drive angle θ [°]; mean μ and standard deviation σ of the position of P [m]; κ of K, and κ scaled [1]."
 PRINTED = "Right of the bar: the values printed in the paper, under the headings that fit them; see report.md."
 
 
@@ -119,13 +120,13 @@ class FourBarJob(Job):
         """What is reported."""
         return report(self.result)
 
-    def summary(self) -> str:
+    def summary(self, width: int | None = None) -> str:
         """Table 1, large displacement where it is needed, and the greatest reactions."""
         result = self.result
-        paragraphs = [as_text(result), about_errors(result)]
+        paragraphs = [UNITS, as_text(result, width), about_errors(result)]
         if self.inputs.is_paper_linkage:
             paragraphs.append(PRINTED)
-        if table := large_table.as_text(result):
+        if table := large_table.as_text(result, width):
             paragraphs.append(
                 f"Where linear mechanics does not hold, beside the samples at large displacement:\n{table}"
             )

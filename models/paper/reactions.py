@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...framework.graphics.curves import draw_curves, mark_turns
+from ...framework.graphics.style import figure, styled
 from ..four_bar.kinetostatics import REACTIONS
-from ..job.style import BLUE, GREY, INK, ORANGE, figure, styled
 from ..job.tables import markdown, readable, separated
 
 if TYPE_CHECKING:
@@ -88,15 +89,14 @@ def draw_reactions(degrees: Array, forces: Array) -> Figure:
         Forces on the left, the torque on the right. Joints with equal forces share a line.
     """
     drawn_on, (left, right) = figure(7.6, 3.2, ratios=(1.0, 1.0))
-    marker = "o" if len(degrees) == 1 else ""
-    for colour, (names, size) in zip((BLUE, ORANGE, GREY, INK), _alike(_sizes(forces)), strict=False):
-        left.plot(degrees, size, color=colour, lw=1.3, marker=marker, label=", ".join(names))
+    draw_curves(left, degrees, dict(zip(REACTIONS, _sizes(forces).T, strict=True)))
     left.set(xlabel="θ [°]", ylabel="joint force [N]")
     left.set_ylim(bottom=0.0)
     left.legend(loc="best")
-    right.axhline(0.0, color=GREY, lw=0.6)
-    right.plot(degrees, forces[:, 8], color=ORANGE, lw=1.3, marker=marker)
+    draw_curves(right, degrees, {"drive torque": forces[:, 8]})
     right.set(xlabel="θ [°]", ylabel="drive torque [N m]")
+    for axes in (left, right):
+        mark_turns(axes, degrees)
     return drawn_on
 
 
@@ -109,15 +109,3 @@ def _rounded(forces: Array) -> Array:
     """Forces and torques without what is only rounding beside the greatest of their kind at that pose."""
     sizes = np.broadcast_to(_sizes(forces).max(axis=1, keepdims=True), forces.shape)
     return np.where(np.abs(forces) < 1e-12 * sizes, 0.0, forces)
-
-
-def _alike(sizes: Array) -> list[tuple[list[str], Array]]:
-    """Names of the joints whose forces are equal at all poses, and that size, (poses,)."""
-    found: list[tuple[list[str], Array]] = []
-    for joint, size in zip(REACTIONS, sizes.T, strict=True):
-        same = [names for names, other in found if np.allclose(size, other, rtol=ALIKE, equal_nan=True)]
-        if same:
-            same[0].append(joint)
-        else:
-            found.append(([joint], size))
-    return found

@@ -49,10 +49,10 @@ def as_csv(result: Result) -> str:
     return separated(heading, [(*row, *more) for row, more in zip(rows(result), numbers, strict=True)])
 
 
-def as_text(result: Result) -> str:
-    """The table for a terminal, metres and degrees; right of the bar what the paper prints."""
+def as_text(result: Result, width: int | None = None) -> str:
+    """The table for a terminal of that width, metres and degrees; right of the bar what the paper prints."""
     lines = [[*ours, *(["│", *theirs] if theirs else []), status] for ours, theirs, status in _cells(result)]
-    return aligned(lines)
+    return aligned(lines, width)
 
 
 def as_markdown(result: Result) -> str:

@@ -118,6 +118,6 @@ def test_what_is_handed_out_cannot_be_written_to() -> None:
 
 def test_what_is_printed_of_a_motion_and_its_reactions_is_a_line() -> None:
     reactions = four_bar().move(A=np.zeros((1000, 1))).reactions()
-    of = "<Motion of shape (1000, 1) of <Linkage: 5 points, 3 links, 4 joints; driven: A>>"
+    of = "<Motion of shape (1000, 1) of <Linkage: 5 points, 3 links, 4 joints; driven: A>: 1000 regular>"
     assert repr(reactions) == f"<Reactions in joints A, B, D, E of {of}>"
     assert repr(reactions.motion) == of

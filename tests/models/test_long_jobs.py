@@ -269,7 +269,7 @@ def test_jobs_have_folders_of_their_own(tmp_path: Path, monkeypatch: pytest.Monk
 
     found = []
     monkeypatch.setattr(inputs, "read_inputs", lambda file: file)
-    monkeypatch.setattr(run, "run", lambda _, out, figures: found.append(out))
+    monkeypatch.setattr(run, "run", lambda _, out, *rest: found.append(out))
     main(["run", "some/lift.toml"])
     main(["run", "some/lift.toml", "--out", "here"])
     assert found == [Path("results-lift"), Path("here")]

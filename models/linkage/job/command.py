@@ -58,7 +58,7 @@ joints.B.contact); without one the contact is found by equilibrium under the loa
 WRITES = """\
 writes into DIR: table.csv, reactions.csv, samples.npz (with tolerances), trajectory.pvd with its .vtu files, report.md;
 with --figures 2d mechanism.png, trajectory.png, reactions.png, histogram.png (with tolerances), and with --figures all
-figure3d.png as well (with beams, where rendering works)"""
+figure3d.png as well (with beams, where rendering works); with --format svg pdf those but figure3d as such"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
@@ -88,4 +88,4 @@ def _start(options: Namespace) -> None:
     inputs = read_inputs(options.file)
     if options.sampler is not None:
         inputs = inputs.drawn_by(options.sampler)
-    run(LinkageJob(inputs), out, options.figures)
+    run(LinkageJob(inputs), out, options.figures, options.format, options.wide)

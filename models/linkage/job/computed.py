@@ -21,12 +21,12 @@ from ...job.remarks import beyond_linear
 from ...job.stages import Advance
 from ...propagation import Propagation, propagate
 from ...spread import Spread
+from ..graphics.plane import ROUNDING, plane
 from ..linkage import Linkage
 from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
 from .inputs import RunInputs
-from .plane import ROUNDING, plane
 
 # How large the drawn displacements are, as a share of the linkage.
 DRAWN = 0.06
@@ -277,8 +277,9 @@ class Computed:
         """Factor on drawn displacements, a round number."""
         if self.inputs.magnify is not None:
             return self.inputs.magnify
-        moved = self.spread[self.inputs.points[0]].samples if self.spread else self.main.total[..., :3]
-        lengths = np.linalg.norm(moved, axis=-1)
+        moved = [spread.samples for spread in self.spread.values()]
+        moved = moved or [found.total[..., :3] for found in self.accuracy.values()]
+        lengths = np.concatenate([np.linalg.norm(each, axis=-1).reshape(-1) for each in moved])
         return magnification(np.where(np.isfinite(lengths), lengths, np.nan), DRAWN * self.size)
 
     def where(self, pose: int) -> str:

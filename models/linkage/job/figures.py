@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ....framework.batch import Array
-from ...job.figures import draw_histograms, draw_trajectory
-from ...job.style import GREY, ORANGE, entry, figure, space_figure, styled
-from .drawing import COLOURS, draw_mechanism
-from .plane import ROUNDING
+from ....framework.graphics.canvas import few_ticks, frame_in_space
+from ....framework.graphics.curves import draw_curves, mark_turns
+from ....framework.graphics.style import COLOURS, GREY, ORANGE, entry, figure, space_figure, styled
+from ...job.figures import TracedPoint, draw_all_histograms, draw_trajectories
+from ..graphics.plane import ROUNDING
+from .drawing import draw_mechanism
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,9 +21,9 @@ if TYPE_CHECKING:
 
 CAPTIONS = {
     "mechanism.png": "The linkage at {where}, faint at other poses; in orange the paths of the points and the drives.",
-    "trajectory.png": "Path of {point}, displacements × {magnify:g}.",
+    "trajectory.png": "Path of {point}, displacements × {magnify:g}; with tolerances also to scale at {where}.",
     "reactions.png": "Forces in the joints, and forces or moments of the drives.",
-    "histogram.png": "Displacement of {point} from its rigid position at {where}, with normal fits.",
+    "histogram.png": "Displacement of {point} from its rigid position at {where}, and whether a normal fit holds.",
     "figure3d.png": "The loaded linkage at {where} in space.",
 }
 
@@ -30,7 +31,7 @@ CAPTIONS = {
 def captions(result: RunResult) -> dict[str, str]:
     """Caption of each figure by the name of its file."""
     words: dict[str, Any] = {"where": result.where(result.pose), "magnify": result.magnify}
-    words["point"] = result.inputs.points[0]
+    words["point"] = ", ".join(result.inputs.points)
     return {name: text.format(**words) for name, text in CAPTIONS.items()}
 
 
@@ -39,33 +40,35 @@ def draw(result: RunResult) -> dict[str, Figure]:
     points, pose = result.inputs.points, result.pose
     found = {"mechanism.png": draw_mechanism(result.motion, pose, points, result.where(pose))}
     found["trajectory.png"] = _trajectory(result)
-    if spread := _spreading(result):
-        name = points[0], "".join("xyz"[k] for k in spread)
-        found["histogram.png"] = draw_histograms(_samples(result)[pose][:, spread], result.where(pose), name)
+    spreads = [
+        (result.spread[point].samples[pose][:, ways], (point, "".join("xyz"[k] for k in ways)))
+        for point in points
+        if (ways := _spreading(result, point))
+    ]
+    if spreads:
+        found["histogram.png"] = draw_all_histograms(spreads, result.where(pose))
     found["reactions.png"] = draw_reactions(result)
     return found
 
 
 def _trajectory(result: RunResult) -> Figure:
-    if not result.spread or result.flat is None:
+    """Samples of all points that have any; else their paths, rigid and loaded."""
+    shown = list(result.shown)
+    traced = []
+    for point, spread in result.spread.items():
+        rigid = np.broadcast_to(result.accuracy[point].rigid, (result.poses, 3))[:, shown]
+        ways = "".join("xyz"[k] for k in shown)
+        traced.append(TracedPoint(point, ways, rigid, rigid, spread.samples[..., shown]))
+    if not traced:
         return draw_paths(result)
-    shown, point = list(result.flat), result.inputs.points[0]
-    rigid = np.broadcast_to(result.main.rigid, (result.poses, 3))[:, shown]
-    name = point, "".join("xyz"[k] for k in shown)
-    samples, pose = _samples(result)[..., shown], result.pose
-    return draw_trajectory(rigid, rigid, samples, result.magnify, pose, result.where(pose), name)
+    return draw_trajectories(traced, result.magnify, result.pose, result.where(result.pose))
 
 
-def _samples(result: RunResult) -> Array:
-    """Displacement of the first point, (poses, samples, 3)."""
-    return result.spread[result.inputs.points[0]].samples
-
-
-def _spreading(result: RunResult) -> list[int]:
-    """Components of the first point that spread at the pose shown; of the others a histogram would be one bar."""
+def _spreading(result: RunResult, point: str | None = None) -> list[int]:
+    """Components of a point that spread at the pose shown, of the first by default; others would be one bar."""
     if not result.spread:
         return []
-    spread = result.spread[result.inputs.points[0]]
+    spread = result.spread[point or result.inputs.points[0]]
     scale = np.abs(spread.mean[result.pose]).max() + result.size * ROUNDING
     return [k for k in result.shown if spread.std[result.pose, k] > ROUNDING * scale]
 
@@ -85,60 +88,47 @@ def draw_paths(result: RunResult) -> Figure:
         moved = rigid + result.magnify * 1e3 * np.broadcast_to(found.total, (result.poses, 6))[:, shown]
         axes.plot(*rigid.T, color=GREY if len(result.accuracy) == 1 else colour, lw=1.0, label=entry(f"{point}, rigid"))
         axes.plot(*moved.T, color=colour, lw=1.3, ls="--", label=entry(f"{point}, loaded"))
-        axes.plot(*rigid[result.pose : result.pose + 1].T, "o", mfc="none", mec=ORANGE, ms=8)
+        where = result.where(result.pose) if point == result.inputs.points[-1] else None
+        axes.plot(*rigid[result.pose : result.pose + 1].T, "o", mfc="none", mec=ORANGE, ms=8, ls="", label=where)
     axes.set_xlabel(f"{'xyz'[shown[0]]} [mm]")
     axes.set_ylabel(f"{'xyz'[shown[1]]} [mm]")
-    axes.set_aspect("equal", **({} if result.flat is None else {"adjustable": "datalim"}))
     if result.flat is None:
-        _few_ticks(axes)
+        lines = np.concatenate([np.stack(line.get_data_3d(), axis=-1) for line in axes.lines])
+        frame_in_space(axes, lines[np.isfinite(lines).all(axis=-1)])
+    else:
+        axes.set_aspect("equal", adjustable="datalim")
+        few_ticks(axes)
     axes.set_title(f"displacements × {result.magnify:g}", loc="left")
     axes.legend(loc="best")
     return drawn_on
-
-
-def _few_ticks(axes: Any) -> None:
-    """Fewer numbers on axes in space that are short beside the longest."""
-    each = (axes.xaxis, axes.yaxis, axes.zaxis)
-    axes.xaxis.labelpad = axes.yaxis.labelpad = 9.0
-    lengths = [float(np.ptp(axis.get_view_interval())) for axis in each]
-    for axis, length in zip(each, lengths, strict=True):
-        axis.get_major_locator().set_params(nbins=max(1, round(6 * length / max(lengths))))
 
 
 @styled
 def draw_reactions(result: RunResult) -> Figure:
     """Size of the force in every joint, and the forces or moments of the drives, over the first drive.
 
-    Over the number of the pose where that drive goes to and fro. The greatest forces are named, the rest stay grey.
+    Over the number of the pose where that drive goes to and fro. The greatest forces are named, the rest stay grey;
+    equal ones share a line.
     """
     drawn_on, (left, right) = figure(7.6, 3.4, ratios=(1.0, 1.0))
     linkage, found = result.inputs.linkage, result.reactions
     forces = {j: np.linalg.norm(_rows(result, found.force(j))[:, :3], axis=-1) for j in linkage.joints}
-    _draw_named(left, result, forces)
     units = {"r": "N m", "u": "N"}
     forces_of_drives = (force for joint in linkage.drives for force in _rows(result, found.drive(joint)).T)
     names = (f"{name} [{units[component[0]]}]" for _, component, name in result.inputs.driven)
     pushes = dict(zip(names, forces_of_drives, strict=True))
-    _draw_named(right, result, pushes)
     name, drive = next(iter(result.inputs.drives.items()))
     over = f"{name} [{ {'deg': '°', 'rad': 'rad'}.get(drive.unit, 'm') }]" if result.increasing else "pose"
-    for axes, label in ((left, "joint force [N]"), (right, "drive force or moment")):
+    x = result.drive if result.increasing else np.arange(float(result.poses))
+    for axes, label, curves in ((left, "joint force [N]", forces), (right, "drive force or moment", pushes)):
+        draw_curves(axes, x, curves)
         axes.set(xlabel=over, ylabel=label)
         axes.legend(loc="best", fontsize=7.0)
+        few_ticks(axes)
+        if over.endswith("[°]"):
+            mark_turns(axes, x)
+    left.set_ylim(bottom=0.0)
     return drawn_on
-
-
-def _draw_named(axes: Any, result: RunResult, curves: Mapping[str, Array]) -> None:
-    """Curves over the poses, the greatest in colour with their names, the others grey."""
-    x = result.drive if result.increasing else np.arange(result.poses)
-    style: Any = {"marker": "o"} if result.poses == 1 else {}
-    size = {name: float(np.max(np.abs(curve), where=np.isfinite(curve), initial=0.0)) for name, curve in curves.items()}
-    named = sorted(curves, key=lambda name: -size[name])[: len(COLOURS)]
-    for name in curves:
-        if name not in named:
-            axes.plot(x, curves[name], color=GREY, lw=0.7, alpha=0.6, **style)
-    for colour, name in zip(COLOURS, (name for name in curves if name in named), strict=False):
-        axes.plot(x, curves[name], color=colour, lw=1.2, label=entry(name), **style)
 
 
 def _rows(result: RunResult, values: Array) -> Array:

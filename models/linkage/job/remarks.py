@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...job.remarks import beyond_size, without_result
-from .plane import ROUNDING
+from ..graphics.plane import ROUNDING
 
 if TYPE_CHECKING:
     from .result import RunResult

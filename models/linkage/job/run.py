@@ -14,7 +14,7 @@ from .inputs import RunInputs
 from .remarks import remarks
 from .report import report
 from .result import RunResult, compute, work
-from .table import as_csv, as_text, reactions_csv
+from .table import as_csv, as_text, legend, reactions_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,6 +99,7 @@ class LinkageJob(Job):
         """What is reported."""
         return report(self.result)
 
-    def summary(self) -> str:
-        """The table, and what its brackets hold."""
-        return "\n\n".join([as_text(self.result), *([DRAWN] if self.inputs.tolerances else [])])
+    def summary(self, width: int | None = None) -> str:
+        """What the table's columns are, the table, and what its brackets hold."""
+        table = as_text(self.result, width)
+        return "\n\n".join([legend(self.result), table, *([DRAWN] if self.inputs.tolerances else [])])

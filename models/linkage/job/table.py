@@ -44,9 +44,27 @@ def reactions_csv(result: RunResult) -> str:
     return separated([*names, "method"], rows)
 
 
-def as_text(result: RunResult) -> str:
-    """For a terminal: the first point."""
-    return aligned(list(_cells(result)))
+def as_text(result: RunResult, width: int | None = None) -> str:
+    """For a terminal of that width: the first point."""
+    return aligned(list(_cells(result)), width)
+
+
+def legend(result: RunResult) -> str:
+    """What the columns of the table are, and their units."""
+    ways = " ".join(AXES[k] for k in result.shown)
+    drives = [
+        f"{name} [{ {'deg': '°', 'rad': 'rad'}.get(drive.unit, 'm') }]" for name, drive in result.inputs.drives.items()
+    ]
+    units = {"r": "N m", "u": "N"}
+    pushes = [f"drive {name} [{units[component[0]]}]" for _, component, name in result.inputs.driven]
+    spread = "; mean and σ of its samples" if result.spread else ""
+    point = result.inputs.points[0]
+    others = ", ".join(result.inputs.points[1:])
+    told = f" Of {others}: table.csv." if others else ""
+    return (
+        f"Drives {', '.join(drives)}; position {ways} of {point} [m]; displacement u of {point} by compliance and"
+        f" clearance [m]{spread}; {', '.join(pushes)}.{told}"
+    )
 
 
 def as_markdown(result: RunResult) -> str:

@@ -13,6 +13,7 @@ from ....framework.batch import Array, aligned
 from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
 from ....framework.frame import Frame
+from ....framework.listing import number, text_table
 from ....framework.solution import Solution
 from ....framework.states import States
 from ..derivatives.displacement_sensitivity import DisplacementSensitivity, displacement_sensitivity
@@ -219,7 +220,7 @@ def frequencies(motion: FramedPoses, count: int) -> Array:
     return frame(motion, loads=False).modes(count).frequencies
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Stress:
     """Stress along the members of a link over a motion; made by `Motion.stress`.
 
@@ -236,6 +237,15 @@ class Stress:
     members: tuple[str, ...]
     fractions: Array
     values: Array
+
+    def __repr__(self) -> str:
+        """Extremes of each member over all poses as a short table."""
+        rows = [
+            [name, *(number(float(v)) for v in (part[:, 0].min(), part[:, 1].max(), part[:, 2].max()))]
+            for name, part in zip(self.members, self.envelope, strict=True)
+        ]
+        title = f"Stress of shape {self.values.shape[:-3]}: extremes over all poses, force per area"
+        return text_table(title, ["member", "least", "greatest", "von Mises"], rows)
 
     @property
     def least(self) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,15 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, turned
 from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
+from ..graphics.reaction_plots import plot_reactions
 from ..poses.states import PoseState
 from .actions import inertia_force
 from .determinacy import Idle, solved
 from .equilibrium import Equilibrium
 from .frame import FramedPoses, frame
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DETERMINATE, COMPLIANCE, LEAST, NONE = "determinate", "compliance", "minimum norm", "none"
 # Forces so many times the loads are not believed where the motion calls the pose singular.
@@ -54,6 +59,32 @@ class Reactions:
 
     def __repr__(self) -> str:
         return f"<Reactions in joints {', '.join(self.wrenches)} of {self.motion!r}>"
+
+    def plot(self, what: str = "joints", ax: Axes | None = None, *, units: tuple[str, str] = ("m", "N")) -> Axes:
+        """Draw the size of the force in every joint, or the forces and moments of the drives, over the first drive.
+
+        Curves that coincide are one, with all their names.
+
+        Parameters
+        ----------
+        what
+            ``joints`` or ``drives``.
+        ax
+            Axes of matplotlib to draw on; new ones where None.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on; over degrees where the drive turns, over poses where it goes to and fro.
+
+        Raises
+        ------
+        FrameError
+            If there is nothing of that name, or no pose is assembled.
+        """
+        return plot_reactions(self.motion, self.wrenches, self.drives, what, ax, units)
 
     @property
     def shape(self) -> tuple[int, ...]:

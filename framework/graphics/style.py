@@ -1,10 +1,10 @@
-"""How the figures of all jobs look. Nothing here touches pyplot or a display."""
+"""How all figures look. Nothing here touches pyplot or a display."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,8 +15,13 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Inputs = ParamSpec("Inputs")
+Drawn = TypeVar("Drawn")
 
 INK, GREY, BLUE, SKY, ORANGE = "#222222", "#8c8c8c", "#0b5394", "#9cc3e6", "#d55e00"
+# One after the other as dark as light, so that neighbours differ in grey as well.
+COLOURS = (BLUE, "#e69f00", "#009e73", "#7b3294", "#56b4e9", "#8b2e16", "#7d9b2a", "#d6336c")
+# Fill of a region that samples sweep.
+PALE = "#e3ecf5"
 STYLE: Any = {
     "font.size": 9.0,
     "text.parse_math": False,  # a name may hold dollars
@@ -31,11 +36,11 @@ STYLE: Any = {
 }
 
 
-def styled(draw: Callable[Inputs, Figure]) -> Callable[Inputs, Figure]:
+def styled(draw: Callable[Inputs, Drawn]) -> Callable[Inputs, Drawn]:
     """Let `draw` run under `STYLE`, whatever the user's own matplotlib settings are."""
 
     @wraps(draw)
-    def wrapper(*args: Inputs.args, **kwargs: Inputs.kwargs) -> Figure:
+    def wrapper(*args: Inputs.args, **kwargs: Inputs.kwargs) -> Drawn:
         from matplotlib import rc_context
 
         with rc_context(STYLE):
@@ -50,6 +55,18 @@ def figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) -> t
 
     figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
     return figure, list(figure.subplots(1, len(ratios), width_ratios=ratios, squeeze=False)[0])
+
+
+def fitting_figure(width: float, extent: tuple[float, float]) -> tuple[Figure, Axes]:
+    """A figure of this width, inches, with one panel, as high as what has this extent (across, up) needs."""
+    drawn_on, (axes,) = figure(width, fitting_height(width, extent))
+    return drawn_on, axes
+
+
+def fitting_height(width: float, extent: tuple[float, float]) -> float:
+    """Height of a figure, inches, for what has this extent (across, up): neither a strip nor a tower."""
+    across, up = extent
+    return float(np.clip(width * up / across, 0.4 * width, 1.1 * width))
 
 
 def space_figure(width: float, height: float) -> tuple[Figure, Any]:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from ..motion import Motion
+from ..poses.kinematics import Kinematics
 
 # Motion across the plane that is rounding, as a share of the linkage's size.
 ROUNDING = 1e-9
 
 
-def plane(motion: Motion) -> tuple[int, int] | None:
+def plane(motion: Kinematics) -> tuple[int, int] | None:
     """The two global axes of the plane to which all links keep, x before y before z; None for motion in space.
 
     All points keep their distance from it, and all links turn about its normal only, over all poses; where several

@@ -1,0 +1,393 @@
+"""A scene drawn with matplotlib, in a plane or in space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..batch import Array
+from ..errors import FrameError
+from . import symbols
+from .scene import Region, Scene, Stroke
+from .style import COLOURS, GREY, INK, ORANGE, PALE, SKY, STYLE, entry, fitting_height
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Length of the longest arrow as a share of what is drawn.
+ARROW = 0.2
+LOOKS: dict[str, dict[str, Any]] = {
+    "link": {"lw": 3.2, "solid_capstyle": "round", "zorder": 4},
+    "outline": {"lw": 1.8, "solid_capstyle": "round", "solid_joinstyle": "round", "zorder": 3.6},
+    "ghost": {"color": GREY, "lw": 0.7, "alpha": 0.35, "zorder": 1},
+    "undeformed": {"color": GREY, "lw": 1.0, "ls": (0, (5, 3)), "zorder": 2},
+    "member": {"color": INK, "lw": 2.4, "solid_capstyle": "round", "zorder": 4},
+    "rigid": {"color": INK, "lw": 1.4, "zorder": 3},
+    "spring": {"color": INK, "lw": 1.1, "zorder": 4.5},
+    "trace": {"color": ORANGE, "lw": 1.4, "zorder": 2.5},
+    "sample": {"color": SKY, "lw": 0.4, "alpha": 0.6, "zorder": 1.2},
+    "ordinate": {"color": COLOURS[0], "lw": 0.5, "alpha": 0.7, "zorder": 3},
+    "diagram": {"color": COLOURS[0], "lw": 1.2, "zorder": 3.2},
+}
+# Kinds that take the colour of their number.
+COLOURED = ("link", "outline")
+FILLS = {"link": 0.13, "diagram": 0.18}
+
+
+def axes_for(scene: Scene, axes: Axes | None, width: float = 6.4) -> Any:
+    """Axes to draw a scene on: those given, or new ones of a figure that pyplot shows.
+
+    Parameters
+    ----------
+    scene
+        What will be drawn.
+    axes
+        Of matplotlib; None for new ones.
+    width
+        Width of a new figure, inches.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        In space for a scene in space.
+
+    Raises
+    ------
+    FrameError
+        If a scene in space is to be drawn on axes in the plane.
+    """
+    if axes is not None:
+        if scene.flat is None and getattr(axes, "name", "") != "3d":
+            raise FrameError("this is in space, and ax is flat: make it with projection='3d', or leave it out")
+        return axes
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(STYLE):
+        if scene.flat is None:
+            return plt.figure(figsize=(width, 0.82 * width), layout="constrained").add_subplot(projection="3d")
+        height = fitting_height(width, scene.extent)
+        return plt.figure(figsize=(width, height), layout="constrained").add_subplot()
+
+
+def draw(scene: Scene, axes: Any, size: float | None = None) -> list[Any]:
+    """Draw a scene.
+
+    Parameters
+    ----------
+    scene
+        What is drawn.
+    axes
+        Where.
+    size
+        Length that rules the size of symbols; that of the scene where None.
+
+    Returns
+    -------
+    list of matplotlib.artist.Artist
+        What was added.
+    """
+    size = scene.size if size is None else size
+    if getattr(axes, "name", "") == "3d":
+        return _in_space(scene, axes, size)
+    return _in_plane(scene, axes, size, scene.flat or (0, 1))
+
+
+def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = True) -> None:
+    """Label the axes in units of length, to the same scale both ways, hug what is drawn, and name the links.
+
+    Parameters
+    ----------
+    scene
+        What was drawn.
+    axes
+        Where.
+    unit
+        Unit of length.
+    title
+        What stands above.
+    legend
+        Whether names of links stand in a legend.
+    """
+    spatial = getattr(axes, "name", "") == "3d"
+    shown = (0, 1, 2) if spatial else scene.flat or (0, 1)
+    for way, axis in zip(shown, ("x", "y", "z"), strict=False):
+        getattr(axes, f"set_{axis}label")(f"{'xyz'[way]} [{unit}]")
+    if spatial:
+        frame_in_space(axes, scene.points)
+    else:
+        axes.set_aspect("equal", adjustable="box")
+        axes.margins(0.05)
+        axes.spines[["top", "right"]].set_visible(False)
+        few_ticks(axes)
+    if title:
+        axes.set_title(title, loc="left", fontsize=9.5)
+    named = axes.get_legend_handles_labels()[1]
+    if legend and 0 < len(named) <= len(COLOURS):
+        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+        axes.legend(fontsize=7.5, frameon=False, handlelength=1.4, **({} if spatial else place))
+
+
+def few_ticks(axes: Any, most: int = 6) -> None:
+    """No more numbers along an axis than fit beside each other."""
+    width, height = axes.bbox.width / axes.figure.dpi, axes.bbox.height / axes.figure.dpi
+    for axis, inches in ((axes.xaxis, width), (axes.yaxis, 2.0 * height)):
+        locator = axis.get_major_locator()
+        if hasattr(locator, "set_params"):
+            locator.set_params(nbins=int(np.clip(1.4 * inches, 2, most)))
+
+
+def frame_in_space(axes: Any, points: Array) -> None:
+    """Axes in space about points (n, 3): to scale, with fewer numbers on the short sides, and room for the labels."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    # What lies in one point has room about it all the same.
+    least = 0.12 * float((high - low).max()) or 0.01 * float(np.abs(high).max()) or 1.0
+    room = np.maximum(0.02 * (high - low), 0.5 * (least - (high - low)))
+    low, high = low - room, high + room
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    # A little smaller than the space for it, so that numbers and labels are not cut off; a tower has them below.
+    tower = max(0.0, float((high - low)[2] / np.linalg.norm(high - low)) - 0.6)
+    axes.set_box_aspect(high - low, zoom=0.86 - 0.4 * tower)
+    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
+        axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))))
+        axis.set_tick_params(labelsize=7.0, pad=1.0)
+        axis.labelpad = 7.0
+
+
+# -- in a plane -------------------------------------------------------------------------------------------------------
+
+
+def _in_plane(scene: Scene, axes: Any, size: float, flat: tuple[int, int]) -> list[Any]:
+    shown = list(flat)
+    pin = scene.pin(size)
+    out: list[Any] = []
+    for region in scene.regions:
+        for look in _fills(region):
+            out += axes.fill(*region.points[:, shown].T, **look)
+    for stroke in scene.strokes:
+        if stroke.values is not None:
+            out.append(_coloured(axes, stroke.points[:, shown], stroke.values))
+        else:
+            out += axes.plot(*stroke.points[:, shown].T, **_look(stroke))
+    for support in scene.supports:
+        out += _support(axes, support.at[shown], 1.15 * pin, support.clamped)
+    for joint in scene.joints:
+        out += _joint(axes, joint, pin, shown)
+    for arrow in scene.arrows:
+        out += _arrow(axes, arrow.at[shown], arrow.force[shown], _longest(scene), arrow.text, size)
+    return out + _labels(axes, scene, shown, pin)
+
+
+def _look(stroke: Stroke) -> dict[str, Any]:
+    look = dict(LOOKS.get(stroke.kind, LOOKS["rigid"]))
+    if stroke.kind in COLOURED:
+        look["color"] = COLOURS[stroke.number % len(COLOURS)]
+    if stroke.name:
+        look["label"] = entry(stroke.name)
+    return look | {"gid": stroke.kind}
+
+
+def _fills(region: Region) -> list[dict[str, Any]]:
+    """How a polygon is filled; of a band first the edges of all its parts, so that those inside are covered."""
+    if region.kind == "band":
+        edge = {"fc": "none", "ec": COLOURS[0], "lw": 2.0, "joinstyle": "round", "zorder": 0.2}
+        return [edge, {"fc": PALE, "ec": "none", "zorder": 0.3, "gid": "band"}]
+    colour = COLOURS[region.number % len(COLOURS)]
+    return [{"fc": colour, "alpha": FILLS.get(region.kind, 0.15), "ec": "none", "zorder": 0.8, "gid": region.kind}]
+
+
+def _coloured(axes: Any, points: Array, values: Array) -> Any:
+    """A line coloured by its values (k,); its caller gives the range of colours."""
+    from matplotlib.collections import LineCollection
+
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    bars = LineCollection(list(pieces), cmap="viridis", lw=5.0, capstyle="round", zorder=4, gid="values")
+    bars.set_array(0.5 * (values[:-1] + values[1:]))
+    return axes.add_collection(bars)
+
+
+def _support(axes: Any, at: Array, size: float, clamped: bool) -> list[Any]:
+    body = symbols.CLAMP if clamped else symbols.PIVOT
+    out = axes.fill(*(at + size * body).T, fc="#e6e6e6", ec=INK, lw=0.9, zorder=3.2, gid="support")
+    for line in symbols.FOOT:
+        out += axes.plot(*(at + size * line).T, color=INK, lw=0.8, zorder=3.2)
+    return list(out)
+
+
+def _joint(axes: Any, joint: Any, pin: float, shown: list[int]) -> list[Any]:
+    at, axis = joint.at[shown], joint.axes[shown, 2]
+    found = symbols.glyph(joint.kind, axis)
+    out: list[Any] = []
+    if joint.grounded:
+        if joint.kind == "prismatic" and np.linalg.norm(axis) > 0.5:
+            for line in symbols.GUIDE:
+                out += axes.plot(*symbols.placed(line, at, pin, axis).T, color=INK, lw=0.8, zorder=3.2)
+        else:
+            out += _support(axes, at, pin, clamped=False)
+    colour = ORANGE if joint.driven else "white"
+    body = symbols.placed(found.body, at, pin, axis)
+    out += axes.fill(*body.T, fc=colour, ec=INK, lw=1.0, zorder=6, gid=f"joint {joint.name}")
+    for line in found.lines:
+        out += axes.plot(*symbols.placed(line, at, pin, axis).T, color=INK, lw=0.8, zorder=6.1)
+    if joint.driven:
+        slides = joint.kind in ("prismatic", "cylindrical") and np.linalg.norm(axis) > 0.5
+        way = symbols.placed(symbols.SHAFT if slides else symbols.ARC, at, pin, axis)
+        out.append(_arrow_along(axes, way))
+    return out
+
+
+def _arrow_along(axes: Any, way: Array) -> Any:
+    """A line (k, 2) with an arrow's head at its end."""
+    from matplotlib.patches import FancyArrowPatch
+    from matplotlib.path import Path
+
+    style = "-|>,head_length=4,head_width=2"
+    return axes.add_patch(FancyArrowPatch(path=Path(way), arrowstyle=style, color=ORANGE, lw=1.4, zorder=5.5))
+
+
+def _longest(scene: Scene) -> float:
+    return max((float(np.linalg.norm(arrow.force)) for arrow in scene.arrows), default=0.0)
+
+
+def _arrow(axes: Any, at: Array, force: Array, longest: float, text: str, size: float) -> list[Any]:
+    """A force that pulls at its place; square to the figure it is a ring with a cross."""
+    share = float(np.linalg.norm(force)) / longest if longest else 0.0
+    if share < 1e-9:
+        return list(axes.plot(*at[:, None], "x", color=ORANGE, ms=8, mew=1.6, zorder=7, gid="load"))
+    tip = at + ARROW * size * max(share, 0.25) * force / np.linalg.norm(force)
+    style = {"arrowstyle": "-|>,head_length=0.6,head_width=0.25", "color": ORANGE, "lw": 1.8, "shrinkA": 3}
+    out = [axes.annotate("", tuple(tip), tuple(at), arrowprops={**style, "shrinkB": 0}, zorder=7, gid="load")]
+    # An annotation does not count where axes are to hold everything: its end, and the text beside it, do.
+    out += axes.plot(*tip[:, None], alpha=0.0)
+    aside = 6.0 if force[0] >= 0.0 else -6.0
+    out.append(axes.annotate(
+        text, tuple(tip), (aside, 0.0), textcoords="offset points", color=ORANGE, fontsize=8,
+        ha="left" if aside > 0 else "right", va="center", zorder=8, parse_math=False, path_effects=_halo(),
+    ))  # fmt: skip
+    return out
+
+
+def _halo() -> list[Any]:
+    """A white edge about a text, so that lines behind it do not cross it."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.0, foreground="white")]
+
+
+def _labels(axes: Any, scene: Scene, shown: list[int], pin: float) -> list[Any]:
+    """Names beside their places, clear of the symbol there, where the widest angle between lines is free."""
+    out = []
+    for label in scene.labels:
+        if not np.isfinite(label.at).all():
+            continue
+        at = label.at[shown]
+        if label.base is not None:
+            out.append(_number(axes, label.text, at, at - label.base[shown]))
+            continue
+        there = [joint for joint in scene.joints if _close(joint.at[shown], at, 0.02 * scene.size)]
+        clear = max((pin * (2.2 if joint.driven else 1.1) for joint in there), default=0.0)
+        if not there:
+            out += axes.plot(*at[:, None], "o", ms=3.2, mfc=INK, mec="none", zorder=6, ls="")
+        way = _free(at, scene, shown)
+        out.append(axes.annotate(
+            label.text, tuple(at + clear * way), tuple(7.0 * way), textcoords="offset points", ha="center", va="center",
+            fontsize=8.5, zorder=8, color=INK, parse_math=False, gid="label", path_effects=_halo(),
+        ))  # fmt: skip
+    return out
+
+
+def _number(axes: Any, text: str, at: Array, way: Array) -> Any:
+    """A number at the end of an ordinate, on its far side."""
+    length = float(np.linalg.norm(way))
+    shift = 8.0 * way / length if length > 0.0 else np.array([0.0, 8.0])
+    return axes.annotate(
+        text, tuple(at), tuple(shift), textcoords="offset points", ha="center", va="center", fontsize=7.5, zorder=8,
+        color=COLOURS[0], path_effects=_halo(), gid="value",
+    )  # fmt: skip
+
+
+def _free(at: Array, scene: Scene, shown: list[int]) -> Array:
+    """Direction from a place (2,) in the middle of the widest angle without a line, (2,)."""
+    near = 0.02 * scene.size
+    ways = [np.array([0.0, -1.0])] if any(_close(j.at[shown], at, near) for j in _standing(scene)) else []
+    ways += [a.force[shown] for a in scene.arrows if _close(a.at[shown], at, near)]
+    for stroke in scene.strokes:
+        if stroke.kind not in ("ghost", "sample", "ordinate"):
+            ways += _leaving(stroke.points[:, shown], at, near)
+    angles = np.sort([np.arctan2(way[1], way[0]) for way in ways if np.linalg.norm(way) > 0.0])
+    if not len(angles):
+        return np.array([0.0, 1.0])
+    gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    middle = angles[gaps.argmax()] + 0.5 * gaps.max()
+    return np.array([np.cos(middle), np.sin(middle)])
+
+
+def _standing(scene: Scene) -> list[Any]:
+    return [*scene.supports, *(joint for joint in scene.joints if joint.grounded)]
+
+
+def _close(one: Array, other: Array, near: float) -> bool:
+    return bool(np.linalg.norm(one - other) < 0.1 * near)
+
+
+def _leaving(line: Array, at: Array, near: float) -> list[Array]:
+    """Directions in which a line (k, 2) leaves a place that lies on it."""
+    step = np.diff(line, axis=0)
+    square = np.maximum(np.sum(step * step, axis=-1), np.finfo(float).tiny)
+    share = np.clip(np.sum((at - line[:-1]) * step, axis=-1) / square, 0.0, 1.0)
+    away = np.linalg.norm(line[:-1] + share[:, None] * step - at, axis=-1)
+    ways = []
+    for k in np.flatnonzero(away < 0.1 * near):
+        ways += [end - at for end in (line[k], line[k + 1]) if np.linalg.norm(end - at) > 0.1 * near]
+    return ways
+
+
+# -- in space ---------------------------------------------------------------------------------------------------------
+
+MARKERS = {"revolute": "o", "prismatic": "s", "cylindrical": "D", "screw": "D", "planar": "s", "fixed": "X"}
+
+
+def _in_space(scene: Scene, axes: Any, size: float) -> list[Any]:
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+    out: list[Any] = []
+    for region in scene.regions:
+        look = _fills(region)[-1]
+        colour, alpha = look["fc"], look.get("alpha", 1.0)
+        out.append(axes.add_collection3d(Poly3DCollection([region.points], facecolor=colour, alpha=alpha)))
+    for stroke in scene.strokes:
+        if stroke.values is None:
+            out += axes.plot(*stroke.points.T, **_look(stroke))
+            continue
+        pieces = np.stack([stroke.points[:-1], stroke.points[1:]], axis=1)
+        bars = Line3DCollection(list(pieces), cmap="viridis", lw=4.0, gid="values")
+        bars.set_array(0.5 * (stroke.values[:-1] + stroke.values[1:]))
+        out.append(axes.add_collection3d(bars))
+    for joint in scene.joints:
+        fill = ORANGE if joint.driven else SKY if joint.grounded else "white"
+        mark = MARKERS.get(joint.kind, "o")
+        out += _mark(axes, joint.at, mark, f"joint {joint.name}", mfc=fill, ms=7 if joint.grounded else 5.5)
+        if joint.kind not in ("spherical", "fixed", "universal"):
+            ends = joint.at + 2.0 * scene.pin(size) * np.array([[-1.0], [1.0]]) * joint.axes[:, 2]
+            out += axes.plot(*ends.T, color=INK, lw=1.6, zorder=5)
+    for support in scene.supports:
+        out += _mark(axes, support.at, "s" if support.clamped else "^", "support", mfc="#b0b0b0", ms=8)
+    longest = _longest(scene)
+    for arrow in scene.arrows:
+        drawn = ARROW * size * arrow.force / (longest or 1.0)
+        out.append(axes.quiver(*arrow.at, *drawn, color=ORANGE, lw=1.8, arrow_length_ratio=0.2))
+        out.append(
+            axes.text(
+                *(arrow.at + 1.05 * drawn), arrow.text, color=ORANGE, fontsize=8, parse_math=False, path_effects=_halo()
+            )
+        )
+    return out + [
+        axes.text(*label.at, f"  {label.text}", fontsize=8, zorder=9, parse_math=False, gid="label")
+        for label in scene.labels
+        if np.isfinite(label.at).all()
+    ]
+
+
+def _mark(axes: Any, at: ArrayLike, mark: str, gid: str, **look: Any) -> list[Any]:
+    return list(axes.plot(*np.reshape(at, (3, 1)), mark, mec=INK, mew=1.0, zorder=6, gid=gid, ls="", **look))

@@ -1,0 +1,281 @@
+"""A solved frame as lines and symbols: undeformed and deformed, and what its members carry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..batch import Array
+from ..errors import FrameError
+from ..paraview.entries import Index, one
+from ..paraview.scene import beams, solved, taken
+from ..results.base import Results
+from .scene import JointSymbol, Label, LoadArrow, Region, Scene, Stroke, Support
+from .units import moment_unit, quantity, scaled, stress_unit
+
+STATIONS = 24
+# Largest displacement and largest ordinate of a diagram, as shares of the frame's size.
+SHOWN, ORDINATE = 0.07, 0.13
+# What can be drawn, and what it is called.
+KINDS = {
+    "deformed": "displacement",
+    "von_mises": "von Mises stress",
+    "N": "normal force N",
+    "V": "shear force V",
+    "T": "torque T",
+    "M": "bending moment M",
+}
+FLAT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class DeformedFrame:
+    """What is drawn of a solution at one entry.
+
+    Attributes
+    ----------
+    scene
+        Lines and symbols.
+    scale
+        Factor on the displacements.
+    values
+        Name of what colours the members, with its unit, and the greatest of it; None where nothing does.
+    title
+        What stands above.
+    """
+
+    scene: Scene
+    scale: float
+    values: tuple[str, float] | None
+    title: str
+
+
+def deformed_frame(
+    solution: Results,
+    what: str,
+    entry: int | tuple[int, ...] | None,
+    scale: float | None,
+    names: bool,
+    units: tuple[str, str],
+) -> DeformedFrame:
+    """What `plot` of a solution draws.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    what
+        One of `KINDS`.
+    entry
+        Indices of the batch entry; not needed where the batch holds one.
+    scale
+        Factor on the displacements; a round one that shows them where None.
+    names
+        Whether nodes are named.
+    units
+        Units of length and force.
+
+    Returns
+    -------
+    DeformedFrame
+        With its title.
+
+    Raises
+    ------
+    FrameError
+        If there is no such kind of figure, no member, or no such entry.
+    """
+    if what not in KINDS:
+        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+    frame = solution.frame
+    if not frame.members:
+        raise FrameError("the frame has no member to draw: add one")
+    index = one(solution.shape, entry, "the figure of the solution")
+    part = beams(solution, index, STATIONS)
+
+    def by_member(array: Array) -> Array:
+        return np.asarray(array[0].reshape(len(frame.members), STATIONS + 1, *array.shape[2:]))
+
+    rest, moved = by_member(part.points), by_member(part.point_data["displacement"])
+    size = float(np.linalg.norm(np.ptp(rest.reshape(-1, 3), axis=0))) or 1.0
+    factor = round_scale(moved, SHOWN * size) if scale is None else float(scale)
+    scene = Scene(flat=_plane(rest, moved))
+    values, title = None, f"displacements × {factor:g}"
+    there = bool(solved(solution, index)[0])
+    for line in rest:
+        scene.strokes.append(Stroke(line[[0, -1]], "undeformed" if what in ("deformed", "von_mises") else "member"))
+    if what in ("deformed", "von_mises"):
+        colours = None
+        if what == "von_mises" and there:
+            colours = by_member(part.point_data["von_mises"])
+            most = float(np.nanmax(colours, initial=0.0))
+            times, unit = scaled(most, stress_unit(units))
+            colours, values = times * colours, (f"{KINDS[what]} [{unit}]", times * most)
+        for k, line in enumerate(rest + factor * moved):
+            scene.strokes.append(Stroke(line, "member", number=k, values=None if colours is None else colours[k]))
+    else:
+        title = _add_diagrams(scene, solution, index, rest, by_member(part.point_data[what]), what, size, units)
+        factor = 0.0
+    _add_marks(scene, solution, index, factor, names, units[1])
+    if not there:
+        title = f"{np.asarray(solution.status)[index[1:]]!s}: undeformed shape, no solution"
+    return DeformedFrame(scene, factor, values, title)
+
+
+def round_scale(moved: Array, most: float) -> float:
+    """The greatest of 1, 2 and 5 times a power of ten that draws no displacement (..., 3) longer than `most`."""
+    length = np.linalg.norm(moved, axis=-1)
+    greatest = float(length.max(initial=0.0, where=np.isfinite(length)))
+    if greatest == 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(most / greatest))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power * greatest <= most * (1.0 + 1e-12)))
+
+
+def _plane(rest: Array, moved: Array) -> tuple[int, int] | None:
+    """The coordinate plane in which the members lie and are displaced; None in space."""
+    places, ways = rest.reshape(-1, 3), moved.reshape(-1, 3)
+    extent, most = np.ptp(places, axis=0), np.abs(ways).max(axis=0, initial=0.0)
+    for across in (2, 1, 0):
+        if extent[across] <= FLAT * extent.max() and most[across] <= 1e-6 * most.max(initial=0.0):
+            first, second = (axis for axis in range(3) if axis != across)
+            return first, second
+    return None
+
+
+def _add_diagrams(
+    scene: Scene,
+    solution: Results,
+    index: Index,
+    rest: Array,
+    values: Array,
+    what: str,
+    size: float,
+    units: tuple[str, str],
+) -> str:
+    """Ordinates along the members, bending moments on the side in tension; the greatest of each is told."""
+    axes = _axes(solution, index)
+    ways, told = _ordinates(what, values, axes, scene.flat)
+    most = float(np.abs(told).max(initial=0.0, where=np.isfinite(told)))
+    times, unit = scaled(most, moment_unit(units) if what in ("M", "T") else units[1])
+    factor = ORDINATE * size / most if most > 0.0 else 0.0
+    for line, way, value in zip(rest, ways, told, strict=True):
+        if not np.isfinite(value).all() or np.abs(value).max() <= 1e-9 * most:
+            continue
+        tips = line + factor * way
+        scene.regions.append(Region(np.concatenate([line, tips[::-1]]), "diagram"))
+        scene.strokes.append(Stroke(np.concatenate([line[:1], tips, line[-1:]]), "diagram"))
+        scene.strokes.extend(Stroke(np.stack(pair), "ordinate") for pair in zip(line[::3], tips[::3], strict=True))
+        for k in _extremes(value):
+            scene.labels.append(Label(f"{times * value[k]:.4g}".replace("-", "−"), tips[k], line[k]))
+    return f"{KINDS[what]} [{unit}]{', on the side in tension' if what == 'M' else ''}"
+
+
+def _axes(solution: Results, index: Index) -> Array:
+    """Unit vectors along the axes of the members as rows, global, (members, 3, 3)."""
+    frame = solution.frame
+    rows = []
+    for name, member in frame.members.items():
+        own = np.asarray(member.element.axes(frame.chord(name)), dtype=float)
+        body = frame.nodes[member.start].body
+        if body is not None and body == frame.nodes[member.end].body:
+            own = own @ np.swapaxes(frame.bodies[body].axes, -1, -2)
+        rows.append(own)
+    return np.asarray(taken(solution, index, rows)[0])
+
+
+def _ordinates(what: str, values: Array, axes: Array, flat: tuple[int, int] | None) -> tuple[Array, Array]:
+    """Ordinates (members, k, 3), in the unit of the values, and the values that are told, (members, k)."""
+    along = axes[:, None, 0]
+    normal = None if flat is None else np.cross(np.eye(3)[flat[0]], np.eye(3)[flat[1]])
+    across = np.broadcast_to(axes[:, None, 2] if normal is None else np.cross(normal, along), along.shape)
+    if what in ("N", "T"):
+        return values[..., None] * across, values
+    vectors = np.einsum("mki,mij->mkj", values, axes)
+    if normal is None:
+        return (np.cross(along, vectors) if what == "M" else vectors), np.linalg.norm(vectors, axis=-1)
+    if what == "V":
+        told = np.sum(vectors * across, axis=-1)
+        return told[..., None] * across, told
+    told = vectors @ normal
+    return -told[..., None] * across, told
+
+
+def _extremes(value: Array) -> list[int]:
+    """Stations whose values are told: the greatest, and the least where it is another and not nothing."""
+    most = float(np.abs(value).max())
+    if np.ptp(value) <= 1e-6 * most:
+        return [len(value) // 2]
+    found = {int(value.argmax()), int(value.argmin())}
+    return sorted(k for k in found if abs(value[k]) > 0.02 * most)
+
+
+def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, names: bool, force: str) -> None:
+    """Joints, supports, forces at nodes and their names, where they have been displaced to."""
+    frame = solution.frame
+    nodes = list(frame.nodes)
+    rest = taken(solution, index, [frame.position(node)[..., None, :] for node in nodes])[0, :, 0]
+    moved = np.nan_to_num(np.broadcast_to(solution.displacements(), (*solution.shape, len(nodes), 6))[index][0, :, :3])
+    at = dict(zip(nodes, rest + factor * moved, strict=True))
+    for name, link in frame.joints.items():
+        axes = link.element.axes
+        turned = np.eye(3) if axes is None else taken(solution, index, [axes])[0, 0]
+        scene.joints.append(JointSymbol(name, joint_kind(link.element), at[link.first], turned))
+    counts = _counting(scene.flat)
+    for node, held in frame.supports.items():
+        scene.supports.append(Support(at[node], clamped=all(k in held for k in counts)))
+    for node, loads in frame.loads.items():
+        total = np.zeros((*solution.shape, 3))
+        for component, value in loads:
+            if component < 3:
+                total[..., component] += value
+        given = total[index][0]
+        if (size := float(np.linalg.norm(given))) > 0.0:
+            scene.arrows.append(LoadArrow(at[node], given, quantity(size, force)))
+    if names:
+        near = 1e-6 * scene.size
+        scene.labels.extend(Label(text, place) for text, place in named_places(at, near))
+
+
+def joint_kind(element: object) -> str:
+    """What a joint lets go, as the name of a kinematic pair; a revolute where it does not say."""
+    stiffness = np.asarray(getattr(element, "stiffness", np.ones(6)), dtype=float)
+    if stiffness.shape[-1:] != (6,):
+        return "revolute"
+    free = tuple(np.all(stiffness == 0.0, axis=tuple(range(stiffness.ndim - 1))).tolist())
+    slides, turns = sum(free[:3]), sum(free[3:])
+    known = {(0, 0): "fixed", (0, 1): "revolute", (0, 2): "universal", (0, 3): "spherical"}
+    known |= {(1, 0): "prismatic", (1, 1): "cylindrical", (2, 1): "planar"}
+    return known.get((slides, turns), "revolute")
+
+
+def _counting(flat: tuple[int, int] | None) -> tuple[int, ...]:
+    """Components that matter to a support: in a plane the three in it."""
+    return tuple(range(6)) if flat is None else (*flat, 6 - sum(flat))
+
+
+def named_places(at: dict[str, Array], near: float) -> list[tuple[str, Array]]:
+    """Names and places; what stands in one place, such as the nodes on both sides of a joint, has one name.
+
+    Parameters
+    ----------
+    at
+        Places (3,) by name.
+    near
+        Distance up to which they count as one.
+    """
+    groups: list[tuple[list[str], Array]] = []
+    for name, place in at.items():
+        same = next((names for names, other in groups if np.linalg.norm(place - other) <= near), None)
+        if same is None:
+            groups.append(([name], place))
+        else:
+            same.append(name)
+    return [(_common(names), place) for names, place in groups]
+
+
+def _common(names: list[str]) -> str:
+    """``B`` of ``B.crank`` and ``B.coupler``; else all of them."""
+    starts = {name.rpartition(".")[0] or name for name in names}
+    return starts.pop() if len(names) > 1 and len(starts) == 1 else ", ".join(names)

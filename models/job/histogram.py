@@ -1,0 +1,143 @@
+"""Histograms of samples with a normal fit, which say where it does not hold."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.errors import FrameError
+from ...framework.graphics.canvas import few_ticks
+from ...framework.graphics.style import BLUE, INK, SKY, STYLE, styled
+from ..moments import Moments
+from ..normality import FEWEST, LIMIT, anderson_darling
+from ..sampling import Normal
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# More sampled values than this only make the picture darker.
+MOST_TICKS = 200
+# Samples that differ by less than this share of their size differ by rounding.
+SAME = 1e-9
+
+
+@styled
+def plot_histogram(samples: ArrayLike, ax: Axes | None = None, *, label: str = "value", unit: str = "") -> Axes:
+    """Histogram of samples with the normal density of the same mean and deviation, and whether it fits.
+
+    Above stand mean and standard deviation with their standard errors, and the Anderson-Darling statistic; where it
+    exceeds what normal samples have once in a hundred times, the fit is dashed and said not to hold.
+
+    Parameters
+    ----------
+    samples
+        Samples, (n,); NaN does not count.
+    ax
+        Axes of matplotlib to draw on; new ones where None.
+    label
+        What they are samples of.
+    unit
+        Their unit.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        What was drawn on.
+
+    Raises
+    ------
+    FrameError
+        If the samples are not one row of numbers, or there are fewer than two.
+
+    Examples
+    --------
+    Samples of a journal that lies against one side or the other are not normal.
+
+    >>> import matplotlib; matplotlib.use("Agg")
+    >>> import numpy as np
+    >>> from linkframe.models import plot_histogram
+    >>> sides = np.sign(np.random.default_rng(0).normal(size=100)) + 0.1 * np.random.default_rng(1).normal(size=100)
+    >>> print(plot_histogram(sides, label="$u_x$", unit="mm").get_title(loc="left").splitlines()[-1])
+    not normal at 1 % (A² = 14 > 1.035)
+    """
+    values = np.asarray(samples, dtype=float)
+    if values.ndim != 1 or np.count_nonzero(np.isfinite(values)) < 2:
+        raise FrameError(f"samples of {label} have shape {values.shape}: give one row of two finite numbers or more")
+    axes: Any = ax
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        with plt.rc_context(STYLE):
+            axes = plt.figure(figsize=(4.4, 3.4), layout="constrained").add_subplot()
+    draw_histogram(axes, values[np.isfinite(values)], label, unit)
+    return axes  # type: ignore[no-any-return]
+
+
+def draw_histogram(axes: Axes, values: Array, label: str, unit: str, where: str = "") -> None:
+    """One panel.
+
+    Parameters
+    ----------
+    axes
+        Where it is drawn.
+    values
+        Finite numbers, (n,).
+    label, unit
+        What they are, with mathematics, and their unit.
+    where
+        What stands first in the title.
+    """
+    told = f"{label} [{unit}]" if unit else label
+    axes.set_xlabel(told, parse_math=True)
+    first = f"{where}, " if where else ""
+    if np.ptp(values) <= SAME * np.abs(values).max():
+        axes.axvline(float(values[0]), color=BLUE, lw=1.6)
+        axes.set_yticks([])
+        axes.set_title(f"{first}all samples the same: {values[0]:.3g} {unit}".replace("-", "−"), loc="left")
+        few_ticks(axes)
+        return
+    moments = Moments.of(values)
+    mean, std = float(moments.mean), float(moments.std)
+    fits, verdict = _judged(values)
+    axes.hist(values, bins=_bins(values), density=True, color=SKY, ec="white", lw=0.8)
+    grid = np.linspace(min(values.min(), mean - 3.5 * std), max(values.max(), mean + 3.5 * std), 400)
+    label = "normal fit" if fits else "normal fit, does not hold"
+    axes.plot(grid, Normal(mean, std).pdf(grid), color=BLUE, lw=1.6, ls="-" if fits else (0, (4, 2)), label=label)
+    ticks = values[:MOST_TICKS]
+    axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
+    axes.set_ylabel(f"density [1/{unit}]" if unit else "density")
+    axes.set_title("\n".join([*_numbers(moments, first, unit), *verdict]).replace("-", "−"), loc="left")
+    axes.spines[["top", "right"]].set_visible(False)
+    few_ticks(axes)
+
+
+def _bins(values: Array) -> int:
+    """Number of bars: as NumPy has them by itself, but no more than can be told apart, however long the tails are."""
+    return int(np.clip(len(np.histogram_bin_edges(values, "auto")) - 1, 5, 60))
+
+
+def _judged(values: Array) -> tuple[bool, list[str]]:
+    """Whether a normal density fits, and the line that says so; none for few samples."""
+    if len(values) < FEWEST:
+        return True, []
+    statistic = anderson_darling(values)
+    if statistic > LIMIT:
+        return False, [f"not normal at 1 % (A² = {statistic:.3g} > {LIMIT:g})"]
+    return True, [f"normal is not refuted (A² = {statistic:.2g})"]
+
+
+def _numbers(moments: Moments, first: str, unit: str) -> list[str]:
+    """Mean and deviation with their standard errors, to the digits that these leave."""
+    error, deviation = float(moments.standard_error), float(moments.std_standard_error)
+    least = min((each for each in (error, deviation) if each > 0.0), default=1.0)
+    digits = int(np.clip(1 - math.floor(math.log10(least)), 3, 12))
+    return [
+        f"{first}with standard errors:" if first else "with standard errors:",
+        f"μ = {float(moments.mean):.{digits}f} ± {error:.{digits}f} {unit},"
+        f"  σ = {float(moments.std):.{digits}f} ± {deviation:.{digits}f} {unit}",
+    ]

@@ -1,0 +1,1 @@
+"""What figures show of a linkage and its motion."""

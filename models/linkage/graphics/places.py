@@ -1,0 +1,146 @@
+"""Where everything of a linkage is in one figure: in its reference configuration, or at a pose of a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ....framework.batch import Array, Shape, one_entry
+from ....framework.errors import FrameError
+from ..description.linkage_description import LinkageDescription
+from ..poses.kinematics import Kinematics
+
+# Points and axes off a plane by less than this share of the linkage's size lie in it.
+FLAT = 1e-9
+
+
+class DrawnPlaces(Protocol):
+    """Positions and joint axes."""
+
+    @property
+    def linkage(self) -> LinkageDescription:
+        """The description."""
+
+    def position(self, point: str, link: str | None = None) -> Array:
+        """Where a point of a link is, (3,)."""
+
+    def axes(self, joint: str) -> Array:
+        """Axes of a joint as columns, (3, 3)."""
+
+    def turned(self, link: str, vector: Array) -> Array:
+        """A vector (..., 3) of the reference configuration that turns with a link, (3,)."""
+
+    def value(self, array: Array, trailing: int) -> Array:
+        """One entry of something that may vary over the batch of the description, without its batch axes."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReferencePlaces:
+    """The reference configuration of a linkage, at one entry of its batch, counted flat."""
+
+    linkage: LinkageDescription
+    entry: int = 0
+
+    def position(self, point: str, link: str | None = None) -> Array:
+        """See `DrawnPlaces`; in the reference configuration a point is in one place."""
+        return self.value(self.linkage.points[point], 1)
+
+    def axes(self, joint: str) -> Array:
+        """See `DrawnPlaces`."""
+        return self.value(self.linkage.joints[joint].axes, 2)
+
+    def turned(self, link: str, vector: Array) -> Array:
+        """See `DrawnPlaces`."""
+        return self.value(vector, 1)
+
+    def value(self, array: Array, trailing: int) -> Array:
+        """See `DrawnPlaces`."""
+        return _at(array, self.linkage.shape, self.entry, trailing)
+
+    @property
+    def flat(self) -> tuple[int, int] | None:
+        """The plane in which the linkage lies and about whose normal its pins turn; None where there is none."""
+        points = np.array([self.position(point) for point in self.linkage.points]).reshape(-1, 3)
+        size = float(np.ptp(points, axis=0).max(initial=0.0)) or 1.0
+        turning = [j for j in self.linkage.joints.values() if j.kind.name in ("revolute", "planar")]
+        for across in (2, 1, 0):
+            leaning = [abs(abs(self.axes(joint.name)[across, 2]) - 1.0) for joint in turning]
+            if np.ptp(points[:, across], axis=None) <= FLAT * size and max(leaning, default=0.0) <= FLAT:
+                first, second = (axis for axis in range(3) if axis != across)
+                return first, second
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class PosePlaces:
+    """A pose of a motion, by its flat number."""
+
+    motion: Kinematics
+    entry: int
+
+    @property
+    def linkage(self) -> LinkageDescription:
+        """The description."""
+        return self.motion.linkage
+
+    def position(self, point: str, link: str | None = None) -> Array:
+        """See `DrawnPlaces`."""
+        return self.value(self.motion.position(point, link), 1)
+
+    def axes(self, joint: str) -> Array:
+        """See `DrawnPlaces`."""
+        return self.value(self.motion.joint_axes(joint), 2)
+
+    def turned(self, link: str, vector: Array) -> Array:
+        """See `DrawnPlaces`."""
+        return np.asarray(self.value(self.motion.axes(link), 2) @ self.value(vector, 1))
+
+    def value(self, array: Array, trailing: int) -> Array:
+        """See `DrawnPlaces`."""
+        return _at(array, self.motion.shape, self.entry, trailing)
+
+
+def _at(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
+    """One entry of an array, by its flat number in a batch shape; the first along axes that the batch has not."""
+    batch, own = array.shape[: array.ndim - trailing], array.shape[array.ndim - trailing :]
+    full = np.broadcast_shapes(shape, batch)
+    index = np.unravel_index(entry, shape) if shape else ()
+    chosen = [0] * (len(full) - len(shape)) + [int(k) for k in index]
+    inside = tuple(k if k < n else 0 for k, n in zip(chosen, full, strict=True))
+    return np.asarray(np.broadcast_to(array, (*full, *own))[inside])
+
+
+def series_of(motion: Kinematics, pose: int | tuple[int, ...] | None) -> tuple[list[int], int]:
+    """Flat numbers of the poses along the longest batch axis, and of the one that is drawn.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    pose
+        Index of the pose drawn; the first assembled one of the series where None.
+
+    Raises
+    ------
+    FrameError
+        If there is no such pose, it is not assembled, or no pose is.
+    """
+    shape = motion.shape
+    numbers = np.arange(int(np.prod(shape))).reshape(shape)
+    there = np.broadcast_to(motion.is_assembled, shape)
+    if not there.any():
+        raise FrameError("no pose of the motion is assembled, so there is nothing to draw: motion.status says why")
+    if not shape:
+        return [0], 0
+    axis = int(np.argmax(shape))
+    given = None if pose is None else one_entry(shape, pose, "the figure of the motion")
+    others = [0] * len(shape) if given is None else list(given)
+    row = numbers[tuple(slice(None) if k == axis else others[k] for k in range(len(shape)))]
+    if given is not None and not there[given]:
+        raise FrameError(f"pose {pose} cannot be drawn, it is {np.broadcast_to(motion.closure_status, shape)[given]}")
+    if given is not None:
+        return row.tolist(), int(numbers[given])
+    found = np.flatnonzero(there.reshape(-1)[row])
+    return row.tolist(), int(row[found[0]] if len(found) else numbers.reshape(-1)[np.flatnonzero(there)[0]])

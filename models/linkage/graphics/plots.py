@@ -1,0 +1,216 @@
+"""Figures of a linkage and of its motion, with matplotlib; each takes axes or makes them, and gives them back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ....framework.graphics.canvas import axes_for, draw, finish, frame_in_space
+from ....framework.graphics.deformed import round_scale
+from ....framework.graphics.scene import Region, Scene, Stroke
+from ....framework.graphics.style import fitting_figure, space_figure, styled
+from ...job.envelope import swept
+from ..description.linkage_description import LinkageDescription
+from ..poses.kinematics import Kinematics
+from .places import PosePlaces, ReferencePlaces, series_of
+from .plane import plane
+from .scene import ghost, linkage_scene
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.axes import Axes
+
+Units = tuple[str, str]
+SI: Units = ("m", "N")
+# Other poses that are drawn faintly, and sampled paths that are drawn in space.
+GHOSTS, PATHS = 8, 100
+# How far displacements of a band are drawn, as a share of what is drawn.
+SHARE = 0.05
+
+
+@styled
+def plot_linkage(
+    linkage: LinkageDescription, axes: Axes | None, entry: int, names: bool, loads: bool, units: Units
+) -> Axes:
+    """See `Linkage.plot`."""
+    if not linkage.points:
+        raise FrameError("the linkage has no points: there is nothing to draw")
+    many = math.prod(linkage.shape)
+    if entry not in range(many):
+        raise FrameError(f"plot was given entry={entry!r}, but the linkage has a batch of {many}: give 0 to {many - 1}")
+    places = ReferencePlaces(linkage, entry)
+    scene = linkage_scene(places, places.flat, names=names, loads=loads, force_unit=units[1])
+    found = axes_for(scene, axes)
+    draw(scene, found)
+    finish(scene, found, units[0])
+    return found  # type: ignore[no-any-return]
+
+
+@styled
+def html_of(linkage: LinkageDescription) -> str:
+    """A linkage as a drawing for a notebook, under a line of text; the text alone where nothing can be drawn."""
+    from io import StringIO
+
+    told = f"<p>{escape(repr(linkage).strip('<>'))}</p>"
+    if not linkage.links:
+        return told
+    places = ReferencePlaces(linkage)
+    scene = linkage_scene(places, places.flat)
+    drawn_on, axes = space_figure(5.0, 4.1) if scene.flat is None else fitting_figure(5.0, scene.extent)
+    draw(scene, axes)
+    finish(scene, axes, SI[0])
+    text = StringIO()
+    drawn_on.savefig(text, format="svg", metadata={"Date": None})
+    return told + text.getvalue()[text.getvalue().index("<svg") :]
+
+
+def scene_of(
+    motion: Kinematics,
+    pose: int | tuple[int, ...] | None,
+    trace: Sequence[str] = (),
+    *,
+    ghosts: int = GHOSTS,
+    names: bool = True,
+    loads: bool = True,
+    unit: str = "N",
+) -> Scene:
+    """What `Motion.plot` draws but for bands.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    pose
+        Index of the pose drawn; the first assembled one where None.
+    trace
+        Points of which the path along the longest batch axis is drawn.
+    ghosts
+        Number of other poses that are drawn faintly.
+    names, loads
+        Whether points are named and forces drawn.
+    unit
+        Unit of the forces.
+
+    Returns
+    -------
+    Scene
+        Of that pose.
+    """
+    series, number = series_of(motion, pose)
+    places = PosePlaces(motion, number)
+    scene = linkage_scene(places, plane(motion), names=names, loads=loads, force_unit=unit)
+    there = [k for k in series if np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)[k]]
+    for other in there[:: max(1, len(there) // ghosts)] if ghosts else []:
+        scene.strokes.extend(ghost(PosePlaces(motion, other)))
+    for point in trace:
+        path = _rows(motion, motion.position(point))[series]
+        scene.strokes.append(Stroke(path, "trace"))
+    return scene
+
+
+@styled
+def plot_motion(
+    motion: Kinematics,
+    axes: Axes | None,
+    pose: int | tuple[int, ...] | None,
+    trace: Sequence[str],
+    band: ArrayLike | None,
+    magnify: float | None,
+    ghosts: int,
+    names: bool,
+    loads: bool,
+    units: Units,
+) -> Axes:
+    """See `Motion.plot`."""
+    scene = scene_of(motion, pose, trace, ghosts=ghosts, names=names, loads=loads, unit=units[1])
+    title = ""
+    if band is not None:
+        if len(trace) != 1:
+            raise FrameError(f"band= is of one point, and trace= names {len(trace)}: name the point that it belongs to")
+        title = _add_band(scene, motion, trace[0], _samples(band), magnify)
+    found = axes_for(scene, axes)
+    draw(scene, found)
+    finish(scene, found, units[0], title)
+    return found  # type: ignore[no-any-return]
+
+
+@styled
+def animate_motion(
+    motion: Kinematics, axes: Axes | None, trace: Sequence[str], interval: float, names: bool, units: Units
+) -> FuncAnimation:
+    """See `Motion.animate`."""
+    from matplotlib.animation import FuncAnimation
+
+    series, _ = series_of(motion, None)
+    there = [k for k in series if np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)[k]]
+    scenes = [_only(motion, k, trace, series, names, units[1]) for k in there]
+    everything = Scene(strokes=[stroke for scene in scenes for stroke in scene.strokes], flat=scenes[0].flat)
+    found = axes_for(everything, axes)
+    # The limits that hold all poses are those of their lines; then they stay.
+    drawn = draw(everything, found)
+    finish(everything, found, units[0], legend=False)
+    if everything.flat is None:
+        frame_in_space(found, everything.points)
+    else:
+        found.set(xlim=found.get_xlim(), ylim=found.get_ylim())
+    size = everything.size
+
+    def show(frame: int) -> list[Any]:
+        while drawn:
+            drawn.pop().remove()
+        drawn.extend(draw(scenes[frame], found, size))
+        return drawn
+
+    show(0)
+    return FuncAnimation(found.get_figure(), show, frames=len(scenes), interval=interval)
+
+
+def _only(motion: Kinematics, pose: int, trace: Sequence[str], series: list[int], names: bool, unit: str) -> Scene:
+    """One pose of a series, by its flat number, with the paths of points."""
+    scene = linkage_scene(PosePlaces(motion, pose), plane(motion), names=names, force_unit=unit)
+    scene.strokes.extend(Stroke(_rows(motion, motion.position(point))[series], "trace") for point in trace)
+    return scene
+
+
+def _samples(band: ArrayLike | object) -> Array:
+    """Displacements from an array, or from what has ``samples``, such as a `Spread`; NaN where there is none."""
+    return np.asarray(getattr(band, "samples", band), dtype=float)
+
+
+def _add_band(scene: Scene, motion: Kinematics, point: str, samples: Array, magnify: float | None) -> str:
+    """Add what a point sweeps, and tell the factor on the displacements."""
+    if len(motion.shape) != 1 or samples.ndim not in (2, 3) or len(samples) != motion.shape[0] or samples.shape[-1] < 2:
+        raise FrameError(
+            f"band has shape {samples.shape} and the motion {motion.shape}: give displacements of {point} by pose and"
+            " sample, (poses, samples, 2 or more), or half widths by pose, (poses, 2 or more)"
+        )
+    path = motion.position(point)
+    shift = np.zeros((*samples.shape[:-1], 3))
+    shift[..., : min(3, samples.shape[-1])] = samples[..., :3]
+    if samples.ndim == 2:
+        corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+        shift = shift[:, None] * corners
+    factor = round_scale(shift, SHARE * scene.size) if magnify is None else magnify
+    places = path[:, None] + factor * shift
+    if scene.flat is None:
+        paths = np.moveaxis(places, 1, 0)[:PATHS]
+        scene.strokes.extend(Stroke(each, "sample") for each in paths)
+    else:
+        shown = list(scene.flat)
+        for outline in swept(places[..., shown]):
+            corners = np.zeros((len(outline), 3))
+            corners[:, shown] = outline
+            scene.regions.append(Region(corners, "band", point))
+    return f"displacements of {point} × {factor:g}"
+
+
+def _rows(motion: Kinematics, vectors: Array) -> Array:
+    """Vectors (..., 3) by flat number of the pose, (poses, 3)."""
+    return np.broadcast_to(vectors, (*motion.shape, 3)).reshape(-1, 3)

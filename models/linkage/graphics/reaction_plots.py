@@ -1,0 +1,88 @@
+"""Joint forces and drive forces over the first drive, with matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ....framework.graphics.canvas import few_ticks
+from ....framework.graphics.curves import draw_curves, mark_turns
+from ....framework.graphics.style import STYLE, styled
+from ....framework.graphics.units import moment_unit
+from ..poses.coordinates import coordinate_of
+from ..poses.kinematics import Kinematics
+from .places import series_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+KINDS = ("joints", "drives")
+
+
+@styled
+def plot_reactions(
+    motion: Kinematics,
+    forces: Mapping[str, Array],
+    drives: Mapping[str, Array],
+    what: str,
+    axes: Axes | None,
+    units: tuple[str, str],
+) -> Axes:
+    """See `Reactions.plot`."""
+    if what not in KINDS:
+        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+    row = np.array(series_of(motion, None)[0])
+    if what == "joints":
+        curves = {name: np.linalg.norm(_rows(motion, force)[row, :3], axis=-1) for name, force in forces.items()}
+        label = f"joint force [{units[1]}]"
+    else:
+        curves = dict(_pushes(motion, drives, row, units))
+        label = "drive force or moment"
+    found: Any = _new() if axes is None else axes
+    x, over, turns = _over(motion, row, units[0])
+    draw_curves(found, x, curves)
+    found.set(xlabel=over, ylabel=label)
+    if what == "joints":
+        found.set_ylim(bottom=0.0)
+    found.spines[["top", "right"]].set_visible(False)
+    found.legend(fontsize=7.5, frameon=False)
+    few_ticks(found)
+    if turns:
+        mark_turns(found, x)
+    return found  # type: ignore[no-any-return]
+
+
+def _new() -> Any:
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(STYLE):
+        return plt.figure(figsize=(4.8, 3.4), layout="constrained").add_subplot()
+
+
+def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tuple[str, str]) -> Any:
+    """Name with its unit, and force or moment, of each driven coordinate."""
+    for joint, force in drives.items():
+        for component, push in zip(motion.linkage.drives[joint], _rows(motion, force)[row].T, strict=True):
+            name = joint if len(motion.linkage.drives[joint]) == 1 else f"{joint}.{component}"
+            yield f"{name} [{moment_unit(units) if component[0] == 'r' else units[1]}]", push
+
+
+def _over(motion: Kinematics, row: Any, length: str) -> tuple[Array, str, bool]:
+    """The first drive, in degrees where it turns, or the number of the pose where it goes to and fro."""
+    for joint, components in motion.linkage.drives.items():
+        values = _rows(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]
+        if len(values) > 1 and not np.all(np.diff(values) > 0.0):
+            break
+        if components[0][0] == "r":
+            return np.degrees(values), f"{joint} [°]", True
+        return values, f"{joint} [{length}]", False
+    return np.arange(float(len(row))), "pose", False
+
+
+def _rows(motion: Kinematics, values: Array) -> Array:
+    """By flat number of the pose, (poses, k)."""
+    return np.broadcast_to(values, (*motion.shape, values.shape[-1])).reshape(-1, values.shape[-1])
