@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -173,7 +174,7 @@ CHANGES = st.lists(
 )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(CHANGES)
 def test_changed_in_place_as_described_anew(changes: list[tuple[str, int]]) -> None:
     """Programs of what was met in examples before are there, those of the first are not."""
@@ -202,6 +203,23 @@ def fresh(frame: Frame) -> list[Array]:
     solution = frame.solve()
     solution.plan.entry = None
     return [solution.displacement("P"), solution.reaction("A")]
+
+
+def test_threads_share_what_is_written_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other poses and other loads, in no order: each has the bits that it has alone."""
+    monkeypatch.setattr(entry_recording, "_OFTEN", 20)
+
+    def work(number: int) -> bytes:
+        frame = four_bar(0.5 + 0.1 * (number % 5))
+        found = [frame.solve().displacement("P")]
+        frame.set_load("P", fy=10.0 * (1 + number % 3))
+        return np.array([*found, frame.solve().displacement("P")]).tobytes()
+
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(work, range(60)))
+    PROGRAMS.clear()
+    alone = [work(number) for number in range(15)]
+    assert together == [alone[number % 15] for number in range(60)]
 
 
 def test_load_alone_takes_up_the_factor() -> None:
