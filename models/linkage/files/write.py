@@ -35,7 +35,7 @@ def write_linkage(linkage: Linkage, path: str | Path) -> None:
     Raises
     ------
     FrameError
-        If the folder cannot be written.
+        If the folder cannot be written, or a link has an element or a cross-section for which a file has no words.
 
     Examples
     --------
@@ -102,7 +102,12 @@ class Catalogue:
         return _named("beam", self.beams, table)
 
     def _section(self, section: CrossSection) -> str:
-        shape = next(name for name, kind in SECTIONS.items() if type(section) is kind)
+        shape = next((name for name, kind in SECTIONS.items() if type(section) is kind), None)
+        if shape is None:
+            raise FrameError(
+                f"a file describes sections of the shapes {', '.join(SECTIONS)}, and the linkage has a "
+                f"{type(section).__name__}: keep it in Python, or give its properties by a Section"
+            )
         return _named("section", self.sections, {"shape": shape, **section.sizes()})
 
     def _material(self, material: Material) -> str:
