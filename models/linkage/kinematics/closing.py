@@ -19,7 +19,7 @@ from ....framework.cache import KERNELS
 from ....framework.program.calculation import Choice, choose
 from ....framework.program.program import Operation, Program
 from ....framework.program.recording import Recording, done
-from ....framework.program.source import Functions, calculation
+from ....framework.program.source import Functions, Places, calculation
 from .equations import MARGIN, Equations
 from .linear import Linear
 from .mechanism import Mechanism
@@ -139,8 +139,9 @@ class Closing:
         self.residual = loops.mechanism.residual
         self.step = loops.equations.written(0)
         # All that the programs depend on.
-        layout = tuple(loops.singles), tuple(loops.balls), tuple(loops.driven_balls), tuple(loops.driven_states)
-        self._key = None if self.step is None else (self.step[0].program, self.step[0].places, self.step[1], layout)
+        states = loops.singles, loops.balls, loops.driven_balls, loops.driven_states
+        columns = loops.mechanism.unknown, loops.mechanism.driven, loops.linear.pattern.tobytes()
+        self._layout = len(loops.mechanism.state_names), repr(states), repr(columns)
 
     @property
     def shares(self) -> list[float]:
@@ -153,11 +154,12 @@ class Closing:
 
     def poses(self) -> WrittenDown | None:
         """(guess, parameters, shares) to what `Loops.poses` says: states, follow, determinants, first step, good."""
-        return self._found("poses", self._poses)
+        exact = self.loops.equations.written(len(self.loops.mechanism.driven))
+        return None if exact is None else self._found("poses", self._poses, exact[0])
 
     def sweep(self) -> WrittenDown | None:
         """(driven states with that which moves first, parameters, shares, tables) to poses along a path; see `way`."""
-        return self._found("sweep", self._sweep)
+        return self._found("sweep", self._sweep, self.residual)
 
     def rates(self) -> WrittenDown | None:
         """(state, parameters, -, rates and accelerations of the drives) to velocity coordinates and their derivatives.
@@ -167,20 +169,22 @@ class Closing:
         mechanism = self.loops.mechanism
         if not self.loops.linear.compact:
             return None
-        key = "rates", self._key, mechanism.full.program, mechanism.bias.program, len(mechanism.columns)
-        made: WrittenDown = KERNELS.found(key, self._rates, len(mechanism.bias.program.steps))
-        return made
+        return self._found("rates", self._rates, mechanism.full, mechanism.bias)
 
     def gap(self) -> WrittenDown:
         """(state, parameters) to the closure error."""
-        key = "gap", self.residual.program, self.residual.places
+        key = "gap", *_told(self.residual)
         made: WrittenDown = KERNELS.found(key, self._gap, len(self.residual.program.steps))
         return made
 
-    def _found(self, what: str, make: Callable[[], WrittenDown]) -> WrittenDown | None:
-        if self._key is None:
+    def _found(self, what: str, make: Callable[[], WrittenDown], *also: Functions) -> WrittenDown | None:
+        """A program that is made of the step and of what these functions do."""
+        if self.step is None:
             return None
-        made: WrittenDown = KERNELS.found((what, *self._key, self.residual.program), make, 1000)
+        parts = self.step[0], *also
+        key = what, self.step[1], self._layout, *(part for functions in parts for part in _told(functions))
+        weight = 2 * sum(len(functions.program.steps) for functions in parts)
+        made: WrittenDown = KERNELS.found(key, make, weight)
         return made
 
     # -- written down ------------------------------------------------------------------------------------------------
@@ -302,6 +306,10 @@ class Closing:
 
     def _unknown(self, state: Sequence[Any]) -> list[Any]:
         return [state[k] for k in self.loops.unknown_states]
+
+
+def _told(functions: Functions) -> tuple[Program, Places]:
+    return functions.program, functions.places
 
 
 class _Sheet:

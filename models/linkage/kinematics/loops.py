@@ -453,11 +453,11 @@ class Loops:
 
         Members do not depend on each other.
         """
-        return self._poses_at_once(state, parameters) or self._poses(state, parameters)
+        shape = np.broadcast_shapes(*{np.shape(x) for x in (*state, *parameters)})
+        return self._poses_at_once(state, parameters, shape) or self._poses(state, parameters, shape)
 
-    def _poses_at_once(self, state: list[Value], parameters: Sequence[Value]) -> Poses | None:
+    def _poses_at_once(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Poses | None:
         """`poses` as machine code, where that pays; what it does not find is looked for by arrays."""
-        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
         written = self.closing.poses() if worth_compiling(math.prod(shape)) else None
         made = written and written.run([state, parameters, self.closing.shares], shape)
         if not made:
@@ -468,16 +468,16 @@ class Loops:
             found[place] = x
         if not good.all():
             bad = ~good
-            rest = self._poses(members_of(state, bad), members_of(parameters, bad))
+            left = (int(np.count_nonzero(bad)),)
+            rest = self._poses(members_of(state, bad), members_of(parameters, bad), left)
             first[bad], good[bad] = rest.first_step, rest.good
             own = [rest.state[place] for place in self.unknown_states]
             for x, y in zip((*unknown, *follow, *determinants), (*own, *rest.follow, *rest.determinants), strict=True):
                 x[bad] = y
         return Poses(found, list(follow), list(determinants), first, good)
 
-    def _poses(self, state: list[Value], parameters: Sequence[Value]) -> Poses:
+    def _poses(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Poses:
         step_at, pose_at, n = self.equations.step[1], self.equations.pose[1], self.columns
-        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
         good, moving = np.ones(shape, dtype=bool), np.ones(shape, dtype=bool)
         first, last = np.full(shape, -1.0), np.zeros(shape)
         with np.errstate(all="ignore"):
