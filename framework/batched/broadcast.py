@@ -49,7 +49,8 @@ class BroadcastSolver:
     @cached_property
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
-        return len({int(self.plan.islands[name // 6]) for name in self.plan.excited})
+        excited = self.plan.excited
+        return len(excited) if len(excited) < 2 else len({int(self.plan.islands[name // 6]) for name in excited})
 
     def reaching(self, unknowns: Iterable[int]) -> BroadcastSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""

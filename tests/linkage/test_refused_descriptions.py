@@ -93,6 +93,12 @@ LINKAGE: dict[str, list[Callable[[Linkage], object]]] = {
     "mobility": [lambda k: k.mobility(entry=9)],
     "dead_points": [lambda k: k.dead_points("X")],
     "drive_range": [lambda k: k.drive_range("X")],
+    "page": [
+        lambda k: k.page("page.html", "X", drives={"A": [0.0, 0.1]}),
+        lambda k: k.page("page.pdf", "C", drives={"A": [0.0, 0.1]}),
+        lambda k: k.page("page.html", "C", drives={"A": 0.0}),
+    ],
+    "plot": [lambda k: k.plot(entry=9)],
 }
 for kind in JOINTS:
     needed = NEEDED.get(kind, {})
