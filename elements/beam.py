@@ -13,7 +13,7 @@ from ..framework.orientation import axes_towards, default_axes
 from ..framework.protocol import Array, LineElement, proven
 from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
 from .cross_section import CrossSection
-from .direction import BARS, DIRECTIONS, Direction, stamp_rows
+from .direction import BARS, DIRECTIONS, BendingPlane, stamp_rows
 from .flexibility import Part, Six, UniformPart, spread_points, tapered_part
 from .material import Material
 from .parameters import Real, array_of, as_real, common_shape, given_state, require, shape_of
@@ -236,8 +236,8 @@ class Beam(LineElement):
             k = self._bar(i, length)
             matrix[..., i, i] = matrix[..., i + 6, i + 6] = k
             matrix[..., i, i + 6] = matrix[..., i + 6, i] = -k
-        for way in DIRECTIONS:
-            stamp_stiffness(matrix, self._plane(way, length), way.dofs, way.sign)
+        for direction in DIRECTIONS:
+            stamp_stiffness(matrix, self._plane(direction, length), direction.dofs, direction.sign)
         return matrix
 
     def springs(self, length: Array | float) -> tuple[Array, Array]:
@@ -256,7 +256,7 @@ class Beam(LineElement):
         """
         arm, length = np.asarray(length), as_real(length)
         shape = shape_of(arm.shape, self.sections_shape)
-        planes = [self._plane(way, length) for way in DIRECTIONS]
+        planes = [self._plane(direction, length) for direction in DIRECTIONS]
         # With the sections they vary only where these move the elastic centre.
         varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
         # Each number lies in one piece: that is how batches are read and written.
@@ -264,14 +264,17 @@ class Beam(LineElement):
         rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
         for i in BARS:
             stiffness[i], rows[i, i], rows[i, i + 6] = self._bar(i, length), -1.0, 1.0
-        for way, plane in zip(DIRECTIONS, planes, strict=True):
-            v1, r1, v2, r2 = way.dofs
-            stiffness[way.moved], stiffness[way.turned] = plane.shear, plane.bend
-            rows[way.moved, v1], rows[way.moved, v2] = 1.0, -1.0
+        for direction, plane in zip(DIRECTIONS, planes, strict=True):
+            v1, r1, v2, r2 = direction.dofs
+            stiffness[direction.deflection], stiffness[direction.rotation] = plane.shear, plane.bend
+            rows[direction.deflection, v1], rows[direction.deflection, v2] = 1.0, -1.0
             # the parts add up to the length in its precision, so that a rigid turn costs no energy
             before = plane.fraction * arm
-            rows[way.moved, r1], rows[way.moved, r2] = way.sign * before, way.sign * (arm - before)
-            rows[way.turned, r1], rows[way.turned, r2] = -way.sign, way.sign
+            rows[direction.deflection, r1], rows[direction.deflection, r2] = (
+                direction.sign * before,
+                direction.sign * (arm - before),
+            )
+            rows[direction.rotation, r1], rows[direction.rotation, r2] = -direction.sign, direction.sign
         return stiffness.transpose(*range(1, stiffness.ndim), 0), rows.transpose(*range(2, rows.ndim), 0, 1)
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
@@ -298,10 +301,12 @@ class Beam(LineElement):
         for i in BARS:
             pull = self._bar(i, length) * (u[i + 6] - u[i])
             forces[..., i], forces[..., i + 6] = -pull, pull
-        for way in DIRECTIONS:
-            v1, r1, v2, r2 = way.dofs
-            acting = plane_forces(self._plane(way, length), u[v1], way.sign * u[r1], u[v2], way.sign * u[r2])
-            for dof, sign, force in zip(way.dofs, way.signs, acting, strict=True):
+        for direction in DIRECTIONS:
+            v1, r1, v2, r2 = direction.dofs
+            acting = plane_forces(
+                self._plane(direction, length), u[v1], direction.sign * u[r1], u[v2], direction.sign * u[r2]
+            )
+            for dof, sign, force in zip(direction.dofs, direction.signs, acting, strict=True):
                 forces[..., dof] = sign * force
         return forces
 
@@ -360,29 +365,34 @@ class Beam(LineElement):
         for i in BARS:
             slopes[..., i, i + 6] = self._bar(i, length) * flexibility[i]
             slopes[..., i, i] = -slopes[..., i, i + 6]
-        for way, plane in planes:
-            stamp_rows(slopes, way, strain_rows(plane, x, flexibility[way.bending], flexibility[way.shearing]))
+        for direction, plane in planes:
+            stamp_rows(
+                slopes,
+                direction,
+                strain_rows(plane, x, flexibility[direction.bending], flexibility[direction.shearing]),
+            )
             # the slope is the shear strain and the rotation together
-            slopes[..., way.moved, :] += way.sign * values[..., way.turned, :]
+            slopes[..., direction.deflection, :] += direction.sign * values[..., direction.rotation, :]
         return values, slopes
 
-    def _shapes(self, length: Real, fraction: Real) -> tuple[Array, list[tuple[Direction, Plane]]]:
+    def _shapes(self, length: Real, fraction: Real) -> tuple[Array, list[tuple[BendingPlane, Plane]]]:
         """`shape_functions` at a fraction of the length, (..., 6, 12), and the planes in which they bend."""
         shape = np.broadcast_shapes(np.shape(length), np.shape(fraction), self.sections_shape)
         values, part, planes = np.zeros((*shape, 6, 12)), self._part(fraction), []
         for i in BARS:
             # a bar with a released end moves as one, with its other end
-            held, share = (0, i) not in self.releases, self._bar(i, length) * part.bar(i, length)
-            values[..., i, i], values[..., i, i + 6] = (1.0 - share, share) if held else (0.0, 1.0)
+            constrained, share = (0, i) not in self.releases, self._bar(i, length) * part.bar(i, length)
+            values[..., i, i], values[..., i, i + 6] = (1.0 - share, share) if constrained else (0.0, 1.0)
         x = fraction * length
-        for way in DIRECTIONS:
-            released, plane = self._released(way), self._plane(way, length)
+        for direction in DIRECTIONS:
+            released, plane = self._released(direction), self._plane(direction, length)
             whole, here = (
-                each.curve(way.bending, way.shearing, plane.fraction, length) for each in (self._whole, part)
+                each.curve(direction.bending, direction.shearing, plane.fraction, length)
+                for each in (self._whole, part)
             )
             start = start_rows(plane, length, whole, released)
-            stamp_rows(values, way, plane_rows(plane, start, x, here))
-            planes.append((way, plane))
+            stamp_rows(values, direction, plane_rows(plane, start, x, here))
+            planes.append((direction, plane))
         return values, planes
 
     def mass_matrix(self, length: Array | float) -> Array:
@@ -419,9 +429,11 @@ class Beam(LineElement):
             near, far = bar_mass(inertia[i], length)
             matrix[..., i, i] = matrix[..., i + 6, i + 6] = near
             matrix[..., i, i + 6] = matrix[..., i + 6, i] = far
-        for way in DIRECTIONS:
-            rotary = inertia[way.turned]
-            plane_mass(inertia[way.moved], rotary, length, self._phi(way, length)).stamp(matrix, way.dofs, way.sign)
+        for direction in DIRECTIONS:
+            rotary = inertia[direction.rotation]
+            plane_mass(inertia[direction.deflection], rotary, length, self._phi(direction, length)).stamp(
+                matrix, direction.dofs, direction.sign
+            )
         return matrix
 
     def geometric_matrix(self, length: Array | float, axial: Array | float) -> Array:
@@ -463,8 +475,8 @@ class Beam(LineElement):
         wagner = axial * (self.section.Iy + self.section.Iz) / self.section.A / length
         matrix[..., 3, 3] = matrix[..., 9, 9] = wagner
         matrix[..., 3, 9] = matrix[..., 9, 3] = -wagner
-        for way in DIRECTIONS:
-            plane_geometric(axial, length, self._phi(way, length)).stamp(matrix, way.dofs, way.sign)
+        for direction in DIRECTIONS:
+            plane_geometric(axial, length, self._phi(direction, length)).stamp(matrix, direction.dofs, direction.sign)
         return matrix
 
     def section_flexibility(self, fraction: Array | float) -> Array:
@@ -581,10 +593,10 @@ class Beam(LineElement):
     def _whole(self) -> Part:
         return self._part(1.0)
 
-    def _phi(self, way: Direction, length: Real) -> Real:
+    def _phi(self, direction: BendingPlane, length: Real) -> Real:
         """Ratio of the shear to the bending deformation of a prismatic beam."""
         flexibility = self._flexibility(0.0)
-        return 12.0 * flexibility[way.shearing] / (flexibility[way.bending] * length * length)
+        return 12.0 * flexibility[direction.shearing] / (flexibility[direction.bending] * length * length)
 
     def _bar(self, component: int, length: Real) -> Real:
         """Stiffness in tension (0) or torsion (3)."""
@@ -592,17 +604,17 @@ class Beam(LineElement):
             return 0.0
         return 1.0 / self._whole.bar(component, length)
 
-    def _plane(self, way: Direction, length: Real) -> Plane:
+    def _plane(self, direction: BendingPlane, length: Real) -> Plane:
         """Stiffness in one plane of bending."""
-        centre = self._whole.centre(way.bending)
-        whole = self._whole.curve(way.bending, way.shearing, centre, length)
-        return bending_plane(centre, length, whole, self._released(way))
+        centre = self._whole.centre(direction.bending)
+        whole = self._whole.curve(direction.bending, direction.shearing, centre, length)
+        return bending_plane(centre, length, whole, self._released(direction))
 
-    def _released(self, way: Direction) -> frozenset[int]:
+    def _released(self, direction: BendingPlane) -> frozenset[int]:
         if not self.releases:
             return _NOTHING
         dofs = (end * 6 + component for end, component in self.releases)
-        return frozenset(way.dofs.index(dof) for dof in dofs if dof in way.dofs)
+        return frozenset(direction.dofs.index(dof) for dof in dofs if dof in direction.dofs)
 
 
 def _check_parts(beam: Beam) -> None:
@@ -616,7 +628,7 @@ def _check_parts(beam: Beam) -> None:
             if isinstance(section, Section):
                 section.require("a beam with shear deformation", "ky", "kz")
     if beam.end is not None and type(beam.end) is not type(beam.section):
-        told = f"{type(beam.end).__name__} and section a {type(beam.section).__name__}"
-        raise FrameError(f"Beam: end is a {told}; give two of one type")
+        text = f"{type(beam.end).__name__} and section a {type(beam.section).__name__}"
+        raise FrameError(f"Beam: end is a {text}; give two of one type")
     if not isinstance(beam.segments, (int, np.integer)) or beam.segments < 1:
         raise FrameError(f"Beam: segments = {beam.segments!r} must be a whole number above zero")

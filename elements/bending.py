@@ -101,22 +101,22 @@ def start_rows(plane: Plane, length: Real, whole: Curve, released: frozenset[int
     They are those of the first node, unless they are released: then the member, bent as it is,
     follows what holds it. `whole` is the curve at the end of the member, about the centre of `plane`.
     """
-    sag = plane.shear * whole.deflection_by_slope
+    shear_ratio = plane.shear * whole.deflection_by_slope
     if START_TURNED not in released:
         turn: Row = (0.0, 1.0, 0.0, 0.0)
     elif START_MOVED in released or END_MOVED in released:
         turn = (0.0, 0.0, 0.0, 1.0)
     else:
-        turn = (-(1.0 + sag) / length, 0.0, (1.0 + sag) / length, -sag * plane.rest / length)
+        turn = (-(1.0 + shear_ratio) / length, 0.0, (1.0 + shear_ratio) / length, -shear_ratio * plane.rest / length)
     if START_MOVED not in released:
         return (1.0, 0.0, 0.0, 0.0), turn
-    lean = plane.bend * whole.deflection_by_moment
-    return (0.0, lean - length * turn[1], 1.0, -lean - length * turn[3]), turn
+    bending_ratio = plane.bend * whole.deflection_by_moment
+    return (0.0, bending_ratio - length * turn[1], 1.0, -bending_ratio - length * turn[3]), turn
 
 
 def plane_rows(plane: Plane, start: tuple[Row, Row], x: Real, curve: Curve) -> tuple[Row, Row]:
     """Deflection and rotation at x by (v1, r1, v2, r2), with the `curve` at x about the plane's centre."""
-    moved, turned = start
+    deflection, rotation = start
     by_shear = (1.0, plane.centre, -1.0, plane.rest)
     by_bend = (0.0, -1.0, 0.0, 1.0)
 
@@ -125,10 +125,10 @@ def plane_rows(plane: Plane, start: tuple[Row, Row], x: Real, curve: Curve) -> t
         v1, r1, v2, r2 = (b + s * p + m * q for b, p, q in zip(base, by_shear, by_bend, strict=True))
         return v1, r1, v2, r2
 
-    rigid = [m + x * t for m, t in zip(moved, turned, strict=True)]
+    rigid = [m + x * t for m, t in zip(deflection, rotation, strict=True)]
     return (
         row(rigid, curve.deflection_by_slope, curve.deflection_by_moment),
-        row(list(turned), curve.rotation_by_slope, curve.rotation_by_moment),
+        row(list(rotation), curve.rotation_by_slope, curve.rotation_by_moment),
     )
 
 

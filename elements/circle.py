@@ -8,8 +8,8 @@ import numpy as np
 
 from ..framework.protocol import Array
 from .cross_section import CrossSection
+from .outer_fibre import outer_fibre_stress
 from .parameters import Real
-from .rim import rim_stress
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ class Circle(CrossSection):
         return {"A": area, "Iy": inertia, "Iz": inertia, "J": 2.0 * inertia, "ky": 6.0 / 7.0, "kz": 6.0 / 7.0}
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses, which are on the rim.
+        """Extreme stresses, which are in the outer fibre.
 
-        A shear force gives the tangential stress ``4/3 V sin(angle) / A`` on the rim (Timoshenko,
+        A shear force gives the tangential stress ``4/3 V sin(angle) / A`` in the outer fibre (Timoshenko,
         *Strength of Materials* I, on beams of circular section).
 
         Parameters
@@ -66,4 +66,4 @@ class Circle(CrossSection):
         >>> Circle(diameter=2.0).stress([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]).round(6).tolist()
         [0.0, 0.0, 1.102658]
         """
-        return rim_stress(forces, self.A, self.Iy, 0.5 * self.diameter, 4.0 / 3.0)
+        return outer_fibre_stress(forces, self.A, self.Iy, 0.5 * self.diameter, 4.0 / 3.0)

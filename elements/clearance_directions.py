@@ -19,10 +19,10 @@ def radial(springs: Array) -> tuple[int, ...]:
     A revolute or cylindrical joint about z has clearance in ``ux uy``, a spherical one in ``ux uy uz``, a slider along
     x in ``uy uz``. What is free (stiffness 0 throughout) has no clearance.
     """
-    held = np.any(springs.reshape(-1, 6) > 0.0, axis=0).tolist()
-    turning = [k - 3 for k in ROTATIONS if not held[k]]
+    constrained = np.any(springs.reshape(-1, 6) > 0.0, axis=0).tolist()
+    turning = [k - 3 for k in ROTATIONS if not constrained[k]]
     along = turning if len(turning) == 1 else []
-    return tuple(k for k in TRANSLATIONS if held[k] and k not in along)
+    return tuple(k for k in TRANSLATIONS if constrained[k] and k not in along)
 
 
 def checked_directions(springs: Array, names: str | Sequence[str] | None) -> tuple[int, ...]:
@@ -36,23 +36,23 @@ def checked_directions(springs: Array, names: str | Sequence[str] | None) -> tup
     """
     names = (names,) if isinstance(names, str) else names
     found = radial(springs) if names is None else tuple(sorted({component(name) for name in names}))
-    told = " ".join(DISPLACEMENTS[k] for k in found)
+    text = " ".join(DISPLACEMENTS[k] for k in found)
     if not found:
         raise FrameError(
             "Joint: clearance, but no translation is constrained; name components, such as "
             "clearance_directions=('ux', 'uy')"
         )
     if not (set(found) <= set(TRANSLATIONS) or set(found) <= set(ROTATIONS)):
-        raise FrameError(f"Joint: clearance in {told} mixes lengths and angles; give translations or rotations")
+        raise FrameError(f"Joint: clearance in {text} mixes lengths and angles; give translations or rotations")
     own = springs[..., list(found)]
     if not np.all(own > 0.0):
         raise FrameError(
-            f"Joint: clearance given in a free direction of {told}, where the stiffness is 0; leave it out"
+            f"Joint: clearance given in a free direction of {text}, where the stiffness is 0; leave it out"
         )
     if not np.all(own == own[..., :1]):
         unequal = own[np.any(own != own[..., :1], axis=-1)][0]
         raise FrameError(
-            f"Joint: clearance in {told} needs one contact stiffness, not {unequal}; name others by "
+            f"Joint: clearance in {text} needs one contact stiffness, not {unequal}; name others by "
             "clearance_directions="
         )
     return found

@@ -10,17 +10,17 @@ from .bending import Row
 BARS = (0, 3)
 
 
-class Direction(NamedTuple):
+class BendingPlane(NamedTuple):
     """A plane of bending in the twelve end components and six section forces."""
 
-    moved: int
-    turned: int
+    deflection: int
+    rotation: int
     sign: float
 
     @property
     def dofs(self) -> tuple[int, int, int, int]:
         """End components (v1, r1, v2, r2)."""
-        return self.moved, self.turned, self.moved + 6, self.turned + 6
+        return self.deflection, self.rotation, self.deflection + 6, self.rotation + 6
 
     @property
     def signs(self) -> tuple[float, float, float, float]:
@@ -30,20 +30,20 @@ class Direction(NamedTuple):
     @property
     def shearing(self) -> int:
         """Section force that shears."""
-        return self.moved
+        return self.deflection
 
     @property
     def bending(self) -> int:
         """Section force that bends."""
-        return self.turned
+        return self.rotation
 
 
-DIRECTIONS = (Direction(1, 5, 1.0), Direction(2, 4, -1.0))
+DIRECTIONS = (BendingPlane(1, 5, 1.0), BendingPlane(2, 4, -1.0))
 
 
-def stamp_rows(rows: Array, way: Direction, pair: tuple[Row, Row]) -> None:
+def stamp_rows(rows: Array, plane: BendingPlane, pair: tuple[Row, Row]) -> None:
     """Write the rows of displacement and rotation of one plane of bending."""
-    moved, turned = pair
-    for dof, sign, m, t in zip(way.dofs, way.signs, moved, turned, strict=True):
-        rows[..., way.moved, dof] = sign * m
-        rows[..., way.turned, dof] = way.sign * sign * t
+    deflection, rotation = pair
+    for dof, sign, m, t in zip(plane.dofs, plane.signs, deflection, rotation, strict=True):
+        rows[..., plane.deflection, dof] = sign * m
+        rows[..., plane.rotation, dof] = plane.sign * sign * t

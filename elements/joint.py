@@ -88,7 +88,7 @@ class Joint(JointElement):
         if springs.shape[-1:] != (6,):
             raise FrameError(f"Joint: stiffness has shape {springs.shape}; give six springs, (..., 6)")
         require("Joint", "stiffness", springs, springs >= 0.0, "0 (free) to inf (ideal)")
-        turned = None if axes is None else rotation(axes, "Joint: axes")
+        rotated = None if axes is None else rotation(axes, "Joint: axes")
         gap = advance = _NONE
         if not _is_zero(clearance):
             gap = array_of("Joint", "clearance", clearance)
@@ -96,10 +96,10 @@ class Joint(JointElement):
         if not _is_zero(pitch):
             advance = array_of("Joint", "pitch", pitch)
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
-        shapes = {"stiffness": springs.shape[:-1], "axes": () if turned is None else turned.shape[:-2]}
+        shapes = {"stiffness": springs.shape[:-1], "axes": () if rotated is None else rotated.shape[:-2]}
         common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
         object.__setattr__(self, "stiffness", springs)
-        object.__setattr__(self, "axes", turned)
+        object.__setattr__(self, "axes", rotated)
         object.__setattr__(self, "clearance", gap)
         object.__setattr__(self, "pitch", advance)
         asked = gap.any() or clearance_directions is not None
@@ -119,9 +119,9 @@ class Joint(JointElement):
         Joint
             Its stiffness, clearance and pitch as they are.
         """
-        twin = copy(self)
-        object.__setattr__(twin, "axes", axes)
-        return twin
+        clone = copy(self)
+        object.__setattr__(clone, "axes", axes)
+        return clone
 
     @property
     def shape(self) -> tuple[int, ...]:

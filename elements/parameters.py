@@ -71,8 +71,8 @@ def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int
     try:
         return shape_of(*shapes.values())
     except ValueError:
-        told = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
-        raise FrameError(f"{owner}: shapes do not broadcast: {told}; give arrays that broadcast together") from None
+        text = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise FrameError(f"{owner}: shapes do not broadcast: {text}; give arrays that broadcast together") from None
 
 
 def shape_of(*values: Real | tuple[int, ...] | None) -> tuple[int, ...]:

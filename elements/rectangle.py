@@ -63,8 +63,8 @@ class Rectangle(CrossSection):
         """Torque per shear stress at mid-side, (...) each: of the sides ``y = const``, of the sides ``z = const``."""
         short, long = _sides(self.y, self.z)
         at_long = 1.0 - 8.0 / np.pi**2 * _series(long / short, 0.5, lambda n, e: 2.0 * e / (1.0 + e * e) / n**2)
-        tail = _series(long / short, 1.0, lambda n, e: (2.0 - n % 4.0) * 2.0 * e / (1.0 + e) / n**2)
-        at_short = 8.0 / np.pi**2 * (CATALAN - tail)
+        remainder = _series(long / short, 1.0, lambda n, e: (2.0 - n % 4.0) * 2.0 * e / (1.0 + e) / n**2)
+        at_short = 8.0 / np.pi**2 * (CATALAN - remainder)
         of_long, of_short = self.J / (short * at_long), self.J / (short * at_short)
         upright = np.asarray(self.z) >= np.asarray(self.y)  # then the sides y = const are the long ones
         return np.where(upright, of_long, of_short), np.where(upright, of_short, of_long)

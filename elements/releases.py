@@ -26,9 +26,9 @@ def parse_releases(release: Iterable[str]) -> tuple[tuple[int, int], ...]:
             raise FrameError(f"Beam: release {text!r} must be an end and a component, such as 'start rz' or 'end ux'")
         pairs.add((ENDS.index(words[0]), COMPONENTS.index(words[1])))
     releases = tuple(sorted(pairs))
-    for moved, turned in ((0, None), (3, None), (1, 5), (2, 4)):
-        plane = [pair for pair in releases if pair[1] in (moved, turned)]
-        if len(plane) > 2 or {(0, moved), (1, moved)} <= set(plane):
-            told = ", ".join(f"{ENDS[end]} {COMPONENTS[component]}" for end, component in plane)
-            raise FrameError(f"Beam: releases {told} leave the member itself free to move; keep one of them")
+    for deflection, rotation in ((0, None), (3, None), (1, 5), (2, 4)):
+        plane = [pair for pair in releases if pair[1] in (deflection, rotation)]
+        if len(plane) > 2 or {(0, deflection), (1, deflection)} <= set(plane):
+            names = ", ".join(f"{ENDS[end]} {COMPONENTS[component]}" for end, component in plane)
+            raise FrameError(f"Beam: releases {names} leave the member itself free to move; keep one of them")
     return releases

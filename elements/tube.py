@@ -8,8 +8,8 @@ import numpy as np
 
 from ..framework.protocol import Array
 from .cross_section import CrossSection
+from .outer_fibre import outer_fibre_stress
 from .parameters import Real, require
-from .rim import rim_stress
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +57,11 @@ class Tube(CrossSection):
         return self.outer - 2.0 * self.thickness
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses, which are on the outer rim.
+        """Extreme stresses, which are in the outer fibre.
 
         A shear force V gives the tangential stress ``p V sin(angle) / A`` with
         ``p = 4/3 (D^2 + D d + d^2) / (D^2 + d^2)``: Jourawski's formula at the neutral axis, and
-        for a thin or a full wall all along the rim.
+        for a thin or a full wall all along the outer fibre.
 
         Parameters
         ----------
@@ -84,4 +84,4 @@ class Tube(CrossSection):
         """
         D, d = self.outer, self._inner
         peak = 4.0 / 3.0 * (D * D + D * d + d * d) / (D * D + d * d)
-        return rim_stress(forces, self.A, self.Iy, 0.5 * D, peak)
+        return outer_fibre_stress(forces, self.A, self.Iy, 0.5 * D, peak)

@@ -29,7 +29,7 @@ _ROUNDED = 1e-10
 _LOOKED = 16
 
 
-class _Told(dict[str, Any]):
+class _FormFields(dict[str, Any]):
     """What scikit-fem gives a form as ``w``, and whether it was asked where it is."""
 
     placed = False
@@ -101,21 +101,21 @@ class AddedForm:
 
     def _asks(self, terms: Sequence[tuple[int, ...]], length: Array) -> bool:
         """Whether the form asks where it is."""
-        told = _Told()
+        text = _FormFields()
         one = replace(self, values=tuple(value.reshape(-1)[:1].reshape(()) for value in self.values), placed=True)
         first = np.asarray(length).reshape(-1)[:1].reshape(())
-        for _ in one._values(first[None], first, terms, told):
+        for _ in one._values(first[None], first, terms, text):
             pass
-        return told.placed
+        return text.placed
 
     def _examined(self, matrices: Array, length: Array) -> Self:
         """The form, symmetric and of one sign."""
         size = np.max(length, initial=0.0) ** np.repeat([0.0, 1.0, 1.0, 2.0], 3)[list(self.used)]
-        weighed = matrices / (size[:, None] * size)
-        most = np.abs(weighed).max(axis=(-2, -1), initial=0.0, keepdims=True)
-        if np.any(np.abs(weighed - np.swapaxes(weighed, -1, -2)) > _ROUNDED * most):
+        weighted = matrices / (size[:, None] * size)
+        most = np.abs(weighted).max(axis=(-2, -1), initial=0.0, keepdims=True)
+        if np.any(np.abs(weighted - np.swapaxes(weighted, -1, -2)) > _ROUNDED * most):
             raise FrameError(f"add_form: {self.name} is not symmetric in u and v: frames take symmetric forms")
-        pivots, _, left = _factored(weighed)
+        pivots, _, left = _factored(weighted)
         if np.any(left > _ROUNDED * most[..., 0, 0]):
             made = "springs that push" if self.into == STIFFNESS else "a mass below zero"
             raise FrameError(
@@ -187,30 +187,34 @@ class AddedForm:
         return _matrix([*upper, *upper], [*self.terms, *((j, i) for i, j in self.terms)], len(self.used))
 
     def _values(
-        self, x: Array, length: Array, terms: Sequence[tuple[int, ...]], told: _Told | None = None
+        self, x: Array, length: Array, terms: Sequence[tuple[int, ...]], fields_by_name: _FormFields | None = None
     ) -> Iterator[tuple[tuple[int, ...], Array]]:
         """The form for unit fields of some terms, (..., points); one point where it does not depend on the place."""
         from skfem.element import DiscreteField
 
-        told = _Told() if told is None else told
+        fields_by_name = _FormFields() if fields_by_name is None else fields_by_name
         x = x if self.placed else x.reshape(-1)[:1]
         lead = x.shape[:-1]
         ndim = max(len(lead), len(self.shape))
         shape = (*np.broadcast_shapes((1,) * ndim, lead, self.shape), x.shape[-1])
         flat = (int(np.prod(shape[:-1], dtype=np.int64)), shape[-1])
         along = np.broadcast_to(x, shape).reshape(flat)
-        told["x"] = np.stack([along, 0.0 * along, 0.0 * along])
-        told["h"] = np.broadcast_to(np.asarray(length)[..., None] if self.placed else 0.0, shape).reshape(flat)
+        fields_by_name["x"] = np.stack([along, 0.0 * along, 0.0 * along])
+        fields_by_name["h"] = np.broadcast_to(np.asarray(length)[..., None] if self.placed else 0.0, shape).reshape(
+            flat
+        )
         for name, value in zip(self.names, self.values, strict=True):
-            told[name] = float(value) if value.ndim == 0 else np.broadcast_to(value[..., None], shape).reshape(flat)
+            fields_by_name[name] = (
+                float(value) if value.ndim == 0 else np.broadcast_to(value[..., None], shape).reshape(flat)
+            )
         units = [_unit(DiscreteField, i, flat) for i in range(12)]
         for term in terms:
-            value = self._value([units[i] for i in term], told)
+            value = self._value([units[i] for i in term], fields_by_name)
             yield term, np.broadcast_to(value, flat).reshape(shape)
 
-    def _value(self, fields: list[Any], told: _Told) -> Array:
+    def _value(self, fields: list[Any], fields_by_name: _FormFields) -> Array:
         try:
-            return np.asarray(self.form.form(*fields, told), dtype=np.float64)
+            return np.asarray(self.form.form(*fields, fields_by_name), dtype=np.float64)
         except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
             raise FrameError(
                 f"add_form: {self.name} failed: {error}. It is given the displacement in the members' axes, "
@@ -240,8 +244,8 @@ def _kind(form: object, into: str | None) -> str:
         raise FrameError(f"add_form was given {form!r}: give a skfem.BilinearForm or a skfem.LinearForm")
     kinds = (STIFFNESS, MASS) if bilinear else (LOAD,)
     if into is not None and into not in kinds:
-        told = " or ".join(repr(kind) for kind in kinds)
-        raise FrameError(f"add_form was given into={into!r} for a {type(form).__name__}: give {told}")
+        text = " or ".join(repr(kind) for kind in kinds)
+        raise FrameError(f"add_form was given into={into!r} for a {type(form).__name__}: give {text}")
     return kinds[0] if into is None else into
 
 

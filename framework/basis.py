@@ -29,9 +29,9 @@ def frame_basis(frame: Description, on: str | Sequence[str], intorder: int) -> A
     for piece in pieces:
         elements.setdefault(piece.element.kind, (piece.member, piece.element))
     if len(elements) > 1:
-        told = ", ".join(dict.fromkeys(name for name, _ in elements.values()))
+        text = ", ".join(dict.fromkeys(name for name, _ in elements.values()))
         raise FrameError(
-            f"basis: members on {on!r} are of {len(elements)} kinds, first in {told}: ask for a basis of each kind "
+            f"basis: members on {on!r} are of {len(elements)} kinds, first in {text}: ask for a basis of each kind "
             "(each segment of a taper is of its own: give it one segment)"
         )
     ((_, element),) = elements.values()

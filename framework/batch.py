@@ -35,8 +35,8 @@ def numbers(value: ArrayLike, what: str) -> Array:
 
 def _short(value: object) -> str:
     """What `value` looks like, without the tail of a long array."""
-    told = " ".join(repr(value).split())
-    return told if len(told) <= 80 else f"{told[:76]} ..."
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else f"{text[:76]} ..."
 
 
 def finite(value: ArrayLike, what: str) -> Array:
@@ -116,7 +116,7 @@ def aligned(array: Array, ndim: int, trailing: int = 0) -> Array:
     return array.reshape((1,) * missing + array.shape) if missing > 0 else array
 
 
-def turned(axes: Array, vectors: Array) -> Array:
+def rotated(axes: Array, vectors: Array) -> Array:
     """Each three components of `vectors` (..., 3 n) multiplied by the matrices `axes` (..., 3, 3)."""
     split = vectors.reshape(*vectors.shape[:-1], vectors.shape[-1] // 3, 3)
     fine = axes.dtype != np.float64 or split.dtype != np.float64

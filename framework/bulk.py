@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .batch import Array, distinct, finite, turned, vector
+from .batch import Array, distinct, finite, rotated, vector
 from .description import JointLink, Member, Node, check_ideal
 from .dofs import FORCES, component, components
 from .editing import Editable
@@ -80,7 +80,7 @@ class InBulk(Editable):
         there = places
         if body is not None:
             frame = self.bodies[body]
-            there = frame.origin[..., None, :] + turned(frame.axes[..., None, :, :], places)
+            there = frame.origin[..., None, :] + rotated(frame.axes[..., None, :, :], places)
         self.size = max(self.size, float(np.abs(there).max(initial=0.0)))
         return new
 
@@ -143,8 +143,8 @@ class InBulk(Editable):
         elif all(issubclass(kind, JointElement) for kind in kinds):
             self._add_joints(new, each, starts, stops)  # type: ignore[arg-type]
         else:
-            told = ", ".join(sorted(kind.__name__ for kind in kinds))
-            raise FrameError(f"add_many was given elements of the kinds {told}: give members alone, or joints alone")
+            text = ", ".join(sorted(kind.__name__ for kind in kinds))
+            raise FrameError(f"add_many was given elements of the kinds {text}: give members alone, or joints alone")
         return new
 
     def fix_many(self, nodes: Names, *names: str) -> None:
@@ -157,9 +157,9 @@ class InBulk(Editable):
         *names
             Global displacement components ``ux uy uz rx ry rz``.
         """
-        held = {index: np.zeros(()) for index in components(names)}
+        constrained = {index: np.zeros(()) for index in components(names)}
         for node in self._known(nodes, "support"):
-            self.supports.setdefault(node, {}).update(held)
+            self.supports.setdefault(node, {}).update(constrained)
 
     def load_many(self, nodes: Names, **force: ArrayLike) -> None:
         """Apply a force or moment at each of many nodes, in global axes; loads add up.
@@ -221,8 +221,8 @@ class InBulk(Editable):
             names = list(self.nodes)
             inside = not pairs.size or 0 <= pairs.min() <= pairs.max() < len(names)
             if pairs.ndim != 2 or pairs.shape[1] != 2 or not inside:
-                told = f"numbers of nodes from 0 to {len(names) - 1}, (n, 2)"
-                raise FrameError(f"add_many was given pairs of shape {pairs.shape}: give {told}")
+                text = f"numbers of nodes from 0 to {len(names) - 1}, (n, 2)"
+                raise FrameError(f"add_many was given pairs of shape {pairs.shape}: give {text}")
             starts, stops = (list(map(names.__getitem__, side)) for side in pairs.T.tolist())
         else:
             given: list[Any] = list(pairs)
@@ -308,8 +308,8 @@ def _each(element: LineElement | JointElement, count: int) -> list[LineElement |
     if not element.shape:
         return [element]
     if element.shape[-1] not in (1, count):
-        told = f"(..., {count}) with one for each of them, or (..., 1)"
-        raise FrameError(f"{type(element).__name__} for {count} members has batch shape {element.shape}: give {told}")
+        text = f"(..., {count}) with one for each of them, or (..., 1)"
+        raise FrameError(f"{type(element).__name__} for {count} members has batch shape {element.shape}: give {text}")
     if is_proven(element):
         return unstacked(element, count)
 

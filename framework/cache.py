@@ -2,8 +2,8 @@
 
 What depends on structure alone, such as an order of elimination, is kept by its content, and the least recently used of
 it is dropped (`Bounded`). What holds numbers, such as a factor, is kept as long as the description lives that it was
-found for, and is looked at again before it is taken up (`Leases`). Both serve any number of threads; neither travels:
-where what refers to them is copied or sent to another process, they arrive empty.
+found for, and is looked at again before it is taken up (`LimitedCache`). Both serve any number of threads; neither
+travels: where what refers to them is copied or sent to another process, they arrive empty.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Bounded(Generic[Key, Kept]):
         return type(self), (self.room,)
 
 
-class Leases(Generic[Kept]):
+class LimitedCache(Generic[Kept]):
     """The last value of each living owner; of so many owners, those that were served last."""
 
     def __init__(self) -> None:
@@ -110,7 +110,7 @@ class Leases(Generic[Kept]):
     def __len__(self) -> int:
         return len(self._values)
 
-    def __reduce__(self) -> tuple[type[Leases[Kept]], tuple[()]]:
+    def __reduce__(self) -> tuple[type[LimitedCache[Kept]], tuple[()]]:
         return type(self), ()
 
 
@@ -152,6 +152,6 @@ KERNELS: Bounded[tuple[object, ...], Any] = Bounded(2**18)
 STACKS: Bounded[tuple[object, ...], Any] = Bounded(2**20)
 # Of a frame its plan and factors; of a linkage its mechanism, and the inertia of its links. None of them refers to the
 # description that it is kept for, which would then never go.
-SOLVED: Leases[Any] = Leases()
-COMPILED: Leases[Any] = Leases()
-INERTIAS: Leases[Any] = Leases()
+SOLVED: LimitedCache[Any] = LimitedCache()
+COMPILED: LimitedCache[Any] = LimitedCache()
+INERTIAS: LimitedCache[Any] = LimitedCache()

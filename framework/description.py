@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .added_forms import AddedForm, FormLoad
-from .batch import Array, Shape, aligned, distinct, finite, joined, rotation, turned, unvaried, vector
+from .batch import Array, Shape, aligned, distinct, finite, joined, rotated, rotation, unvaried, vector
 from .dofs import DISPLACEMENTS, FORCES, components, values
 from .errors import FrameError
 from .examination import examine_joint, examine_mass, examine_member
@@ -21,7 +21,7 @@ from .listing import html_table
 from .loads import LineLoad, MemberLoad, PointLoad
 from .names import found, new, plain
 from .protocol import JointElement, LineElement, PointElement, is_proven
-from .provenance import HasStatus, Told
+from .provenance import GivenStatus, HasStatus
 
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
 COINCIDENT = 1e-9
@@ -252,7 +252,7 @@ class Description:
         if at.body is None:
             return at.coordinates
         body = self.bodies[at.body]
-        return body.origin + turned(body.axes, at.coordinates)
+        return body.origin + rotated(body.axes, at.coordinates)
 
     def chord(self, member: str) -> Array:
         """Vector from start to end of a member, in the axes of its body where both ends share one, else global.
@@ -835,23 +835,23 @@ class Description:
         same type
             The description as it is now; what is added to either later is not in the other. Arrays are shared.
         """
-        twin = object.__new__(type(self))
+        clone = object.__new__(type(self))
         for name, value in vars(self).items():
-            setattr(twin, name, value)
+            setattr(clone, name, value)
             if isinstance(value, dict):
-                held = dict(value)
+                components = dict(value)
                 if name in _GROWING:
-                    held = {key: copy.copy(v) for key, v in value.items()}
-                setattr(twin, name, held)
+                    components = {key: copy.copy(v) for key, v in value.items()}
+                setattr(clone, name, components)
             elif isinstance(value, list):
-                setattr(twin, name, list(value))
-        return twin
+                setattr(clone, name, list(value))
+        return clone
 
     __copy__ = copy
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs."""
-        made_from = None if self.made_from is None else Told(self.made_from.status, self.made_from.is_regular)
+        made_from = None if self.made_from is None else GivenStatus(self.made_from.status, self.made_from.is_regular)
         return vars(self) | {"_examined": {}, "made_from": made_from}
 
     def __repr__(self) -> str:
@@ -864,8 +864,8 @@ class Description:
             *([name, "member", f"{ends.start} to {ends.end}"] for name, ends in self.members.items()),
             *([name, "joint", f"{ends.first} to {ends.second}"] for name, ends in self.joints.items()),
             *(
-                [name, "support", " ".join(DISPLACEMENTS[k] for k in sorted(held))]
-                for name, held in self.supports.items()
+                [name, "support", " ".join(DISPLACEMENTS[k] for k in sorted(components))]
+                for name, components in self.supports.items()
             ),
             *([name, "load", " ".join(sorted({FORCES[k] for k, _ in given}))] for name, given in self.loads.items()),
         ]
@@ -948,22 +948,22 @@ class Description:
             raise FrameError(f"line load on {member!r} spans {span!r}: give {wanted}")
         return float(ends[0]), float(ends[1])
 
-    def _tie(self, master: str, slaves: tuple[str, ...], held: tuple[int, ...], *, rigid: bool) -> None:
+    def _tie(self, master: str, slaves: tuple[str, ...], components: tuple[int, ...], *, rigid: bool) -> None:
         master, *others = (self._node(node, "tie") for node in (master, *slaves))
         if master in others:
             raise FrameError(f"node {master!r} is tied to itself: give two different nodes")
-        self.ties.extend(Tie(master, slave, held, rigid) for slave in others)
+        self.ties.extend(Tie(master, slave, components, rigid) for slave in others)
 
 
 def alone(frame: Description) -> Description:
     """The same description, dicts and all, which does not tell what it was made from."""
     if frame.made_from is None:
         return frame
-    twin = object.__new__(type(frame))
+    clone = object.__new__(type(frame))
     for name, value in vars(frame).items():
-        setattr(twin, name, value)
-    twin.made_from = None
-    return twin
+        setattr(clone, name, value)
+    clone.made_from = None
+    return clone
 
 
 def _stacked(given: Mapping[int, Array], size: int) -> Array:

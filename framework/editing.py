@@ -131,15 +131,15 @@ class Editable(Description):
     # -- inside -----------------------------------------------------------------------------------------------------
 
     def _change_element(self, name: str, new: Element) -> None:
-        held: dict[str, dict[str, Any]] = {"member": self.members, "joint": self.joints, "mass": self.masses}
+        by_kind: dict[str, dict[str, Any]] = {"member": self.members, "joint": self.joints, "mass": self.masses}
         kind = "member" if isinstance(new, LineElement) else "joint" if isinstance(new, JointElement) else "mass"
-        found = [other for other, parts in held.items() if name in parts]
+        found = [other for other, parts in by_kind.items() if name in parts]
         if found != [kind]:
-            told = f"is a {found[0]}" if found else "is no member, joint or mass of the frame"
+            text = f"is a {found[0]}" if found else "is no member, joint or mass of the frame"
             raise FrameError(
-                f"{name!r} {told}, and change was given {type(new).__name__}(...), a {kind}: give its like"
+                f"{name!r} {text}, and change was given {type(new).__name__}(...), a {kind}: give its like"
             )
-        parts = held[kind]
+        parts = by_kind[kind]
         before = parts[name]
         if isinstance(before.element, FormedElement) and isinstance(new, LineElement):
             new = replace(before.element, own=new)
@@ -214,8 +214,8 @@ class Editable(Description):
                         continue
                     end = (0.0 if load.span is None else load.span[1]) if isinstance(load, LineLoad) else load.at
                     if end > self._least_length(name):
-                        told = f"a load on it reaches to {end:.6g}: move its ends less, or unload it first"
-                        raise FrameError(f"member {name!r} would be {self._least_length(name):.6g} long, and {told}")
+                        text = f"a load on it reaches to {end:.6g}: move its ends less, or unload it first"
+                        raise FrameError(f"member {name!r} would be {self._least_length(name):.6g} long, and {text}")
         for name, joint in self.joints.items():
             if joint.first in moved or joint.second in moved:
                 self._check_coincident(name, joint.first, joint.second)
@@ -243,8 +243,8 @@ class Editable(Description):
         for sort, parts in (("member", self.members), ("joint", self.joints), ("mass", self.masses)):
             for name, part in parts.items():
                 yield f"{sort} {name!r}", part.element.shape
-        for at, held in self.supports.items():
-            yield from ((f"{DISPLACEMENTS[k]} prescribed at {at!r}", value.shape) for k, value in held.items())
+        for at, by_kind in self.supports.items():
+            yield from ((f"{DISPLACEMENTS[k]} prescribed at {at!r}", value.shape) for k, value in by_kind.items())
         for joint, offsets in self.offsets.items():
             yield from ((f"offset {DISPLACEMENTS[k]} of {joint!r}", value.shape) for k, value in offsets.items())
         for at, loads in self.loads.items():

@@ -19,7 +19,7 @@ from .batch import Array
 from .dofs import DISPLACEMENTS
 from .entries import Change, Stretch, flattened
 from .errors import FrameError
-from .examined import Examined, Unanswered, fits, held
+from .examined import Examined, Unanswered, attribute_of, fits
 from .member_law import deformation_rows
 from .protocol import JointElement, LineElement, PointElement
 
@@ -56,8 +56,8 @@ def examine_member(name: str, element: LineElement, chord: Array) -> None:
     own = Examined(element, name)
     _description(own)
     some, along = _few(own, chord)
-    level = some.axes(along)
-    _axes(some, along, level)
+    transverse = some.axes(along)
+    _axes(some, along, transverse)
     length = np.linalg.norm(along, axis=-1)
     _stiffness(some, length)
     _precision(some, along)
@@ -84,9 +84,9 @@ def _description(own: Examined) -> None:
     shape = element.shape
     if not isinstance(shape, tuple) or not all(isinstance(n, (int, np.integer)) and n >= 0 for n in shape):
         raise FrameError(f"{what}: shape is {shape!r}: give the batch shape, a tuple of whole numbers")
-    for number, told in ((element.segments, "segments"), (element.quadrature, "quadrature")):
+    for number, text in ((element.segments, "segments"), (element.quadrature, "quadrature")):
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 1:
-            raise FrameError(f"{what}: {told} is {number!r}: give a whole number above zero")
+            raise FrameError(f"{what}: {text} is {number!r}: give a whole number above zero")
     if not isinstance(element.exact, (bool, np.bool_)):
         raise FrameError(f"{what}: exact is {element.exact!r}: give True or False")
     if not 0.0 <= element.roundings < np.inf:
@@ -116,12 +116,12 @@ def _few(own: Examined, chord: Array) -> tuple[Examined, Array]:
     return some, np.stack([factor * along for factor in _LENGTHS])
 
 
-def _axes(own: Examined, along: Array, level: Array) -> None:
+def _axes(own: Examined, along: Array, transverse: Array) -> None:
     unit = along / np.linalg.norm(along, axis=-1, keepdims=True)
-    off = np.abs(level @ np.swapaxes(level, -1, -2) - np.eye(3)).max(initial=0.0)
-    if off > _ALIKE or np.any(np.linalg.det(level) < 0.0):
+    off = np.abs(transverse @ np.swapaxes(transverse, -1, -2) - np.eye(3)).max(initial=0.0)
+    if off > _ALIKE or np.any(np.linalg.det(transverse) < 0.0):
         raise FrameError(f"{own.what}: axes returned rows that are not right-handed and orthonormal: give rows x, y, z")
-    if np.abs(level[..., 0, :] - unit).max(initial=0.0) > _ALIKE:
+    if np.abs(transverse[..., 0, :] - unit).max(initial=0.0) > _ALIKE:
         raise FrameError(f"{own.what}: axes returned an x axis that is not along the member: give it from start to end")
 
 
@@ -169,9 +169,12 @@ def _precision(own: Examined, along: Array) -> None:
     fine = _FINE * float(np.finfo(Extended).eps)
     chord = along.astype(Extended) * (1.0 + Extended(_EPS) / 16.0)
     length = np.sqrt(np.sum(chord * chord, axis=-1))
-    level: NDArray[Any] = own.axes(chord)  # type: ignore[arg-type]
+    transverse: NDArray[Any] = own.axes(chord)  # type: ignore[arg-type]
     unit = chord / length[..., None]
-    off = max(np.abs(level[..., 0, :] - unit).max(), np.abs(level @ np.swapaxes(level, -1, -2) - np.eye(3)).max())
+    off = max(
+        np.abs(transverse[..., 0, :] - unit).max(),
+        np.abs(transverse @ np.swapaxes(transverse, -1, -2) - np.eye(3)).max(),
+    )
     advice = "compute in the dtype of what is given, such as np.result_type(length, np.float64)"
     if off > fine:
         raise FrameError(f"{own.what}: axes are off by {float(off):.1g} for a chord in extended precision: {advice}")
@@ -306,10 +309,10 @@ def examine_joint(name: str, element: JointElement) -> None:
     """
     what = f"{type(element).__name__} of joint {name!r}"
     for attribute, trailing in (("stiffness", (6,)), ("axes", (3, 3)), ("clearance", ()), ("pitch", ())):
-        value = held(what, element, attribute)
+        value = attribute_of(what, element, attribute)
         if attribute == "axes" and value is None:
             continue
-        _held(what, attribute, value, trailing, element.shape)
+        _constrained(what, attribute, value, trailing, element.shape)
     if np.any(element.stiffness < 0.0):
         raise FrameError(f"{what}: stiffness is {element.stiffness.min():.6g}: give 0 (free) to inf (ideal)")
     if np.any(element.clearance < 0.0):
@@ -318,7 +321,7 @@ def examine_joint(name: str, element: JointElement) -> None:
         turn = np.swapaxes(element.axes, -1, -2) @ element.axes
         if np.abs(turn - np.eye(3)).max(initial=0.0) > _ALIKE or np.any(np.linalg.det(element.axes) < 0.0):
             raise FrameError(f"{what}: axes are not right-handed and orthonormal: give the joint's axes as columns")
-    _play(what, element)
+    _clearance_directions(what, element)
     _joint_matrix(what, element)
     _typical(what, element)
     if element.has_law:
@@ -327,7 +330,7 @@ def examine_joint(name: str, element: JointElement) -> None:
             raise FrameError(f"{what}: resistance returned numbers that are not finite at rest")
 
 
-def _held(what: str, attribute: str, value: Any, trailing: tuple[int, ...], shape: tuple[int, ...]) -> None:
+def _constrained(what: str, attribute: str, value: Any, trailing: tuple[int, ...], shape: tuple[int, ...]) -> None:
     if not isinstance(value, np.ndarray) or value.dtype.kind != "f":
         raise FrameError(f"{what}: {attribute} is {value!r}: give an array of floats")
     lead = value.shape[: value.ndim - len(trailing)]
@@ -338,8 +341,8 @@ def _held(what: str, attribute: str, value: Any, trailing: tuple[int, ...], shap
         raise FrameError(f"{what}: {attribute} contains nan or inf: give finite numbers")
 
 
-def _play(what: str, element: JointElement) -> None:
-    directions = held(what, element, "clearance_directions")
+def _clearance_directions(what: str, element: JointElement) -> None:
+    directions = attribute_of(what, element, "clearance_directions")
     known = isinstance(directions, tuple) and all(k in range(6) for k in directions)
     if not known or len({k // 3 for k in directions}) > 1:
         raise FrameError(
@@ -412,15 +415,15 @@ def require_springs(joints: Iterable[tuple[str, JointElement]]) -> None:
     for name, element in joints:
         if not element.has_law:
             continue
-        told = f"joint {name!r}: {type(element).__name__} has a law of its own, resistance"
+        text = f"joint {name!r}: {type(element).__name__} has a law of its own, resistance"
         if element.clearance.any():
             raise FrameError(
-                f"{told}, and clearance: linear solutions follow its stiffness, and contact of that stiffness. Use "
+                f"{text}, and clearance: linear solutions follow its stiffness, and contact of that stiffness. Use "
                 "solve(large=True)"
             )
         if not _springs_at_rest(f"joint {name!r}", element):
             raise FrameError(
-                f"{told}, that is not its stiffness at rest: linear solutions follow the stiffness. Give it the one "
+                f"{text}, that is not its stiffness at rest: linear solutions follow the stiffness. Give it the one "
                 "that its law has at rest, or use solve(large=True)"
             )
 
@@ -428,11 +431,11 @@ def require_springs(joints: Iterable[tuple[str, JointElement]]) -> None:
 def _springs_at_rest(what: str, element: JointElement) -> bool:
     force, tangent = at_rest(what, element)
     stiffness = np.broadcast_to(element.stiffness, (*element.shape, 6)).reshape(-1, 6)
-    held = np.isinf(stiffness)
-    wanted = np.where(held, 0.0, stiffness)[..., None] * np.eye(6)
-    free = ~held[:, :, None] & ~held[:, None, :]
+    constrained = np.isinf(stiffness)
+    wanted = np.where(constrained, 0.0, stiffness)[..., None] * np.eye(6)
+    free = ~constrained[:, :, None] & ~constrained[:, None, :]
     size = np.abs(wanted).max(initial=0.0)
-    return not np.any(force[~held]) and bool(np.all(np.abs(tangent - wanted)[free] <= _ALIKE * size))
+    return not np.any(force[~constrained]) and bool(np.all(np.abs(tangent - wanted)[free] <= _ALIKE * size))
 
 
 def examine_mass(name: str, element: PointElement) -> None:

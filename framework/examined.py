@@ -47,7 +47,7 @@ class Examined(OfAnother):
 
     def __init__(self, own: LineElement, name: str) -> None:
         self.own, self.name = own, name
-        self.segments, self.releases = (held(self.what, own, each) for each in ("segments", "releases"))
+        self.segments, self.releases = (attribute_of(self.what, own, each) for each in ("segments", "releases"))
 
     def __repr__(self) -> str:
         return repr(self.own)
@@ -144,12 +144,14 @@ class Examined(OfAnother):
         """Springs k (..., n) on deformations b (..., n, 12), the axis of pieces whole."""
         found = self._answer("springs", length)
         if not isinstance(found, tuple) or len(found) != 2:
-            raise FrameError(f"{self.what}: springs returned {_told(found)}: give stiffnesses and deformations, (k, b)")
+            raise FrameError(
+                f"{self.what}: springs returned {_shape_text(found)}: give stiffnesses and deformations, (k, b)"
+            )
         rows = np.asarray(found[1])
         count = rows.shape[-2] if rows.ndim > 1 else 0
         if not count:
-            told = f"{self.what}: springs returned deformations of shape {rows.shape}"
-            raise FrameError(f"{told}: give (..., n, 12), n > 0")
+            text = f"{self.what}: springs returned deformations of shape {rows.shape}"
+            raise FrameError(f"{text}: give (..., n, 12), n > 0")
         batch = self._batch(length)
         deformations = self._checked("springs (deformations)", rows, batch, (count, 12))
         stiffness = self._checked("springs (stiffnesses)", found[0], batch, (count,))
@@ -236,10 +238,10 @@ class Examined(OfAnother):
             shapes = ", ".join(str(np.shape(each)) for each in given if not callable(each))
             raise FrameError(f"{self.what}: {method} failed for arrays of shape {shapes}: {error}") from error
 
-    def _asked(self, method: str, batch: Shape, tail: Shape, *given: Any, finite: bool = True) -> Array:
+    def _asked(self, method: str, batch: Shape, trailing_shape: Shape, *given: Any, finite: bool = True) -> Array:
         finite = finite and all(np.isfinite(each).all() for each in given[1:])
         shape = np.broadcast_shapes(batch, self.own.shape)
-        return self._checked(method, self._answer(method, *given), shape, tail, finite=finite)
+        return self._checked(method, self._answer(method, *given), shape, trailing_shape, finite=finite)
 
     def _square(self, method: str, of: Array, *given: Any) -> Array:
         return _whole(self._asked(method, np.shape(of), (12, 12), *given), of, 2)
@@ -247,25 +249,29 @@ class Examined(OfAnother):
     def _batch(self, length: Array) -> Shape:
         return np.broadcast_shapes(np.shape(length), self.own.shape)
 
-    def _checked(self, method: str, value: Any, batch: Shape, tail: Shape, *, finite: bool = True) -> Array:
+    def _checked(self, method: str, value: Any, batch: Shape, trailing_shape: Shape, *, finite: bool = True) -> Array:
         """`value` as numbers of shape (..., tail), what is before broadcasting to `batch`."""
         array = np.asarray(value)
-        lead = array.shape[: array.ndim - len(tail)]
-        told = f"{self.what}: {method} returned"
-        if array.dtype.kind not in "fiu" or array.ndim < len(tail) or array.shape[len(lead) :] != tail:
-            wanted = ", ".join(map(str, ("...", *tail)))
-            raise FrameError(f"{told} {_told(value)}: give numbers of shape ({wanted})")
+        lead = array.shape[: array.ndim - len(trailing_shape)]
+        text = f"{self.what}: {method} returned"
+        if (
+            array.dtype.kind not in "fiu"
+            or array.ndim < len(trailing_shape)
+            or array.shape[len(lead) :] != trailing_shape
+        ):
+            wanted = ", ".join(map(str, ("...", *trailing_shape)))
+            raise FrameError(f"{text} {_shape_text(value)}: give numbers of shape ({wanted})")
         if not fits(lead, batch):
             raise FrameError(
-                f"{told} batch axes {lead}, which do not broadcast to {batch}, those of what it was given and of its "
+                f"{text} batch axes {lead}, which do not broadcast to {batch}, those of what it was given and of its "
                 f"shape {self.own.shape}"
             )
         if finite and not np.isfinite(array).all():
-            raise FrameError(f"{told} {array[~np.isfinite(array)].flat[0]}: give finite numbers")
+            raise FrameError(f"{text} {array[~np.isfinite(array)].flat[0]}: give finite numbers")
         return array if array.dtype.kind == "f" else array.astype(np.float64)
 
 
-def held(what: str, element: object, attribute: str) -> Any:
+def attribute_of(what: str, element: object, attribute: str) -> Any:
     """An attribute that an element must have."""
     try:
         return getattr(element, attribute)
@@ -290,7 +296,7 @@ def fits(lead: Shape, batch: Shape) -> bool:
     return len(lead) <= len(batch) and all(n in (1, m) for n, m in zip(lead[::-1], batch[::-1], strict=False))
 
 
-def _told(value: Any) -> str:
+def _shape_text(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"shape {value.shape} of {value.dtype}"
     return f"a {type(value).__name__}"

@@ -8,7 +8,7 @@ from .batched.broadcast import BroadcastSolver
 from .batched.chunks import large_masks, steps
 from .batched.order import Order
 from .batched.plan import Plan
-from .clearances.clearance import Clearances, loose_joints
+from .clearances.clearance import Clearances, joints_with_clearance
 from .clearances.contact import STATES
 from .description import Description
 from .dofs import DISPLACEMENTS
@@ -33,7 +33,7 @@ def explain(solution: LinearResults, clearances: Clearances | None) -> str:
         lines += _stacked(plan, solver)
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
-    lines += _idle(solution) + _clearances(solution.frame, clearances)
+    lines += _mechanism_text(solution) + _clearances(solution.frame, clearances)
     return Explanation("\n".join([*lines, *_left_out(), *_times(plan)]))
 
 
@@ -43,8 +43,8 @@ def _described(plan: Plan) -> list[str]:
     stacks: dict[str, int] = {}
     for group in plan.topology.groups:
         later = ", chunk by chunk" if plan.varies(group) else ""
-        told = f"stiffness at batch shape {group.stiffness_shape}{later}"
-        stacks[told] = stacks.get(told, 0) + len(group.pieces)
+        text = f"stiffness at batch shape {group.stiffness_shape}{later}"
+        stacks[text] = stacks.get(text, 0) + len(group.pieces)
     interior = len(plan.topology.number) - len(frame.nodes)
     spared = sum(member.element.segments for member in frame.members.values()) - len(plan.topology.pieces)
     return [
@@ -54,7 +54,7 @@ def _described(plan: Plan) -> list[str]:
         f"Members are cut into {len(plan.topology.pieces)} pieces ({interior} interior nodes), "
         f"evaluated as {len(plan.topology.groups)} stacks"
         + (f"; {spared} more segments are skipped: in statics one piece of a member is exact:" if spared else ":"),
-        *(f"  {count} pieces, {told}" for told, count in stacks.items()),
+        *(f"  {count} pieces, {text}" for text, count in stacks.items()),
     ]
 
 
@@ -98,7 +98,7 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
 def _stacked(plan: Plan, solver: StackedSolver) -> list[str]:
     """Bands of middle-sized frames."""
     skipped = set(solver.unknown[~solver.loaded].tolist())
-    units = " units of the known numbers" if solver.by_units else ""
+    units = " units of the right-hand-side parameters" if solver.by_units else ""
     lines = [
         f"Method: {solver.reason}.",
         f"Solved: {int(solver.loaded.sum())} unknowns in {solver.count} matrices of one pattern, each for "
@@ -135,11 +135,11 @@ def _steps(title: str, order: Order, grid: Grid) -> list[str]:
     shapes: dict[int, int] = {}
     for k in order.pivots:
         shapes[order.masks[k]] = shapes.get(order.masks[k], 0) + 1
-    told = ", ".join(f"{count} at {_shape(grid, mask)}" for mask, count in sorted(shapes.items()))
-    if not told:
+    text = ", ".join(f"{count} at {_shape(grid, mask)}" for mask, count in sorted(shapes.items()))
+    if not text:
         return []
     return [
-        f"  {len(order.pivots)} unknowns {title}: pivots {told}; {order.operations(grid)} operations, "
+        f"  {len(order.pivots)} unknowns {title}: pivots {text}; {order.operations(grid)} operations, "
         f"{order.operations(grid, shared=False)} if each were done for every entry."
     ]
 
@@ -152,22 +152,24 @@ def _estimate(grid: Grid, orders: tuple[Order, Order]) -> str:
     return f"  About {1e3 * seconds:.2g} ms of arithmetic, {where}."
 
 
-def _idle(solution: LinearResults) -> list[str]:
+def _mechanism_text(solution: LinearResults) -> list[str]:
     """Once it is known."""
-    idle = solution.known_idle
-    if idle is None:
+    mechanisms = solution.known_consistent_mechanisms
+    if mechanisms is None:
         return []
     return [
-        f"Statically consistent mechanisms: {int(idle.mask.sum())} entries, on whose free motions the load does no "
-        f"work. They are solved anew, an unknown constrained for each of {len(idle.motions([]))} free motions at most, "
+        f"Statically consistent mechanisms: {int(mechanisms.mask.sum())} entries, on whose free motions the load does "
+        "no "
+        f"work. They are solved anew, an unknown constrained for each of {len(mechanisms.motions([]))} free motions "
+        "at most, "
         "which takes no force; what these move is NaN."
     ]
 
 
 def _clearances(frame: Description, resting: Clearances | None) -> list[str]:
     if resting is None:
-        loose = loose_joints(frame)
-        return [f"Clearances of {len(loose)} joints are left out: {', '.join(loose)}."] if loose else []
+        names = joints_with_clearance(frame)
+        return [f"Clearances of {len(names)} joints are left out: {', '.join(names)}."] if names else []
     equilibrium = not resting.rest.stiffness.any()
     lines = [
         "Clearances: above is the frame with each joint's offset in contact, found before from the joint forces "
@@ -180,8 +182,8 @@ def _clearances(frame: Description, resting: Clearances | None) -> list[str]:
     ]
     for name, state in zip(resting.names, resting.state, strict=True):
         kinds, counts = np.unique(state, return_counts=True)
-        told = ", ".join(f"{STATES[kind]} at {count}" for kind, count in zip(kinds, counts, strict=True))
-        lines.append(f"  joint {name}: {told} of {state.size} entries.")
+        text = ", ".join(f"{STATES[kind]} at {count}" for kind, count in zip(kinds, counts, strict=True))
+        lines.append(f"  joint {name}: {text} of {state.size} entries.")
     return lines
 
 

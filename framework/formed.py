@@ -131,7 +131,7 @@ class FormedElement(Composed):
 
     def free_strain(self, fraction: Array) -> Array | None:
         """Strain without forces of the element and of the forms, (..., 6); None for none."""
-        forces = self._held(fraction)
+        forces = self._constrained(fraction)
         own = self.own.free_strain(fraction)
         if forces is None:
             return own
@@ -140,7 +140,7 @@ class FormedElement(Composed):
 
     def held_forces(self, fraction: Array) -> Array | None:
         """Section forces that undo the free strain, with their sign turned, (..., 6); None for none."""
-        forces, own = self._held(fraction), self.own.held_forces(fraction)
+        forces, own = self._constrained(fraction), self.own.held_forces(fraction)
         return own if forces is None else forces if own is None else own + forces
 
     # -- inside -----------------------------------------------------------------------------------------------------
@@ -153,7 +153,7 @@ class FormedElement(Composed):
         at: Array = np.moveaxis((self.index + fractions) * length, 0, -1)
         return at
 
-    def _held(self, fraction: Array) -> Array | None:
+    def _constrained(self, fraction: Array) -> Array | None:
         """Section forces of the loads that strain it, (..., 6)."""
         found: Array | None = None
         for form in self._into(LOAD):

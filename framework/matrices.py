@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from .batch import Array, aligned, block_diagonal, one_entry, turned
+from .batch import Array, aligned, block_diagonal, one_entry, rotated
 from .batched.plan import Plan
 from .description import Description
 from .errors import FrameError
@@ -160,14 +160,14 @@ class _Assembly:
     def matrices(self) -> FrameMatrices:
         """All of them."""
         mesh, dofs = self.plan.topology.mesh, self.plan.topology.numbering
-        held, x = self._supports()
+        constrained, x = self._supports()
         rows = [row for node in range(len(self.everywhere)) for row in self.plan.tree.global_rows(node)]
         known = [(r, k, v) for r, row in enumerate(rows) for k, v in row.items() if k < 0]
         g = np.zeros(self.size)
         for r, k, value in known:
-            g[r] += self.sparse.at(value) * self.sparse.at(self.plan.knowns.values[-1 - k])
-        stiffness: list[Stack] = [(group.nodes, self._turned(group, "stiffness").__getitem__) for group in self.groups]
-        mass: list[Stack] = [(group.nodes, self._turned(group, "mass").__getitem__) for group in self.groups]
+            g[r] += self.sparse.at(value) * self.sparse.at(self.plan.rhs_parameters.values[-1 - k])
+        stiffness: list[Stack] = [(group.nodes, self._rotated(group, "stiffness").__getitem__) for group in self.groups]
+        mass: list[Stack] = [(group.nodes, self._rotated(group, "mass").__getitem__) for group in self.groups]
         springs, pushed = self._joints()
         return FrameMatrices(
             mesh,
@@ -175,7 +175,7 @@ class _Assembly:
             summed([*stiffness, *springs], self.everywhere),
             summed([*mass, *self._points()], self.everywhere),
             self._loads() + pushed,
-            held,
+            constrained,
             x,
             self.sparse.spread(rows),
             g,
@@ -221,10 +221,10 @@ class _Assembly:
         """Members of one kind at the entry alone."""
         return self.topology.groups
 
-    def _turned(self, group: Group, kind: str) -> Array:
+    def _rotated(self, group: Group, kind: str) -> Array:
         """Stiffness or mass in global axes, (n, 12, 12)."""
         local = getattr(group.element, f"{kind}_matrix")(group.length)
-        return group.turned(local, (group.level, group.level)).reshape(len(group.pieces), 12, 12)
+        return group.in_node_axes(local, (group.local_axes, group.local_axes)).reshape(len(group.pieces), 12, 12)
 
     def _points(self) -> Iterator[Stack]:
         for mass in self.plan.frame.masses.values():
@@ -242,7 +242,7 @@ class _Assembly:
             nodes = np.array([[edge.first, edge.second]])
             stacks.append((nodes, (rows.T @ (stiffness[:, None] * rows))[None].__getitem__))
             offset = [
-                sum(self.sparse.at(v) * self.sparse.at(self.plan.knowns.values[-1 - k]) for k, v in row.items())
+                sum(self.sparse.at(v) * self.sparse.at(self.plan.rhs_parameters.values[-1 - k]) for k, v in row.items())
                 for row in edge.offset
             ]
             dofs = (6 * nodes[0][:, None] + np.arange(6)).reshape(-1)
@@ -262,18 +262,18 @@ class _Assembly:
         for node, vector in nodal_loads(self.plan.topology):
             out[node] += self._at(vector, 1)
         for group, positions, local in member_loads(self.topology):
-            back = np.swapaxes(group.level[positions], -1, -2)
-            both = turned(back, local).reshape(len(positions), 2, 6)
+            back = np.swapaxes(group.local_axes[positions], -1, -2)
+            both = rotated(back, local).reshape(len(positions), 2, 6)
             np.add.at(out, group.nodes[positions], both)
         return out.reshape(-1)
 
     def _supports(self) -> tuple[Index, Array]:
-        held, x = [], np.zeros(self.size)
+        constrained, x = [], np.zeros(self.size)
         for node, given in self.plan.frame.supports.items():
             for k, value in given.items():
-                held.append(6 * self.plan.topology.number[node] + k)
-                x[held[-1]] = self._at(value, 0)
-        return np.array(sorted(held), dtype=np.int64), x
+                constrained.append(6 * self.plan.topology.number[node] + k)
+                x[constrained[-1]] = self._at(value, 0)
+        return np.array(sorted(constrained), dtype=np.int64), x
 
     def _at(self, array: NDArray[Any], trailing: int) -> Array:
         """An array (..., trailing) of the batch at the entry."""

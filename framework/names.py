@@ -31,6 +31,6 @@ def found(what: str, given: str, known: Collection[str]) -> str:
     if name not in known:
         listed = [repr(name) for name in known]
         more = " ..." if len(listed) > _MOST else ""
-        told = f"known are {', '.join(listed[:_MOST])}{more}" if listed else "none is defined yet"
-        raise FrameError(f"{what} {name!r} is unknown: {told}")
+        text = f"known are {', '.join(listed[:_MOST])}{more}" if listed else "none is defined yet"
+        raise FrameError(f"{what} {name!r} is unknown: {text}")
     return name

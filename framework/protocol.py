@@ -712,9 +712,9 @@ def changed(described: Any, change: Change) -> Any:
     """A dataclass with its arrays changed, and those of the dataclasses in it; its numbers are not checked again."""
     if not is_dataclass(described):
         kind = type(described).__name__
-        told = "make it one, or give it its own method cut(change)"
-        raise FrameError(f"{kind} holds a batch but is no dataclass: {told}")
-    twin = object.__new__(type(described))
+        text = "make it one, or give it its own method cut(change)"
+        raise FrameError(f"{kind} holds a batch but is no dataclass: {text}")
+    clone = object.__new__(type(described))
     for each in fields(described):
         value = getattr(described, each.name)
         if isinstance(value, np.ndarray):
@@ -723,17 +723,17 @@ def changed(described: Any, change: Change) -> Any:
             value = value.cut(change)
         elif is_dataclass(value):
             value = changed(value, change)
-        object.__setattr__(twin, each.name, value)
-    return twin
+        object.__setattr__(clone, each.name, value)
+    return clone
 
 
 def stacked(elements: Sequence[_Stacked], ndim: int) -> _Stacked:
     """Dataclasses of one family as one, each number that differs an array (n, ...) with `ndim` batch axes behind."""
-    twin = object.__new__(type(elements[0]))
+    clone = object.__new__(type(elements[0]))
     for each in fields(elements[0]):  # type: ignore[arg-type]
         values = [getattr(element, each.name) for element in elements]
-        object.__setattr__(twin, each.name, _together(values, ndim, each.metadata.get("trailing", 0)))
-    return twin
+        object.__setattr__(clone, each.name, _together(values, ndim, each.metadata.get("trailing", 0)))
+    return clone
 
 
 def _together(values: list[Any], ndim: int, trailing: int) -> Any:
@@ -758,9 +758,9 @@ def unstacked(element: Any, count: int) -> list[Any]:
         columns.append(_apart(getattr(element, each.name), count, each.metadata.get("trailing", 0)))
     out = []
     for values in zip(*columns, strict=True):
-        twin = object.__new__(type(element))
-        vars(twin).update(zip(names, values, strict=True))
-        out.append(twin)
+        clone = object.__new__(type(element))
+        vars(clone).update(zip(names, values, strict=True))
+        out.append(clone)
     return out
 
 

@@ -28,7 +28,7 @@ class HasStatus(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class GivenStatus:
     """A status by itself, without what it was told by."""
 
     status: NDArray[np.str_]
@@ -47,7 +47,7 @@ def with_origin(status: NDArray[np.str_], made_from: HasStatus | None, shape: Sh
     """
     if made_from is None:
         return status
-    told = np.broadcast_to(made_from.status, shape)
-    alone = np.where(status == REGULAR, told, status)
-    both = np.where(np.char.startswith(status, STABLE), np.char.add(np.char.add(status, "; "), told), alone)
+    of_origin = np.broadcast_to(made_from.status, shape)
+    alone = np.where(status == REGULAR, of_origin, status)
+    both = np.where(np.char.startswith(status, STABLE), np.char.add(np.char.add(status, "; "), of_origin), alone)
     return np.where(made_from.is_regular, status, both)

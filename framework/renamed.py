@@ -59,5 +59,5 @@ class RenamedAttribute:
         return getattr(owner, self.new)
 
 
-def _warn(told: str) -> None:
-    warnings.warn(f"{told}: the old name goes with the next release", DeprecationWarning, stacklevel=3)
+def _warn(text: str) -> None:
+    warnings.warn(f"{text}: the old name goes with the next release", DeprecationWarning, stacklevel=3)

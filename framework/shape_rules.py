@@ -226,13 +226,13 @@ def cubic_shapes(length: Array, x: Array) -> Array:
         s * s * (3.0 - 2.0 * s),
         length * s * s * (s - 1.0),
     )
-    turned = (
+    rotated = (
         6.0 * s * (s - 1.0) / length,
         (1.0 - s) * (1.0 - 3.0 * s),
         6.0 * s * (1.0 - s) / length,
         s * (3.0 * s - 2.0),
     )
     for v, r, sign in ((1, 5, 1.0), (2, 4, -1.0)):
-        for dof, value, slope, way in zip((v, r, v + 6, r + 6), moved, turned, (1.0, sign, 1.0, sign), strict=True):
+        for dof, value, slope, way in zip((v, r, v + 6, r + 6), moved, rotated, (1.0, sign, 1.0, sign), strict=True):
             rows[..., v, dof], rows[..., r, dof] = way * value, sign * way * slope
     return rows

@@ -14,27 +14,27 @@ from numpy.typing import ArrayLike, NDArray
 from .batch import Array, one_entry
 from .batched.broadcast import BroadcastSolver
 from .batched.plan import Plan
-from .clearances.clearance import Clearances, loose_joints
+from .clearances.clearance import Clearances, joints_with_clearance
 from .clearances.contact import FREE, UNRESOLVED, Contact
 from .description import Description
-from .error_bounds.asked import checked as checked_kind
 from .error_bounds.bounds import Bounds
+from .error_bounds.requested import checked as checked_kind
 from .error_bounds.resolved import Solved, kinematically_stable
 from .error_bounds.sensitivity import Sensitivity, sensitivity
 from .errors import FrameError, MechanismWarning
 from .examination import require_springs
 from .explain import explain
-from .kept import Factors, planned
+from .factor_cache import Factors, planned
 from .provenance import regular_there, with_origin
 from .results.conditioning import scaled, usual
-from .results.idle import ConsistentMechanisms
+from .results.consistent_mechanisms import ConsistentMechanisms
 from .results.parts import node_of, of_joint, of_member, of_node, of_part
 from .results.primary import Primary
 from .results.recovery import Recovery
 from .results.saved import SavedResults
 from .results.singular import FreeMotion, free_motion
+from .results.stacked_results import StackedResults
 from .results.status import describe
-from .results.together import Together
 from .results.validity import LINEAR, nonlinearity
 from .solvers.method import checked
 from .solvers.sparse import SparseSolver
@@ -119,10 +119,10 @@ class Solution(SavedResults):
         """
         described = frame.copy()
         plan, factors = planned(frame, described, checked(method))
-        tight = cls(described, plan, primary=Primary(plan, factors, contact=False))
-        if not (clearance and loose_joints(described)):
-            return tight
-        resting = Clearances(described, tight, cls.of)
+        without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
+        if not (clearance and joints_with_clearance(described)):
+            return without_clearance
+        resting = Clearances(described, without_clearance, cls.of)
         return cls(described, Plan(resting.offsets(), method=plan.asked), resting)
 
     def __getstate__(self) -> dict[str, object]:
@@ -229,7 +229,11 @@ class Solution(SavedResults):
         """
         stations = np.atleast_1d(at)
         found = self._masked(self._recovery.displacement_along(self._member(member), stations))
-        return found if self.idle is None else self._announced(found, self._recovery.moved_along(member, stations))
+        return (
+            found
+            if self.consistent_mechanisms is None
+            else self._announced(found, self._recovery.moved_along(member, stations))
+        )
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -362,17 +366,17 @@ class Solution(SavedResults):
         >>> frame.solve().contact("stop").state.tolist()
         ['open', 'closed']
         """
-        name = self._played(joint, [] if self.clearances is None else self.clearances.names)
+        name = self._with_clearance(joint, [] if self.clearances is None else self.clearances.names)
         assert self.clearances is not None
         return self.clearances.contact(name)
 
     # -- all at once ------------------------------------------------------------------------------------------------
 
     @property
-    def _at_once(self) -> Together | None:
+    def _stacked_results(self) -> StackedResults | None:
         # what moves in one part of the frame leaves the results of the others
         apart = self.solver.parts > 1 and (isinstance(self.solver, BroadcastSolver) or bool(self.movable.any()))
-        return None if apart or self.idle is not None else Together(self)
+        return None if apart or self.consistent_mechanisms is not None else StackedResults(self)
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
@@ -399,12 +403,12 @@ class Solution(SavedResults):
     @cached_property
     def own_state(self) -> States:
         """State of the solution alone, whatever the frame was made from, (...)."""
-        idle = self.solver.singular(excited=False)
+        moving = self.solver.singular(excited=False)
         if isinstance(self.solver, BroadcastSolver):
-            idle = idle & ~kinematically_stable(self.plan, idle)
-        state = put(states_of(self.shape, SolutionState.REGULAR), idle, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
-        if self.idle is not None:
-            state = put(state, self.idle.mask, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
+            moving = moving & ~kinematically_stable(self.plan, moving)
+        state = put(states_of(self.shape, SolutionState.REGULAR), moving, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
+        if self.consistent_mechanisms is not None:
+            state = put(state, self.consistent_mechanisms.mask, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.clearances is not None:
             for contact, whole in ((FREE, SolutionState.FREE), (UNRESOLVED, SolutionState.UNRESOLVED)):
                 state = put(state, (self.clearances.state == contact).any(axis=0), whole)
@@ -414,7 +418,9 @@ class Solution(SavedResults):
     @property
     def movable(self) -> NDArray[np.bool_]:
         """Entries in which what the loads reach can move, (...)."""
-        return self._singular if self.idle is None else self._singular | self.idle.mask
+        return (
+            self._singular if self.consistent_mechanisms is None else self._singular | self.consistent_mechanisms.mask
+        )
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
@@ -424,8 +430,8 @@ class Solution(SavedResults):
         found = self.solver.singular(excited=True)
         if self.resolved is not None:
             found = found & ~self.resolved.mask
-        if self.idle is not None:
-            found = found & ~self.idle.mask
+        if self.consistent_mechanisms is not None:
+            found = found & ~self.consistent_mechanisms.mask
         return found if self.frame.absent is None else found & ~self.frame.absent
 
     def error_bound(self, name: str, of: str = "displacement") -> Array:
@@ -514,7 +520,9 @@ class Solution(SavedResults):
             return own.refined(name, of)
         name, computed = self._asked(name, of)
         values, bounds = self.bounds.refined(name, of)
-        return (values if self.idle is None else np.where(np.isinf(bounds), computed, values)), self._unknown(bounds)
+        return (
+            values if self.consistent_mechanisms is None else np.where(np.isinf(bounds), computed, values)
+        ), self._unknown(bounds)
 
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
         """Derivative of one component of a result by every load, joint stiffness, offset, support, member and node.
@@ -733,14 +741,14 @@ class Solution(SavedResults):
         return self.primary.resolved
 
     @property
-    def idle(self) -> ConsistentMechanisms | None:
+    def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        return self.primary.idle
+        return self.primary.consistent_mechanisms
 
     @property
-    def known_idle(self) -> ConsistentMechanisms | None:
-        """`idle`, once that has been asked for."""
-        return self.primary.known_idle
+    def known_consistent_mechanisms(self) -> ConsistentMechanisms | None:
+        """`consistent_mechanisms`, once that has been asked for."""
+        return self.primary.known_consistent_mechanisms
 
     def part(self, node: str | None) -> Solution:
         """The solution of the part of the frame that a node is in; this one where loads reach no other part.
@@ -758,15 +766,15 @@ class Solution(SavedResults):
         number = self.plan.topology.number.get(node or "")
         if number is None or self.plan.entry is not None or self.solver.parts < 2:
             return self
-        island = int(self.plan.islands[number])
-        if island not in self._parts:
+        connected_component = int(self.plan.connected_components[number])
+        if connected_component not in self._parts:
             primary = self.primary.part(number, lambda: self.movable)
             if primary is self.primary:
                 return self
             part = Solution(self.frame, primary.plan, self.clearances, primary)
             part._known = self._known
-            self._parts[island] = part
-        return self._parts[island]
+            self._parts[connected_component] = part
+        return self._parts[connected_component]
 
     def reaching(self, unknowns: Iterable[int]) -> Solution:
         """The solution with what is coupled with these unknowns solved for too, though no load reaches it.
@@ -845,8 +853,8 @@ class Solution(SavedResults):
 
     def _unknown(self, bound: Array) -> Array:
         """No bound is proved where it takes to be certain that nothing at all resists a motion."""
-        if self.idle is not None:
-            bound[self.idle.mask] = np.inf
+        if self.consistent_mechanisms is not None:
+            bound[self.consistent_mechanisms.mask] = np.inf
         return bound
 
     def _displacement(self, number: int) -> Array:
@@ -858,11 +866,19 @@ class Solution(SavedResults):
     def _settled(self, rows: Sequence[Row]) -> Array:
         """Six displacements, NaN where they depend on how far an idle frame has moved."""
         found = self.stacked(rows)
-        return found if self.idle is None else self._announced(found, self.idle.motions(rows))
+        return (
+            found
+            if self.consistent_mechanisms is None
+            else self._announced(found, self.consistent_mechanisms.motions(rows))
+        )
 
     def _announced(self, found: Array, moved: Array) -> Array:
         # Where there are mechanisms as well, their warning tells of both.
-        if self.idle is not None and self.idle.masked(found, moved) and not (self._warned or self._singular.any()):
+        if (
+            self.consistent_mechanisms is not None
+            and self.consistent_mechanisms.masked(found, moved)
+            and not (self._warned or self._singular.any())
+        ):
             self._warned = True
             warnings.warn(self._loose(), MechanismWarning, stacklevel=_reader())
         return found
@@ -910,16 +926,16 @@ class Solution(SavedResults):
         if not singular.ndim:
             return f"the frame is kinematically unstable and its results are NaN: {self.mechanism()}"
         entry = tuple(int(k) for k in np.argwhere(singular)[0])
-        idle = 0 if self.idle is None else int(self.idle.mask.sum())
-        more = f", and {idle} more are statically consistent mechanisms, with displacements NaN along the free motion"
+        moving = 0 if self.consistent_mechanisms is None else int(self.consistent_mechanisms.mask.sum())
+        more = f", and {moving} more are statically consistent mechanisms, with displacements NaN along the free motion"
         return (
             f"{singular.sum()} of {singular.size} batch entries are kinematically unstable and their results are NaN"
-            f"{more if idle else ''}; the first, {entry}: {self.mechanism(*entry)}"
+            f"{more if moving else ''}; the first, {entry}: {self.mechanism(*entry)}"
         )
 
     def _loose(self) -> str:
-        assert self.idle is not None
-        entry = tuple(int(k) for k in np.argwhere(self.idle.mask)[0])
+        assert self.consistent_mechanisms is not None
+        entry = tuple(int(k) for k in np.argwhere(self.consistent_mechanisms.mask)[0])
         return (
             "the frame is a statically consistent mechanism: the load does no work on its free motion, and "
             f"displacements along that are NaN: {self.mechanism(*entry)}"

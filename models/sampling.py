@@ -75,7 +75,7 @@ def sample_blocks(
     points = points_of(list(laws), n, root_seed(rng), sampler)
     for start in range(0, n, BLOCK):
         columns = zip(laws.items(), points.take(start, min(BLOCK, n - start)).T, strict=True)
-        yield {name: np.asarray(law.ppf(column), dtype=np.float64) for (name, law), column in columns}
+        yield {name: np.asarray(distribution.ppf(column), dtype=np.float64) for (name, distribution), column in columns}
 
 
 def draw(distributions: Mapping[str, Uncertain], n: int, rng: Seed, sampler: Sampler = "random") -> dict[str, Array]:

@@ -155,9 +155,9 @@ def sobol_indices(
         shape.append(results.shape[1:])
         return results.reshape(len(results), -1).T
 
-    laws = [_Inside(law) for law in given.values()]
+    marginals = [_Inside(distribution) for distribution in given.values()]
     # SciPy takes two inputs or more: an idle one beside a single one.
-    laws += [_Inside(stats.uniform())] * (len(laws) == 1)
+    marginals += [_Inside(stats.uniform())] * (len(marginals) == 1)
     generator = stream(root_seed(rng), "sobol indices")
     errors: list[Array] = []
 
@@ -166,10 +166,11 @@ def sobol_indices(
         errors[:] = more
         return first, total
 
-    found = stats.sobol_indices(func=rows, n=n, dists=laws, rng=generator, method=method)
+    found = stats.sobol_indices(func=rows, n=n, dists=marginals, rng=generator, method=method)
     if any(lost):
         warnings.warn(
-            f"{sum(lost)} of {n * (len(laws) + 2)} samples are NaN somewhere; the Sobol indices are NaN there, as each "
+            f"{sum(lost)} of {n * (len(marginals) + 2)} samples are NaN somewhere; the Sobol indices are NaN there, "
+            "as each "
             "needs all samples",
             SampleWarning,
             stacklevel=2,
@@ -177,7 +178,7 @@ def sobol_indices(
     # SciPy returns 0 where a sample is NaN.
     there = np.where(np.any(holes, axis=0), np.nan, 1.0)[:, None]
     first, total, *more = (
-        np.reshape(there * order.reshape(len(there), -1), (*shape[0], len(laws)))[..., : len(names)]
+        np.reshape(there * order.reshape(len(there), -1), (*shape[0], len(marginals)))[..., : len(names)]
         for order in (found.first_order, found.total_order, *errors)
     )
     return SobolIndices(names, first, total, *more)
@@ -212,8 +213,8 @@ def _saltelli(f_A: Array, f_B: Array, f_AB: Array) -> tuple[Array, Array, Array,
 class _Inside:
     """A distribution whose quantiles stay finite at probability zero."""
 
-    def __init__(self, law: Distribution) -> None:
-        self.law = law
+    def __init__(self, distribution: Distribution) -> None:
+        self.distribution = distribution
 
     def ppf(self, q: Array) -> Any:
-        return self.law.ppf(np.maximum(q, LEAST))
+        return self.distribution.ppf(np.maximum(q, LEAST))

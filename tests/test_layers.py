@@ -33,16 +33,16 @@ LAYERS = {
     "equations in extended precision": "error_bounds/*",
     "sparse solution": (
         "solvers/freedom solvers/refinement solvers/stiffness solvers/sparse solvers/stacked "
-        "solvers/stacked_refinement kept"
+        "solvers/stacked_refinement factor_cache"
     ),
     "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",
     "broadcasting solution": "batched/broadcast",
-    "what can move": "error_bounds/resolved results/held results/idle results/singular",
+    "what can move": "error_bounds/resolved results/constrained results/consistent_mechanisms results/singular",
     "linear solution, as others see it": "results/linear",
     "files and figures": "results/base paraview/* graphics/* results/saved",
     "results": "results/*",
     "clearances": "clearances/*",
-    "bounds": "error_bounds/bounds error_bounds/reached error_bounds/sensitivity",
+    "bounds": "error_bounds/bounds error_bounds/result_unknowns error_bounds/sensitivity",
     "stability of linear solutions": "results/under_load results/stability results/validity",
     "large displacement": "large/*",
     "linear solution": "explain solution results/buckling",

@@ -1,11 +1,12 @@
 """Broadcasting LDL^T of one connected component, in two stages and by chunks.
 
 The unknowns of nodes that no joint touches come first, in the axes of their link, so that the interior of a link is
-condensed once however it moves. After the substitution ``u = T q + G s`` at the nodes of joints, with known numbers s,
-follow the joint-relative coordinates q. Loads are carried for a unit of each known number. Steps whose result is small
-are done once for the whole batch; the others chunk by chunk along the longest axis, so that they stay in the cache.
-What is to be done for a chunk is written down once, as a program, unless the chunks are few. The terms of every sum are
-added in the same order whatever the chunks: the same bits for every chunk size and number of threads.
+condensed once however it moves. After the substitution ``u = T q + G s`` at the nodes of joints, with right-hand-side
+parameters s, follow the joint-relative coordinates q. Loads are carried for a unit of each right-hand-side parameter.
+Steps whose result is small are done once for the whole batch; the others chunk by chunk along the longest axis, so that
+they stay in the cache. What is to be done for a chunk is written down once, as a program, unless the chunks are few.
+The terms of every sum are added in the same order whatever the chunks: the same bits for every chunk size and number of
+threads.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ from ..program.direct import Arithmetic, Direct
 from ..program.recording import Recording, Term
 from ..structure.parts import Grid, Parts, Row, Value
 from ..structure.varying import Varying
-from .chunks import held, large_masks, steps
+from .chunks import large_masks, steps, storage
 from .order import Order
-from .progress import Masks, PartialFactorisation, Springs, Wanted
+from .partial_factorisation import Masks, PartialFactorisation, Springs, Wanted
 from .replay import RecordedElimination
+from .schur_complement import TrailingSchurComplement
 from .stage import Forces, Matrix, Stage
-from .tail import Remainder
 
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
@@ -55,11 +56,11 @@ class Block:
     matrix, scale, forces
         Stiffness, that whose rounding its diagonal carries, and load of the members in the nodes' axes.
     rows
-        Displacements of nodes on joints, over the joint-relative unknowns and the known numbers.
+        Displacements of nodes on joints, over the joint-relative unknowns and the right-hand-side parameters.
     springs
         Row and stiffness of each spring on them.
-    knowns
-        The known numbers.
+    rhs_parameters
+        The right-hand-side parameters.
     varying
         Stiffness that is left to the chunks, None where there is none.
     """
@@ -71,7 +72,7 @@ class Block:
     forces: Forces
     rows: dict[int, Row]
     springs: Springs
-    knowns: list[Value]
+    rhs_parameters: list[Value]
     varying: Varying | None = None
 
 
@@ -108,7 +109,8 @@ class BlockFactor:
         self._masks = Masks.of(block.grid, block.rows, block.springs)
         with np.errstate(all="ignore"):
             self.shared = self._shared()
-        # What later reads and other loads take up: unknowns and known numbers of a tail, factors of chunks.
+        # What later reads and other loads take up: unknowns and right-hand-side parameters of a tail, factors of
+        # chunks.
         self._numbers: dict[int, Value] | None = None
         self._kept: dict[int, PartialFactorisation] = {}
         self._former: dict[int, PartialFactorisation] = {}
@@ -118,18 +120,18 @@ class BlockFactor:
 
     def loaded(self, block: Block) -> BlockFactor:
         """The same factor under the loads of another block, which differs in nothing else."""
-        twin = object.__new__(type(self))
-        twin.block, twin.workers, twin.large, twin.small = block, self.workers, self.large, self.small
-        twin.compiled, twin.ran = self.compiled, ""
-        twin.axis, twin.step, twin._masks, twin._again = self.axis, self.step, self._masks, True
-        twin._numbers, twin._kept, twin._former, twin._least = None, {}, self._former | self._kept, self._least
+        clone = object.__new__(type(self))
+        clone.block, clone.workers, clone.large, clone.small = block, self.workers, self.large, self.small
+        clone.compiled, clone.ran = self.compiled, ""
+        clone.axis, clone.step, clone._masks, clone._again = self.axis, self.step, self._masks, True
+        clone._numbers, clone._kept, clone._former, clone._least = None, {}, self._former | self._kept, self._least
         stage = Stage(forces=block.forces).mapped(_same)
-        twin.shared = self.shared.loaded(stage.forces, {}, block.knowns)
+        clone.shared = self.shared.loaded(stage.forces, {}, block.rhs_parameters)
         with np.errstate(all="ignore"):
-            twin.shared.load(self.small)
-        whole = not any(self.large) or (len(twin._former) == self.chunks and not twin._only_tail)
-        twin.origin = "the factor" if whole else "what the entries share of the factor"
-        return twin
+            clone.shared.load(self.small)
+        whole = not any(self.large) or (len(clone._former) == self.chunks and not clone._only_trailing)
+        clone.origin = "the factor" if whole else "what the entries share of the factor"
+        return clone
 
     @property
     def light(self) -> bool:
@@ -145,7 +147,7 @@ class BlockFactor:
     @property
     def negligible(self) -> int:
         """Couplings left out of what the chunks do, because they are less than rounding."""
-        return self._rest.negligible if any(self.large) and self._only_tail else 0
+        return self._rest.negligible if any(self.large) and self._only_trailing else 0
 
     def values(self, rows: Sequence[Row], places: Sequence[Array | None] = ()) -> list[Value]:
         """Value of each of `rows` over the unknowns, at the whole batch; in its place where it varies over all of it.
@@ -160,15 +162,15 @@ class BlockFactor:
         with np.errstate(all="ignore"):
             if not any(self.large):
                 return self.shared.values(rows)
-            return self._from_tail(rows, places) if self._only_tail else self._from_stages(rows, places)
+            return self._from_trailing(rows, places) if self._only_trailing else self._from_stages(rows, places)
 
-    def margin(self) -> Array:
+    def pivot_ratio(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
         return np.broadcast_to(self.least(), self.block.grid.shape)
 
     def least(self) -> Array:
         """The same at the batch shape over which it varies."""
-        shared = [np.asarray(value, dtype=np.float64) for value in self.shared.margins]
+        shared = [np.asarray(value, dtype=np.float64) for value in self.shared.pivot_ratios]
         small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
         if not any(self.large):
             return small
@@ -184,10 +186,10 @@ class BlockFactor:
         block = self.block
         if block.grid.sizes[-1] == 1 and not block.varying:
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
-            return RecordedElimination(block.orders, *given).carried_out(self._masks, block.knowns)
+            return RecordedElimination(block.orders, *given).carried_out(self._masks, block.rhs_parameters)
         stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
         progress = PartialFactorisation(
-            block.orders, stage, Stage(), block.rows, block.springs, block.knowns, self._masks
+            block.orders, stage, Stage(), block.rows, block.springs, block.rhs_parameters, self._masks
         )
         progress.factorise(self.small, given=True)
         progress.load(self.small)
@@ -196,7 +198,7 @@ class BlockFactor:
     # -- chunks -----------------------------------------------------------------------------------------------------
 
     @functools.cached_property
-    def _only_tail(self) -> bool:
+    def _only_trailing(self) -> bool:
         """Whether nothing but the last joint-relative unknowns is left to the chunks."""
         inner, _ = self.block.orders
         if self.block.varying:
@@ -205,14 +207,14 @@ class BlockFactor:
         return done and not any(self.large[mask] for mask in inner.masks.values())
 
     @functools.cached_property
-    def _rest(self) -> Remainder:
+    def _rest(self) -> TrailingSchurComplement:
         """What the shared steps leave to the chunks."""
         stage = self.shared.outer
         left = [k for k in self.block.orders[1].pivots if k not in stage.pivots]
         done = {step.mask for each in (self.shared.inner, stage) for step in each.pivots.values()}
-        return Remainder.of(stage, left, self.shared.knowns, self.block.grid, done)
+        return TrailingSchurComplement.of(stage, left, self.shared.rhs_parameters, self.block.grid, done)
 
-    def _from_tail(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
+    def _from_trailing(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
         """Results are combinations of the unknowns that were left to the chunks; asked again, these are kept."""
         shape, rest = self.block.grid.shape, self._rest
         alone = not self._written(1)
@@ -224,7 +226,7 @@ class BlockFactor:
         if self._numbers is None:
             recorded = rest.recorded(recording)
             numbers = recorded.numbers
-            watched = [recorded.margin] if recorded.margin is not None and self._least is None else []
+            watched = [recorded.pivot_ratio] if recorded.pivot_ratio is not None and self._least is None else []
         else:
             numbers = {k: recording.take(value) for k, value in self._numbers.items()}
         results = recording.products(asked, numbers)
@@ -233,10 +235,10 @@ class BlockFactor:
         if isinstance(recording, Recording):
             found = self._run(recording, found, places)
         if keep:
-            known = {-1 - s: value for s, value in enumerate(rest.knowns)}
+            known = {-1 - s: value for s, value in enumerate(rest.rhs_parameters)}
             self._numbers = dict(zip(rest.pivots, found[len(found) - len(unknowns) :], strict=True)) | known
         if self._least is None:
-            self._least = np.asarray(found[len(rows)] if watched else rest.margin)
+            self._least = np.asarray(found[len(rows)] if watched else rest.pivot_ratio)
         self._again = 8 * self.block.grid.sizes[-1] * len(rest.pivots) < KEEP
         return found[: len(rows)]
 
@@ -286,8 +288,12 @@ class BlockFactor:
             return self._kept[index]
         if index in self._former:
             shared = self.shared
-            inner, outer, knowns = shared.inner.mapped(cut), shared.outer.mapped(cut), [cut(v) for v in shared.knowns]
-            progress = self._former.pop(index).loaded(inner.forces, outer.forces, knowns)
+            inner, outer, rhs_parameters = (
+                shared.inner.mapped(cut),
+                shared.outer.mapped(cut),
+                [cut(v) for v in shared.rhs_parameters],
+            )
+            progress = self._former.pop(index).loaded(inner.forces, outer.forces, rhs_parameters)
             progress.load(self.large)
         else:
             indices, varying = slice(index * self.step, (index + 1) * self.step), self.block.varying
@@ -303,8 +309,8 @@ class BlockFactor:
         inner, outer = shared.inner.mapped(take), shared.outer.mapped(take)
         rows = {a: _mapped(row, take) for a, row in shared.rows.items()}
         springs = [(_mapped(row, take), take(stiffness)) for row, stiffness in shared.springs]
-        knowns = [take(value) for value in shared.knowns]
-        progress = PartialFactorisation(self.block.orders, inner, outer, rows, springs, knowns, self._masks)
+        rhs_parameters = [take(value) for value in shared.rhs_parameters]
+        progress = PartialFactorisation(self.block.orders, inner, outer, rows, springs, rhs_parameters, self._masks)
         if self.block.varying:
             for entry, value in self.block.varying.values(varying):
                 inner.put(*entry.at, entry.mask, value)
@@ -331,7 +337,7 @@ class BlockFactor:
     @property
     def _holdable(self) -> bool:
         """Whether there is room for the factors of all chunks."""
-        return 8 * self.block.grid.sizes[-1] * held(self.block.grid, self.block.orders) < KEEP
+        return 8 * self.block.grid.sizes[-1] * storage(self.block.grid, self.block.orders) < KEEP
 
     def _run(
         self,
@@ -349,22 +355,22 @@ class BlockFactor:
         calculation = Calculation.recorded(recording, [*terms, *inside], grid.shape, compiled=self.compiled)
         self.ran = calculation.choice.reason
         given = [place for value, place in zip_longest(asked, places) if isinstance(value, Term)]
-        outs = empty([calculation.of(term.mask) for term in terms], given)
+        outputs = empty([calculation.of(term.mask) for term in terms], given)
         longer = LONGER if calculation.choice.compiled and not (varying or state) else 1
 
         def one(index: int) -> None:
             indices = slice(index * self.step, (index + longer) * self.step)
             part = (slice(None),) * self.axis + (indices,)
             later = varying.numbers(self.axis, indices) if varying else []
-            held = [np.empty(calculation.of(term.mask, self._shape(indices))) for term in inside]
-            mine = [out[part] if term.mask >> self.axis & 1 else out for term, out in zip(terms, outs, strict=True)]
-            calculation.run(self.axis, indices, [*mine, *held], later)
+            temporary = [np.empty(calculation.of(term.mask, self._shape(indices))) for term in inside]
+            mine = [out[part] if term.mask >> self.axis & 1 else out for term, out in zip(terms, outputs, strict=True)]
+            calculation.run(self.axis, indices, [*mine, *temporary], later)
             if state:
-                found = {term.number: value for term, value in zip(inside, held, strict=True)}
+                found = {term.number: value for term, value in zip(inside, temporary, strict=True)}
                 self._kept[index] = state.mapped(functools.partial(_numbered, found=found))
 
         self._each(one, longer)
-        found = iter(outs)
+        found = iter(outputs)
         return [next(found) if isinstance(value, Term) else value for value in asked]
 
     def _each(self, work: Callable[[int], None], longer: int = 1) -> None:

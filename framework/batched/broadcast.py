@@ -37,9 +37,9 @@ class BroadcastSolver:
 
     def only(self, plan: Plan) -> BroadcastSolver:
         """The same for a plan of a part, with the same factors."""
-        twin = BroadcastSolver(plan, self.former)
-        twin._factors = self._factors
-        return twin
+        clone = BroadcastSolver(plan, self.former)
+        clone._factors = self._factors
+        return clone
 
     def part(self, node: int) -> BroadcastSolver:
         """The same where loads count on that part of the frame alone which a node is in."""
@@ -50,7 +50,11 @@ class BroadcastSolver:
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
         excited = self.plan.excited
-        return len(excited) if len(excited) < 2 else len({int(self.plan.islands[name // 6]) for name in excited})
+        return (
+            len(excited)
+            if len(excited) < 2
+            else len({int(self.plan.connected_components[name // 6]) for name in excited})
+        )
 
     def reaching(self, unknowns: Iterable[int]) -> BroadcastSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
@@ -69,8 +73,8 @@ class BroadcastSolver:
                 if name in self.plan.excited:
                     split.setdefault(name, {}).setdefault(index, {})[k] = row[k]
         factors = {name: self.factor(name) for name in split}
-        knowns = self.plan.knowns.values
-        terms = [[(value, knowns[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
+        rhs_parameters = self.plan.rhs_parameters.values
+        terms = [[(value, rhs_parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
         with timed(self.plan.times, "solution"):
             for name, parts in split.items():
                 # What several components have a part in is a sum.

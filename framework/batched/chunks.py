@@ -27,7 +27,7 @@ def steps(grid: Grid, orders: Sequence[Order], chunk: int | None = None) -> tupl
     if not shape:
         return 0, 1
     if chunk is None:
-        chunk = int(np.clip(ROOM // (8 * max(1, held(grid, orders))), FEWEST, CHUNK))
+        chunk = int(np.clip(ROOM // (8 * max(1, storage(grid, orders))), FEWEST, CHUNK))
     # Along the first axis chunks lie whole in memory, if its entries are not too large.
     first = next((axis for axis, n in enumerate(shape) if n > 1), 0)
     axis = first if grid.sizes[-1] <= max(chunk, BLOCK) * shape[first] else int(np.argmax(shape))
@@ -35,7 +35,7 @@ def steps(grid: Grid, orders: Sequence[Order], chunk: int | None = None) -> tupl
     return axis, -(-step // BLOCK) * BLOCK if axis == len(shape) - 1 else step
 
 
-def held(grid: Grid, orders: Sequence[Order]) -> int:
+def storage(grid: Grid, orders: Sequence[Order]) -> int:
     """Numbers that an elimination holds for an entry of the batch, of those that are not shared."""
     large = large_masks(grid)
     return sum(len(order.below[k]) + 2 for order in orders for k in order.pivots if large[order.masks[k]])

@@ -29,17 +29,17 @@ FEW = 16
 _SOUND = 1e-10
 # Where the unknowns of two neighbours stand when those of the node between them come first.
 _FIRST, _SECOND = np.r_[6:12, 0:6], np.r_[0:6, 12:18]
-_OTHER_WAY = np.r_[6:12, 0:6]
+_REVERSED = np.r_[6:12, 0:6]
 
 
-def chains(topology: Topology, held: set[int]) -> list[Chain]:
+def chains(topology: Topology, excluded: set[int]) -> list[Chain]:
     """Members in line whose nodes between them bear no more than these; none where they are few.
 
     Parameters
     ----------
     topology
         Nodes and members.
-    held
+    excluded
         Numbers of the nodes that joints, supports or loads are on.
 
     Returns
@@ -54,7 +54,7 @@ def chains(topology: Topology, held: set[int]) -> list[Chain]:
         fixed[group.pieces] = set(group.stiffness_shape) <= {1}
     inside = np.bincount(topology.ends.reshape(-1), minlength=len(topology.number)) == 2
     inside[topology.ends[~fixed]] = False
-    inside[list(held)] = False
+    inside[list(excluded)] = False
     if inside.sum() < FEW:
         return []
     found = _walked(topology.ends, inside)
@@ -231,7 +231,7 @@ class Condensation:
             if len(mine):
                 each[..., where[mine]] = np.moveaxis(group.part(mine).extended_stiffness().reshape(-1, 12, 12), 0, -1)
         back = topology.ends[self.pieces, 0] != before
-        each[..., back] = each[..., back][_OTHER_WAY][:, _OTHER_WAY]
+        each[..., back] = each[..., back][_REVERSED][:, _REVERSED]
         i, j, piece = np.nonzero(each)
         dofs = np.stack([6 * before + k for k in range(6)] + [6 * after + k for k in range(6)])
         self.coupled = np.stack([dofs[i, piece], dofs[j, piece]], axis=-1)
@@ -290,7 +290,7 @@ def retained(row: Row, condensed: Condensation, rows: dict[int, list[Row]]) -> R
     Parameters
     ----------
     row
-        Factors by unknown and known number.
+        Factors by unknown and right-hand-side parameter.
     condensed
         The chains.
     rows

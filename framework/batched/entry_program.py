@@ -59,7 +59,7 @@ class EntrySolution:
     again: bool
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns and the known number one."""
+        """Value of each of `rows` over the unknowns and the right-hand-side parameter one."""
         return values_of(rows, self.component, self.excited, self.unknowns)
 
 

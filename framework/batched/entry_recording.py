@@ -24,7 +24,7 @@ from ..structure.tree import JointTree, Matrix3, edges_of, spanning
 from .block import Block
 from .entry_program import OPERATIONS, EntryProgram, EntrySolution, Step, values_of, widen
 from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
-from .progress import Masks
+from .partial_factorisation import Masks
 from .replay import MOST, RecordedElimination, operations
 from .stage import Forces, Matrix
 
@@ -59,7 +59,7 @@ class Writable(Compiled, Protocol):
     def topology(self) -> Topology: ...
 
     @property
-    def islands(self) -> Index: ...
+    def connected_components(self) -> Index: ...
 
     def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> TermPlan: ...
 
@@ -143,8 +143,8 @@ class _Writer:
 
     def _tree(self) -> JointTree | None:
         """None where joints that close a loop hold components: what they make dependent is found by the numbers."""
-        numbers, topology, knowns = self.numbers, self.plan.topology, self.plan.knowns
-        edges = edges_of(topology, knowns)
+        numbers, topology, rhs_parameters = self.numbers, self.plan.topology, self.plan.rhs_parameters
+        edges = edges_of(topology, rhs_parameters)
         by_place = [self._edge(place, edge) for place, edge in enumerate(edges)]
         turn = iter(zip(self.turns, numbers.turns, strict=True))
 
@@ -168,9 +168,15 @@ class _Writer:
             return None
         by_edge = dict(zip(edges, by_place, strict=True))
         tree = _TermTree(
-            topology, knowns.grid, knowns, by_place, turns=tuple(bodies[body] for body in topology.bodies),
-            edge_axes=axes, arms=arms, places={edge: place for place, edge in enumerate(by_place)},
-        )  # fmt: skip
+            topology,
+            rhs_parameters.grid,
+            rhs_parameters,
+            by_place,
+            turns=tuple(bodies[body] for body in topology.bodies),
+            edge_axes=axes,
+            arms=arms,
+            places={edge: place for place, edge in enumerate(by_place)},
+        )
         tree.grow([by_edge[edge] for edge in chosen], [by_edge[edge] for edge in closing])
         return tree
 
@@ -316,7 +322,7 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
         return None
     with np.errstate(all="ignore"):
         written = plan.written(writer.tree, writer.matrix, writer.forces)
-        if len({int(plan.islands[name // 6]) for name in written.excited}) > 1:
+        if len({int(plan.connected_components[name // 6]) for name in written.excited}) > 1:
             return None  # of parts that nothing connects each is solved when it is read
         blocks = {name: written.block(name) for name in sorted(written.excited)}
         if sum(operations(block.orders) for block in blocks.values()) > MOST:
@@ -326,7 +332,7 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
         for name, block in blocks.items():
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
             masks = Masks.of(block.grid, block.rows, block.springs)
-            done = RecordedElimination(block.orders, *given).plainly(masks, block.knowns)
+            done = RecordedElimination(block.orders, *given).plainly(masks, block.rhs_parameters)
             own = [k for k, other in written.component.items() if other == name]
             known.update(zip(own, done.values([{k: 1.0} for k in own]), strict=True))
             least[name] = done.least

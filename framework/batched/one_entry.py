@@ -112,9 +112,9 @@ class EntryNumbers:
 
     def _supports(self, frame: Description) -> list[Head]:
         number, heads = self.topology.number, list[Head]()
-        for node, held in frame.supports.items():
-            self.edges += (*_ALL_OF_THEM[:OFFSETS], *_six(held))
-            ideal = (*sorted(held),)
+        for node, constrained in frame.supports.items():
+            self.edges += (*_ALL_OF_THEM[:OFFSETS], *_six(constrained))
+            ideal = (*sorted(constrained),)
             heads.append((("support", number[node], ideal), (len(ideal), 0.0)))
         return heads
 

@@ -18,7 +18,7 @@ from ..solvers.coupling import Coupling
 from ..solvers.graph import Graph
 from ..solvers.method import Method, choose
 from ..structure.assembly import force_entries
-from ..structure.parts import Grid, Knowns, Parts, Row, Value, unknowns
+from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, unknowns
 from ..structure.topology import Group, Index
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
@@ -62,33 +62,34 @@ class Plan:
         self.frame, self.unloaded, self.times, self.again = frame, unloaded, times, again
         # what is found of the members on the way is found once for the first loads and all others
         self.topology = unloaded.topology if frame is unloaded.frame else unloaded.topology.loaded(frame)
-        self.knowns = unloaded.knowns.copy()
+        self.rhs_parameters = unloaded.rhs_parameters.copy()
         self._blocks: dict[int, Block] = {}
         # Number of the only part of the frame that counts as loaded; None where all do that loads reach.
         self._island: int | None = None
 
     def reloaded(self, frame: Description) -> Plan:
         """The plan of a frame that differs from this one in its loads alone: numbers, matrix and orders are shared."""
-        twin = object.__new__(Plan)
-        twin._chained = self._chained
-        twin._of(frame, self.unloaded, {}, again=self.again or "solution" in self.times)
-        return twin
+        clone = object.__new__(Plan)
+        clone._chained = self._chained
+        clone._of(frame, self.unloaded, {}, again=self.again or "solution" in self.times)
+        return clone
 
-    def under(self, frame: Description, grid: Grid, knowns: Knowns) -> Plan:
-        """This plan, its stiffness constant, for loads of another batch: a frame, and the known numbers with it."""
+    def under(self, frame: Description, grid: Grid, rhs_parameters: RightHandSideParameters) -> Plan:
+        """This plan, its stiffness constant, for loads of another batch: a frame, and the right-hand-side parameters
+        with it."""
         unloaded = copy.copy(self.unloaded)
-        unloaded.grid, unloaded.knowns = grid, knowns
-        twin = object.__new__(Plan)
-        twin._chained = Bounded(_CHAINED)
-        twin._of(frame, unloaded, self.times, again=self.again)
-        twin.method = self.method
-        return twin
+        unloaded.grid, unloaded.rhs_parameters = grid, rhs_parameters
+        clone = object.__new__(Plan)
+        clone._chained = Bounded(_CHAINED)
+        clone._of(frame, unloaded, self.times, again=self.again)
+        clone.method = self.method
+        return clone
 
     def _exciting(self, components: set[int]) -> Plan:
         """This plan with `components` for those that are loaded."""
-        twin = copy.copy(self)
-        twin.excited, twin.entry = components, None
-        return twin
+        clone = copy.copy(self)
+        clone.excited, clone.entry = components, None
+        return clone
 
     def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> Plan:
         """This plan with other numbers, such as terms of a recording, in place of its own."""
@@ -96,11 +97,11 @@ class Plan:
         unloaded.tree = tree
         chained = Chained(unloaded, [])
         chained.matrix = matrix
-        twin = object.__new__(Plan)
-        twin._chained = Bounded(_CHAINED)
-        twin._of(self.frame, unloaded, {}, again=False)
-        twin.chained, twin.forces, twin.entry = chained, forces, None
-        return twin
+        clone = object.__new__(Plan)
+        clone._chained = Bounded(_CHAINED)
+        clone._of(self.frame, unloaded, {}, again=False)
+        clone.chained, clone.forces, clone.entry = chained, forces, None
+        return clone
 
     @cached_property
     def entry(self) -> EntrySolution | None:
@@ -144,7 +145,7 @@ class Plan:
     @property
     def imposed(self) -> list[Value]:
         """The number one, and known displacements and offsets that vary."""
-        return self.knowns.values[: len(self.unloaded.knowns.values)]
+        return self.rhs_parameters.values[: len(self.unloaded.rhs_parameters.values)]
 
     @property
     def large(self) -> bool:
@@ -183,9 +184,9 @@ class Plan:
         return self.unloaded.unknowns
 
     @property
-    def islands(self) -> Index:
+    def connected_components(self) -> Index:
         """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
-        return self.unloaded.islands
+        return self.unloaded.connected_components
 
     def varies(self, group: Group) -> bool:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
@@ -240,9 +241,9 @@ class Plan:
 
     @cached_property
     def forces(self) -> Forces:
-        """Parts of the loads by DOF and known number, in the nodes' axes."""
+        """Parts of the loads by DOF and right-hand-side parameter, in the nodes' axes."""
         with timed(self.times, "assembly"):
-            return force_entries(self.topology, self.knowns)
+            return force_entries(self.topology, self.rhs_parameters)
 
     @cached_property
     def excited(self) -> set[int]:
@@ -258,14 +259,16 @@ class Plan:
         reached = {k for dof in pushed for k in self._coupled(dof)}
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
         found = {self.component[k] for k in reached}
-        return found if self._island is None else {k for k in found if self.islands[k // 6] == self._island}
+        return (
+            found if self._island is None else {k for k in found if self.connected_components[k // 6] == self._island}
+        )
 
     def part(self, node: int) -> Plan:
         """The plan of that part of the frame alone which a node is in, where loads reach others as well."""
-        twin = copy.copy(self)
-        twin.__dict__.pop("excited", None)
-        twin._island = int(self.islands[node])
-        return twin
+        clone = copy.copy(self)
+        clone.__dict__.pop("excited", None)
+        clone._island = int(self.connected_components[node])
+        return clone
 
     def reaching(self, unknowns: Iterable[int]) -> Plan:
         """This plan where what these unknowns are coupled with counts as loaded, too; itself where it is."""
@@ -287,7 +290,7 @@ class Plan:
             with timed(self.times, "elimination order"):
                 bare, own = self.chained.block(component)
                 forces = {a: parts for a, parts in self.forces.items() if a in own}
-                self._blocks[component] = replace(bare, forces=forces, knowns=self.knowns.values)
+                self._blocks[component] = replace(bare, forces=forces, rhs_parameters=self.rhs_parameters.values)
         return self._blocks[component]
 
     def _coupled(self, dof: int) -> list[int]:

@@ -19,7 +19,7 @@ from ..program.program import Operation
 from ..program.recording import Recording, Term
 from ..structure.parts import Parts, Row, Value, is_zero
 from .order import Order
-from .progress import Masks, PartialFactorisation, Springs
+from .partial_factorisation import Masks, PartialFactorisation, Springs
 from .stage import Forces, Matrix, Pivot, Stage
 
 # What is done, and the places of the two numbers that it is done with.
@@ -59,26 +59,26 @@ class RecordedElimination:
         self.orders, self.matrix, self.forces, self.scale = orders, matrix, forces, scale
         self.rows, self.springs = rows, springs
 
-    def carried_out(self, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
+    def carried_out(self, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
         """Both stages, eliminated and loaded.
 
         Parameters
         ----------
         masks
             Axes over which substitution and springs vary: none.
-        knowns
-            The known numbers.
+        rhs_parameters
+            The right-hand-side parameters.
         """
         count = operations(self.orders)
         if count > MOST:
-            return self.plainly(masks, knowns)
+            return self.plainly(masks, rhs_parameters)
         recorded: _Recorded = PROGRAMS.found(self._key(), _Recorded, count + 100)
-        return recorded.replayed(self, masks, knowns)
+        return recorded.replayed(self, masks, rhs_parameters)
 
-    def plainly(self, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
+    def plainly(self, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
         """Both stages, operation by operation."""
         stage = Stage(self.matrix, self.forces, self.scale).mapped(_same)
-        progress = PartialFactorisation(self.orders, stage, Stage(), self.rows, self.springs, knowns, masks)
+        progress = PartialFactorisation(self.orders, stage, Stage(), self.rows, self.springs, rhs_parameters, masks)
         progress.factorise([True], given=True)
         progress.load([True])
         return progress
@@ -135,11 +135,11 @@ class _Recorded:
         self.met = 0
         self.made: tuple[list[Operations], list[Value], PartialFactorisation] | None = None
 
-    def replayed(self, given: RecordedElimination, masks: Masks, knowns: list[Value]) -> PartialFactorisation:
+    def replayed(self, given: RecordedElimination, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
         """Both stages of a component: as ever the first few times, from the list the later ones."""
         self.met += 1
         if self.met <= _FEW:
-            return given.plainly(masks, knowns)
+            return given.plainly(masks, rhs_parameters)
         if self.made is None:
             self.made = self._record(given, masks)
         steps, constants, template = self.made
@@ -161,7 +161,7 @@ class _Recorded:
             imposed=imposed,
             rows=given.rows,
             springs=given.springs,
-            knowns=knowns,
+            rhs_parameters=rhs_parameters,
         )
 
     def _record(
@@ -212,8 +212,8 @@ def _stage(stage: Stage, change: Callable[[Value], Value]) -> Stage:
     pivots = {
         k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()}) for k, p in stage.pivots.items()
     }
-    margin = {mask: change(value) for mask, value in stage.margin.items()}
-    return Stage(forces=_forces(stage.forces, change), pivots=pivots, margin=margin, complete=stage.complete)
+    pivot_ratio = {mask: change(value) for mask, value in stage.pivot_ratio.items()}
+    return Stage(forces=_forces(stage.forces, change), pivots=pivots, pivot_ratio=pivot_ratio, complete=stage.complete)
 
 
 def _forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:

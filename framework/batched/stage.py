@@ -39,7 +39,7 @@ class Stage:
         Parts of the stiffness whose rounding the diagonal carries: as assembled, growing with the elimination.
     pivots
         Steps done.
-    margin
+    pivot_ratio
         Least ratio of pivot to scale, by mask: zero to rounding where the matrix is singular.
     complete
         Whether all that was come by could be done, and nothing was left to the chunks.
@@ -49,7 +49,7 @@ class Stage:
     forces: Forces = field(default_factory=dict)
     scale: dict[int, Parts] = field(default_factory=dict)
     pivots: dict[int, Pivot] = field(default_factory=dict)
-    margin: Parts = field(default_factory=dict)
+    pivot_ratio: Parts = field(default_factory=dict)
     complete: bool = True
 
     def entry(self, i: int, j: int) -> Parts:
@@ -119,7 +119,7 @@ class Stage:
         the rounding of it that of z.diag(A) z; `scale` accumulates the latter.
         """
         ratio = pivot * reciprocal(weight)
-        self.margin[mask] = np.minimum(self.margin[mask], ratio) if mask in self.margin else ratio
+        self.pivot_ratio[mask] = np.minimum(self.pivot_ratio[mask], ratio) if mask in self.pivot_ratio else ratio
 
     def forward(self, order: Order, wanted: Sequence[bool]) -> None:
         """Carry the loads of the eliminated unknowns on, as far as the result's mask is `wanted`."""
@@ -145,12 +145,14 @@ def closure(order: Order, wanted: set[int]) -> set[int]:
     return needed
 
 
-def backward(order: Order, needed: set[int], known: dict[int, Value], stage: Stage, knowns: Sequence[Value]) -> None:
+def backward(
+    order: Order, needed: set[int], known: dict[int, Value], stage: Stage, rhs_parameters: Sequence[Value]
+) -> None:
     """Add the `needed` unknowns to those `known`, from the steps of the elimination and the loads left in them."""
     for k in reversed(order.pivots):
         if k in needed:
             step = stage.pivots[k]
-            value = collapsed(stage.forces.get(k, {}), knowns) * step.inverse
+            value = collapsed(stage.forces.get(k, {}), rhs_parameters) * step.inverse
             for j, low in step.lower.items():
                 if not is_zero(known[j]):
                     value = value - low * known[j]
@@ -158,7 +160,7 @@ def backward(order: Order, needed: set[int], known: dict[int, Value], stage: Sta
 
 
 def carried(order: Order, row: Row, stage: Stage) -> Row:
-    """`row` without the unknowns that `stage` has eliminated: over those left and the known numbers.
+    """`row` without the unknowns that `stage` has eliminated: over those left and the right-hand-side parameters.
 
     It is the back substitution turned round, done for what is asked instead of for what is given.
     """

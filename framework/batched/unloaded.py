@@ -18,7 +18,7 @@ from ..solvers.graph import Graph
 from ..solvers.method import BROADCAST, LARGE
 from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
-from ..structure.parts import Grid, Knowns, Parts, Row, Value, add, unknowns
+from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
@@ -27,7 +27,7 @@ from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
 from .one_entry import EntryNumbers, forest
 from .order import Order, Pattern, link, order
-from .progress import Springs
+from .partial_factorisation import Springs
 from .stage import Matrix
 
 # Unknowns up to which connected components are found without matrices.
@@ -52,7 +52,7 @@ class Unloaded:
     def __init__(self, frame: Description, *, cut: bool, method: str | None, former: Unloaded | None = None) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
-        self.knowns = Knowns(self.grid, _geometry(frame))
+        self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
         self.topology: Topology = Topology.of(frame, cut=cut) if former is None else former.topology.loaded(frame)
         self._stacks = None if former is None else former.known_stacks
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
@@ -62,7 +62,7 @@ class Unloaded:
     @cached_property
     def tree(self) -> JointTree:
         """What each node's displacement is made of."""
-        return JointTree.of(self.topology, self.knowns)
+        return JointTree.of(self.topology, self.rhs_parameters)
 
     @cached_property
     def entry(self) -> EntryNumbers | None:
@@ -70,8 +70,8 @@ class Unloaded:
         if not self._plain:
             return None
         frame = self.frame
-        held = sum(map(len, frame.supports.values())) + 6 * (len(frame.joints) + len(frame.ties))
-        if 6 * len(self.topology.number) - held > LARGE:
+        coupled = sum(map(len, frame.supports.values())) + 6 * (len(frame.joints) + len(frame.ties))
+        if 6 * len(self.topology.number) - coupled > LARGE:
             return None
         return EntryNumbers(self.topology, self._stacks)
 
@@ -118,7 +118,7 @@ class Unloaded:
         return sorted(on_edges.union(own))
 
     @cached_property
-    def islands(self) -> Index:
+    def connected_components(self) -> Index:
         """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
         joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
         first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
@@ -252,8 +252,8 @@ class Chained:
         inner = sorted(k for k in unknown if k // 6 not in tree.rows)
         own = set(inner) | set(ends)
         ends |= {b: rows[b] for a in own for b in self.matrix.get(a, {}) if b not in own and b in rows}
-        held = own | set(ends)
-        matrix = {a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in held} for a in own}
+        coupled = own | set(ends)
+        matrix = {a: {b: parts for b, parts in self.matrix.get(a, {}).items() if b in coupled} for a in own}
         for a in own:
             matrix[a].setdefault(a, {})
         for b in set(ends) - own:
@@ -263,7 +263,7 @@ class Chained:
             for s in tree.springs
             if any(self.component[k] == component for k in unknowns(s.row)[:1])
         ]
-        varying = self.unloaded.varying.within(own, held)
+        varying = self.unloaded.varying.within(own, coupled)
         pattern: Pattern = {}
         for a, row in matrix.items():
             for b, parts in row.items():
@@ -283,14 +283,14 @@ def _orders(
     mask = grid.mask
     left = sorted(unknown.difference(inner))
     ends = {a: _masks(row, mask) for a, row in rows.items()}
-    sprung = [(_masks(row, mask), mask(stiffness)) for row, stiffness in springs]
+    spring_parts = [(_masks(row, mask), mask(stiffness)) for row, stiffness in springs]
     key = (
         grid.shape,
         tuple((a, tuple(row.items())) for a, row in pattern.items()),
         tuple(inner),
         tuple(left),
         tuple((a, tuple(row.items())) for a, row in ends.items()),
-        tuple((tuple(row.items()), over) for row, over in sprung),
+        tuple((tuple(row.items()), over) for row, over in spring_parts),
     )
 
     def ordered() -> tuple[Order, Order]:
@@ -299,7 +299,7 @@ def _orders(
         for a, coupled in pattern.items():
             for b, over in coupled.items():
                 _link_rows(reduced, ends[a], ends[b], over)
-        for spring, over in sprung:
+        for spring, over in spring_parts:
             _link_rows(reduced, spring, spring, over)
         return first, order(reduced, list(reduced), grid)
 

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, aligned, turned
+from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..batched.stage import collapsed
 from ..description import Description
@@ -27,11 +27,11 @@ from ..dofs import DISPLACEMENTS
 from ..errors import MechanismWarning
 from ..results.linear import LinearResults
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
-from .resting import ClearanceComponents, Rest
+from .contact_state import ClearanceComponents, ContactState
 from .unit_offsets import Solve, against_offsets
 
 
-def loose_joints(frame: Description) -> list[str]:
+def joints_with_clearance(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
     return [name for name, joint in frame.joints.items() if joint.element.clearance.any()]
 
@@ -43,7 +43,7 @@ class Clearances:
     ----------
     frame
         The frame.
-    tight
+    without_clearance
         Its solution without clearances.
     solve
         Makes such a solution of a description.
@@ -56,22 +56,22 @@ class Clearances:
         Where their journals rest.
     """
 
-    def __init__(self, frame: Description, tight: LinearResults, solve: Solve) -> None:
-        self.frame, self.names = frame, loose_joints(frame)
+    def __init__(self, frame: Description, without_clearance: LinearResults, solve: Solve) -> None:
+        self.frame, self.names = frame, joints_with_clearance(frame)
         joints = [frame.joints[name].element for name in self.names]
         own = np.repeat(np.arange(len(joints)), [len(joint.clearance_directions) for joint in joints])
         components = ClearanceComponents(self.names, own, [k for joint in joints for k in joint.clearance_directions])
         with warnings.catch_warnings():
             # Entries that are mechanisms have no contact, which their state tells.
             warnings.simplefilter("ignore", MechanismWarning)
-            force = np.stack([tight.joint_force(name)[..., k] for name, k in components.pairs])
+            force = np.stack([without_clearance.joint_force(name)[..., k] for name, k in components.pairs])
         self._singular = np.asarray(np.isnan(force).any(axis=0))
         loaded = np.any(force.reshape(len(force), -1) != 0.0, axis=1)
         self._resistance = against_offsets(frame, components, loaded, solve)
         radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
         force = np.nan_to_num(force) if self._singular.any() else force
         resistance = self._resistance.stiffness, self._resistance.members
-        self.rest = Rest(components, *resistance, force, radius, _load(tight.plan), frame.size)
+        self.rest = ContactState(components, *resistance, force, radius, _load(without_clearance.plan), frame.size)
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
@@ -103,7 +103,7 @@ class Clearances:
         along = np.where((radius > 0.0)[..., None], offset, force)
         normal = along / np.where(closed, np.hypot.reduce(along, axis=-1), 1.0)[..., None]
         axes = self.frame.joints[name].element.axes
-        normal = normal if axes is None else turned(aligned(axes, len(self.frame.shape), 2), normal)
+        normal = normal if axes is None else rotated(aligned(axes, len(self.frame.shape), 2), normal)
         unknown = np.where(state >= UNRESOLVED, np.nan, 0.0)
         return Contact(
             joint=name,
@@ -126,6 +126,6 @@ def _load(plan: Plan) -> Array:
     """Largest force and largest moment on a node, (2, ...)."""
     out: Array = np.zeros((2, *plan.frame.shape))
     for a, by_source in plan.forces.items():
-        value = np.abs(np.asarray(collapsed(by_source, plan.knowns.values), dtype=np.float64))
+        value = np.abs(np.asarray(collapsed(by_source, plan.rhs_parameters.values), dtype=np.float64))
         out[a % 6 // 3] = np.maximum(out[a % 6 // 3], value)
     return out

@@ -140,11 +140,11 @@ def law(displacement: ArrayLike, clearance: ArrayLike, stiffness: ArrayLike) -> 
     if not np.isfinite(spring).all():
         raise FrameError(f"contact stiffness is {spring[~np.isfinite(spring)].flat[0]}: give a finite one to the law")
     length = np.linalg.norm(delta, axis=-1)
-    press = np.maximum(length - radius, 0.0)
-    touched = press > 0.0
+    penetration = np.maximum(length - radius, 0.0)
+    touched = penetration > 0.0
     normal = delta / np.where(touched, length, 1.0)[..., None]
     dyad = normal[..., :, None] * normal[..., None, :]
-    across = spring * press / np.where(touched, length, 1.0)
+    across = spring * penetration / np.where(touched, length, 1.0)
     tangent = across[..., None, None] * np.eye(delta.shape[-1]) + (spring - across)[..., None, None] * dyad
     tangent = np.where(touched[..., None, None], tangent, 0.0)
-    return (spring * press)[..., None] * normal, tangent, 0.5 * spring * press**2
+    return (spring * penetration)[..., None] * normal, tangent, 0.5 * spring * penetration**2

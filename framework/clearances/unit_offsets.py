@@ -17,12 +17,12 @@ from ..errors import FrameError, MechanismWarning
 from ..protocol import JointElement
 from ..results.linear import LinearResults
 from ..structure.parts import total
-from .resting import ClearanceComponents
+from .contact_state import ClearanceComponents
 
 Solve = Callable[[Description], LinearResults]
 
 # A stiffness against offsets below this share of the members' is the rounding of none.
-_LOOSE = 1e-13
+_UNRESISTED = 1e-13
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _answer(
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
     members = _members(plan, components)
     root = np.sqrt(members)
-    least = _LOOSE * root[:, None] * root
+    least = _UNRESISTED * root[:, None] * root
     if unknown.any() and not loaded.all():
         found, _ = _falls(_bare(frame, joints), components, loaded, solve)
         apart = loaded[:, None] & loaded
@@ -147,8 +147,8 @@ def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
     for name, joint in frame.joints.items():
         out.add(name, joints[name], joint.first, joint.second)
     out.ties = list(frame.ties)
-    for name, held in frame.supports.items():
-        out.fix(name, *(DISPLACEMENTS[k] for k in held))
+    for name, constrained in frame.supports.items():
+        out.fix(name, *(DISPLACEMENTS[k] for k in constrained))
     return out
 
 

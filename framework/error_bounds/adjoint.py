@@ -10,12 +10,12 @@ import numpy as np
 
 from ..batch import Array
 from ..structure.parts import Extended
-from .asked import RequestedResults
 from .compliance import Compliance
 from .deformations import Springs
 from .equilibrium import EquilibriumResidual
 from .force_sizes import reduced_sizes
 from .kinematics import FrameKinematics, Real, extended
+from .requested import RequestedResults
 
 # Roundings of a load on an unknown: those of turning it into its axes, a safe count, and of each rigid link on the way.
 _CAREFUL, _CARRIED = 64.0, 4.0
@@ -85,7 +85,7 @@ class Adjoint:
         """Openings by link, (m, ..., 6)."""
         return self.state.double.relative_displacements(self.rough, self.displacements)
 
-    def held(self, index: int) -> list[Array]:
+    def constrained(self, index: int) -> list[Array]:
         """By link: force in its ideal components under unit force `index`, (..., 6); 0 in the others.
 
         It is the work done where a unit displacement is imposed on the component and nothing else moves but what must.
@@ -159,9 +159,13 @@ class Adjoint:
         """
         state, energy = self.state, self._energy
         members = zip(state.double_springs, self._stretches, strict=True)
-        doubted = np.sqrt(sum((each.work(each.uncertain(e, state.rounding)) for each, e in members), np.zeros(())))
-        loose = np.moveaxis(self.result.loose, -1, 0) if isinstance(self.result.loose, np.ndarray) else 0.0
-        work = self._left() + doubted + loose
+        force_uncertainty = np.sqrt(
+            sum((each.work(each.uncertain(e, state.rounding)) for each, e in members), np.zeros(()))
+        )
+        unresolved = (
+            np.moveaxis(self.result.unresolved, -1, 0) if isinstance(self.result.unresolved, np.ndarray) else 0.0
+        )
+        work = self._left() + force_uncertainty + unresolved
         out: Real = np.where((work == 0.0) | (energy == 0.0), 0.0, work * energy)
         return out
 
@@ -170,7 +174,7 @@ class Adjoint:
         """Energy norm of what the exact solution differs from the computed one, at most, (...)."""
         state, root = self.state, extended(self.compliance.root)
         balance = _norm(root * state.balance) + _norm(root * state.unbalanced)
-        out: Real = balance / np.sqrt(self.compliance.least) + state.doubted
+        out: Real = balance / np.sqrt(self.compliance.least) + state.force_uncertainty
         return out
 
     def _enough(self) -> Array:
@@ -178,11 +182,11 @@ class Adjoint:
         result, (m, ...)."""
         size = _norm(self.compliance.root * self.right)
         result = np.abs(np.moveaxis(self.result.value, -1, 0))
-        firm = np.sqrt(self.compliance.least)
+        least_stiffness = np.sqrt(self.compliance.least)
         # a result that is zero, or almost, is as uncertain as its fellows make it
         natural = np.where(size > 0.0, result / np.where(size > 0.0, size, 1.0), 0.0)
         natural = np.maximum(natural, _FELLOWS * natural.max(axis=0))
-        work = self._energy / firm
+        work = self._energy / least_stiffness
         share = _PART * self.state.rounding * natural / np.where(work > 0.0, work, 1.0)
         found: Array = np.minimum(np.where(work > 0.0, share, _ROUGH), _ROUGH).astype(np.float64)
         alike = tuple(axis for axis, n in enumerate(self.right.shape[:-1]) if n == 1 < found.shape[axis])
@@ -192,7 +196,7 @@ class Adjoint:
     def _left(self) -> Real:
         """Work of what the adjoint leaves of its equations on a motion of unit energy norm, (m, ...)."""
         state, compliance, double = self.state, self.compliance, self.state.double
-        root, firm, kinds = compliance.root, np.sqrt(compliance.least), state.double_springs
+        root, least_stiffness, kinds = compliance.root, np.sqrt(compliance.least), state.double_springs
         if self._fine:
             left = self._unbalanced(self.coordinates, state.kinematics, state.springs)
             noise = state.fine * self._load_sizes(
@@ -203,7 +207,7 @@ class Adjoint:
             opened = zip(state.stiffness, double.displacement_sizes(self.rough, spread), strict=True)
             joints = sum((np.sum(k * size * size, axis=-1) for k, size in opened), np.zeros(()))
             rounded = state.fine * np.sqrt(members + joints)
-            fine: Real = (_norm(extended(root) * left) + _norm(root * noise)) / firm + rounded
+            fine: Real = (_norm(extended(root) * left) + _norm(root * noise)) / least_stiffness + rounded
             return fine
         left = self.right - compliance.apply(self.answer)
         sizes = self._load_sizes([], [])
@@ -213,7 +217,7 @@ class Adjoint:
             sizes = self._load_sizes(imposed, double.displacement_sizes(self._fixed, spread))
         careful = _CAREFUL + _CARRIED * len(state.kinematics.links)
         noise = compliance.backward_error * _norm(self.answer / root) + careful * state.rounding * _norm(root * sizes)
-        rough: Real = (_norm(root * left) + noise) / firm
+        rough: Real = (_norm(root * left) + noise) / least_stiffness
         return rough
 
     def _load_sizes(self, stretches: list[Array], relative_displacements: list[Array]) -> Real:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..batch import Array, turned
+from ..batch import Array, rotated
 from ..batched.plan import Plan
 from ..entries import Change
 from ..structure.assembly import member_loads, nodal_loads
@@ -48,7 +48,7 @@ class AppliedLoads:
         on_members = list(member_loads(plan.topology))
         shapes = [vector.shape[:-1] for _, vector in given]
         shapes += [local.shape[1:-1] for _, _, local in on_members]
-        shapes += [each.level.shape[:-3] for each in springs] if on_members else []
+        shapes += [each.local_axes.shape[:-3] for each in springs] if on_members else []
         shape = np.broadcast_shapes((1,) * ndim, *shapes)
         forces, error_bound = extended(np.zeros((*shape, count, 6))), np.zeros((*shape, count, 6))
         for index, (node, vector) in enumerate(given):
@@ -58,10 +58,10 @@ class AppliedLoads:
         by_piece: dict[int, tuple[Real, Array]] = {}
         numbers = {group: k for k, group in enumerate(plan.topology.groups)}
         for group, positions, local in on_members:
-            level = springs[numbers[group]].level
+            local_axes = springs[numbers[group]].local_axes
             sizes = _sizes(plan, group, positions)
             for position, force, size in zip(positions.tolist(), local, sizes, strict=True):
-                axes, piece = level[..., position, :, :], int(group.pieces[position])
+                axes, piece = local_axes[..., position, :, :], int(group.pieces[position])
                 nodal = _out(axes, force)
                 spread = _out(np.abs(axes).astype(np.float64), size)
                 for side, node in enumerate(plan.topology.pieces[piece].nodes):
@@ -129,4 +129,4 @@ def _greatest(force: Array) -> Array:
 
 def _out(axes: Real, ends: Real) -> Real:
     """Forces on both ends (..., 12) from local into global axes."""
-    return turned(np.swapaxes(axes, -1, -2), ends)
+    return rotated(np.swapaxes(axes, -1, -2), ends)

@@ -27,14 +27,14 @@ from ..entries import WHOLE, Stretch
 from ..results.linear import LinearResults
 from ..solvers.sparse import SparseSolver
 from .adjoint import Adjoint
-from .asked import asked
 from .compliance import Compliance, DenseCompliance, Roughly, SparseCompliance
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematics import Real, extended
-from .resolved import MOST, excited, groups, hard, rest
+from .requested import requested
+from .resolved import MOST, excited, groups, ill_conditioned, rest
 
 # Least eigenvalue below which an entry is taken up in extended precision.
-HARD = 1e-10
+ILL_CONDITIONED = 1e-10
 # Batch entries handled at a time, and parts of the batch kept for the next result.
 CHUNK = 1024
 _KEEP = 8
@@ -86,7 +86,7 @@ class Bounds:
         name
             Node, joint or member.
         kind
-            What of it, see `linkframe.framework.error_bounds.asked`.
+            What of it, see `linkframe.framework.error_bounds.requested`.
         """
         value, error_bound = self._estimate(name, kind)
         with np.errstate(all="ignore"):
@@ -114,14 +114,14 @@ class Bounds:
         """Part by part of the batch: where it is, and the adjoints of results there."""
         with np.errstate(all="ignore"):
             for part in self.parts():
-                yield part.where, Adjoint(part.state, part.compliance, asked(part.state, name, kind))
+                yield part.where, Adjoint(part.state, part.compliance, requested(part.state, name, kind))
 
     def influence(self, name: str, kind: str, index: int) -> Iterator[tuple[Any, Adjoint]]:
         """Part by part of the batch: where it is, and the adjoint of one component of a result there, itself refined
         once."""
         with np.errstate(all="ignore"):
             for part in self.parts():
-                result = asked(part.state, name, kind).only(index)
+                result = requested(part.state, name, kind).only(index)
                 yield part.where, Adjoint(part.state, part.compliance, result, 1)
 
     def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
@@ -168,7 +168,7 @@ class Bounds:
         yield BatchPart(where, state, compliance)
         if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
             shape = state.values.shape[:-1]
-            yield from self._hard(where, np.broadcast_to(compliance.least, shape) < HARD)
+            yield from self._ill_conditioned(where, np.broadcast_to(compliance.least, shape) < ILL_CONDITIONED)
 
     def _state(self, index: int) -> tuple[tuple[slice, ...], EquilibriumResidual]:
         """Where a part is, and the solution in it."""
@@ -189,13 +189,13 @@ class Bounds:
             return self._sparse
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
 
-    def _hard(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[BatchPart]:
+    def _ill_conditioned(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[BatchPart]:
         """What double precision can hardly tell from singular, in extended precision."""
         mask = np.zeros(self.plan.frame.shape, dtype=bool)
         mask[where] = unproved
         for index in groups(mask & ~self.solution.movable):
             at: Any = () if index is None else index
-            yield BatchPart(at, *hard(self._hung, index, self._values[0]))
+            yield BatchPart(at, *ill_conditioned(self._statics, index, self._values[0]))
 
     @cached_property
     def statics(self) -> Statics:
@@ -204,7 +204,7 @@ class Bounds:
         return solver.statics if isinstance(solver, SparseSolver) else Statics(self.plan)
 
     @cached_property
-    def _hung(self) -> Statics:
+    def _statics(self) -> Statics:
         return Statics(self.plan, determinate=True)
 
     @cached_property
@@ -228,9 +228,9 @@ class Bounds:
         resolved = self.solution.resolved
         if resolved is not None:
             values[resolved.mask] = resolved.values([{key: 1.0} for key in unknowns])
-        idle = self.solution.idle
-        if idle is not None:
-            values[idle.mask] = idle.values([{key: 1.0} for key in unknowns])
+        mechanisms = self.solution.consistent_mechanisms
+        if mechanisms is not None:
+            values[mechanisms.mask] = mechanisms.values([{key: 1.0} for key in unknowns])
         return unknowns, values
 
 

@@ -123,8 +123,8 @@ class DenseCompliance(Compliance):
         self.root, self._columns, self._k = root, columns, k
         self.matrix: Real = matrix * root[..., :, None] * root[..., None, :]
         entries = rounding * (k.shape[-1] + 4.0)
-        weighed = (np.moveaxis(sizes**2, 0, -1) @ (root**2)[..., None])[..., 0]
-        lost = _DEFORMATION * rounding * np.sqrt(np.sum(k * weighed, axis=-1))
+        weighted = (np.moveaxis(sizes**2, 0, -1) @ (root**2)[..., None])[..., 0]
+        lost = _DEFORMATION * rounding * np.sqrt(np.sum(k * weighted, axis=-1))
         self.backward_error = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
         # The shift keeps what is singular to rounding from stopping the others.
         eye = np.eye(size)
@@ -149,8 +149,8 @@ class DenseCompliance(Compliance):
     @property
     def scaled(self) -> Array:
         """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one, (..., e, n)."""
-        weighed: Array = (np.sqrt(self._k)[..., None] * self._columns * self.root[..., None, :]).astype(np.float64)
-        return weighed
+        weighted: Array = (np.sqrt(self._k)[..., None] * self._columns * self.root[..., None, :]).astype(np.float64)
+        return weighted
 
     def solve(self, load: Array) -> Array:
         """Displacements (..., n) for loads (..., n)."""

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..batch import Array, aligned, turned
+from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..entries import Change
 from ..structure.group import resists_rigid
@@ -36,7 +36,7 @@ class Springs:
         Deformations by the displacements of both ends in global axes, (..., n, springs, 12).
     local_rows
         The same in local axes, where most are exactly zero; turned back from the global ones they would not be.
-    level
+    local_axes
         Local axes as rows, (..., n, 3, 3).
     length
         (..., n).
@@ -58,7 +58,7 @@ class Springs:
     pieces: Index
     rows: Real
     local_rows: Real
-    level: Real
+    local_axes: Real
     length: Real
     stiffness: Array
     roundings: float
@@ -72,7 +72,7 @@ class Springs:
             self,
             rows=change(self.rows, 3),
             local_rows=change(self.local_rows, 3),
-            level=change(self.level, 3),
+            local_axes=change(self.local_axes, 3),
             length=change(self.length, 1),
             stiffness=change(self.stiffness, 2),
         )
@@ -166,22 +166,22 @@ def springs(plan: Plan) -> list[Springs]:
 
 def _of(plan: Plan, group: Group) -> Springs:
     topology = plan.topology
-    chord, level = _geometry(plan, group)
+    chord, local_axes = _geometry(plan, group)
     count = extended([topology.pieces[k].count for k in group.pieces]).reshape(-1, *(1,) * len(plan.frame.shape))
     length = _length(chord) / count
     stiffness, rows = group.element.springs(length)
     mixed, balanced = _mixed(rows), group.element.balanced
     if balanced is None:
         balanced = not resists_rigid(stiffness, rows, length, _FINE)
-    rows, level = np.moveaxis(rows, 0, -3), np.moveaxis(level, 0, -3)
+    rows, local_axes = np.moveaxis(rows, 0, -3), np.moveaxis(local_axes, 0, -3)
     split = rows.reshape(*rows.shape[:-1], 4, 3)
-    out = np.einsum("...nibj,...njl->...nibl", split, level)
+    out = np.einsum("...nibj,...njl->...nibl", split, local_axes)
     return Springs(
         topology.ends[group.pieces],
         group.pieces,
         out.reshape(*out.shape[:-2], 12),
         rows,
-        level,
+        local_axes,
         np.moveaxis(length, 0, -1),
         np.moveaxis(stiffness, 0, -2),
         group.element.roundings,
@@ -212,8 +212,8 @@ def _geometry(plan: Plan, group: Group) -> tuple[Real, Real]:
     ends = [(extended(frame.nodes[m.end].coordinates), extended(frame.nodes[m.start].coordinates)) for m in members]
     local = np.stack([aligned(end - start, ndim, 1) for end, start in ends])
     axes = aligned(extended(frame.bodies[first].axes), ndim, 2)
-    level = group.element.axes(local) @ np.swapaxes(axes, -1, -2)
-    return turned(axes, local), _orthonormal(level)
+    local_axes = group.element.axes(local) @ np.swapaxes(axes, -1, -2)
+    return rotated(axes, local), _orthonormal(local_axes)
 
 
 def _orthonormal(rows: Real) -> Real:

@@ -197,7 +197,7 @@ class EquilibriumResidual:
         return reduced_sizes(self.double, self.unknowns, forces, generalised_forces)
 
     @cached_property
-    def doubted(self) -> Real:
+    def force_uncertainty(self) -> Real:
         """Greatest work of what the spring forces may be off on a motion of unit energy norm, (...)."""
         members = sum(
             (each.work(error_bound) for each, error_bound in zip(self.springs, self.force_error_bounds, strict=True)),
@@ -232,7 +232,7 @@ def imposed_on(plan: Plan, link: KinematicEdge) -> Real | None:
     """Displacement imposed on an edge, (..., 6) with all batch axes, None where there is none."""
     if not any(link.edge.offset):
         return None
-    ndim, values = len(plan.frame.shape), plan.knowns.values
+    ndim, values = len(plan.frame.shape), plan.rhs_parameters.values
     six = []
     for row in link.edge.offset:
         terms = [np.asarray(factor) * extended(values[-1 - key]) for key, factor in row.items()]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..batch import merged, turned
+from ..batch import merged, rotated
 from ..structure.edge import ABOUT, ALONG, GROUND
 from .kinematics import FrameKinematics, KinematicEdge, Real, sheared, sizes_of
 
@@ -76,7 +76,7 @@ def _on_coordinates(kinematics: FrameKinematics, forces: Real, generalised_force
             own = _worked(link, own)
             out[..., link.child, :] = own + _of_held(link, own)
     for nodes, axes in kinematics.bodies:
-        out[..., nodes, :] = turned(np.swapaxes(sizes_of(axes), -1, -2), out[..., nodes, :])
+        out[..., nodes, :] = rotated(np.swapaxes(sizes_of(axes), -1, -2), out[..., nodes, :])
     return out
 
 
@@ -84,16 +84,16 @@ def _of_held(link: KinematicEdge, own: Real) -> Real:
     """What the force on held components comes to on the others, as the axes are orthonormal to rounding only."""
     if link.axes is None or not link.edge.ideal:
         return np.zeros(6)
-    held = np.where(np.isin(np.arange(6), link.edge.ideal), own, 0.0)
-    return _worked(link, _into(link, _out(link, _exerted(link, held))))
+    constrained = np.where(np.isin(np.arange(6), link.edge.ideal), own, 0.0)
+    return _worked(link, _into(link, _out(link, _exerted(link, constrained))))
 
 
 def _out(link: KinematicEdge, sizes: Real) -> Real:
-    return sizes if link.axes is None else turned(sizes_of(link.axes), sizes)
+    return sizes if link.axes is None else rotated(sizes_of(link.axes), sizes)
 
 
 def _into(link: KinematicEdge, sizes: Real) -> Real:
-    return sizes if link.axes is None else turned(np.swapaxes(sizes_of(link.axes), -1, -2), sizes)
+    return sizes if link.axes is None else rotated(np.swapaxes(sizes_of(link.axes), -1, -2), sizes)
 
 
 def _worked(link: KinematicEdge, sizes: Real) -> Real:
@@ -108,6 +108,6 @@ def _moved(sizes: Real, arm: Real | None) -> Real:
     """Greatest force at the root of an arm."""
     if arm is None:
         return sizes
-    reach = sizes_of(arm).sum(axis=-1, keepdims=True)
-    moment = sizes[..., 3:] + reach * sizes[..., :3].max(axis=-1, keepdims=True)
+    arm_length = sizes_of(arm).sum(axis=-1, keepdims=True)
+    moment = sizes[..., 3:] + arm_length * sizes[..., :3].max(axis=-1, keepdims=True)
     return np.concatenate([np.broadcast_to(sizes[..., :3], moment.shape), moment], axis=-1)

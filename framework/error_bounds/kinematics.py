@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arm import carried, transferred
-from ..batch import aligned, merged, turned
+from ..batch import aligned, merged, rotated
 from ..batched.plan import Plan
 from ..entries import Change
 from ..structure.edge import ABOUT, ALONG, GROUND, Edge
@@ -74,11 +74,11 @@ class KinematicEdge:
 
     def out(self, vector: Real) -> Real:
         """(..., 6) in the edge's axes as global components."""
-        return vector if self.axes is None else turned(self.axes, vector)
+        return vector if self.axes is None else rotated(self.axes, vector)
 
     def into(self, vector: Real) -> Real:
         """(..., 6) in global components along the edge's axes."""
-        return vector if self.axes is None else turned(np.swapaxes(self.axes, -1, -2), vector)
+        return vector if self.axes is None else rotated(np.swapaxes(self.axes, -1, -2), vector)
 
     def carry(self, motion: Real, sign: float) -> Real:
         """Displacement (..., 6) of the end of the arm from that of its start, the second node where `sign` is -1."""
@@ -225,7 +225,7 @@ class FrameKinematics:
         As `coordinates` does the other way, it takes what is held and what constraints determine along, corrections
         of both included: a virtual displacement of an unknown moves them by the rounding of the axes.
         """
-        if not self.dependents and not self._turned:
+        if not self.dependents and not self._rotated:
             taken: Real = merged(forces, -2, -1)[..., list(unknowns)]
             return taken
         forces = self._corrected_forces(forces)
@@ -237,7 +237,7 @@ class FrameKinematics:
         return taken
 
     @property
-    def _turned(self) -> list[tuple[int, KinematicEdge]]:
+    def _rotated(self) -> list[tuple[int, KinematicEdge]]:
         """Edges of the tree that hold something along axes of their own, with their numbers."""
         return [
             (k, link) for k, link in enumerate(self.links) if link.sign and link.axes is not None and link.edge.ideal
@@ -255,19 +255,19 @@ class FrameKinematics:
         out = np.array(forces)
         if self.dependents:
             out = out + self.generalised(np.zeros((self.count, 6), forces.dtype), generalised_forces)
-        for _, link in self._turned:
-            held = np.where(np.isin(np.arange(6), link.edge.ideal), out[..., link.child, :], 0.0)
-            out[..., link.child, :] -= link.worked(link.into(link.out(link.exerted(held)))) - held
+        for _, link in self._rotated:
+            constrained = np.where(np.isin(np.arange(6), link.edge.ideal), out[..., link.child, :], 0.0)
+            out[..., link.child, :] -= link.worked(link.into(link.out(link.exerted(constrained)))) - constrained
         return out
 
     def _correct(self, coordinates: Real, imposed: Sequence[Real | None]) -> None:
-        for k, link in self._turned:
-            held = list(link.edge.ideal)
+        for k, link in self._rotated:
+            constrained = list(link.edge.ideal)
             # the given axes are orthonormal to rounding only
             found = link.rest(link.into(link.out(link.whole(coordinates[..., link.child, :]))))
             wanted = imposed[k]
-            gap = found[..., held] if wanted is None else found[..., held] - wanted[..., held]
-            coordinates[..., link.child, held] -= gap
+            gap = found[..., constrained] if wanted is None else found[..., constrained] - wanted[..., constrained]
+            coordinates[..., link.child, constrained] -= gap
         if not self.dependents:
             return
         relative_displacements = self.relative_displacements(coordinates, self.displacements(coordinates))
@@ -288,7 +288,7 @@ class FrameKinematics:
         shape = np.broadcast_shapes(coordinates.shape[:-2], self.shape)
         out = np.array(np.broadcast_to(coordinates, (*shape, self.count, 6)))
         for nodes, axes in self.bodies:
-            out[..., nodes, :] = turned(axes, out[..., nodes, :])
+            out[..., nodes, :] = rotated(axes, out[..., nodes, :])
         for link in self.links:
             if link.sign and not link.alone:
                 own = link.sign * link.out(link.whole(out[..., link.child, :]))
@@ -334,11 +334,11 @@ class FrameKinematics:
     def _sizes(self, magnitudes: Real) -> Real:
         out: Real = magnitudes.copy()
         for nodes, axes in self.bodies:
-            out[..., nodes, :] = turned(sizes_of(axes), out[..., nodes, :])
+            out[..., nodes, :] = rotated(sizes_of(axes), out[..., nodes, :])
         for link in self.links:
             if link.sign:
                 own = link.spread(out[..., link.child, :])
-                own = own if link.axes is None else turned(sizes_of(link.axes), own)
+                own = own if link.axes is None else rotated(sizes_of(link.axes), own)
                 if link.parent != GROUND:
                     own = own + _spread(out[..., link.parent, :], link.arm)
                 out[..., link.child, :] = own
@@ -349,12 +349,14 @@ class FrameKinematics:
         for link in self.links:
             if link.sign:
                 own = link.spread(magnitudes[..., link.child, :])
-                own = own if link.axes is None else turned(sizes_of(link.axes), own)
+                own = own if link.axes is None else rotated(sizes_of(link.axes), own)
             else:
                 own = sizes[..., link.second, :]
                 if link.first != GROUND:
                     own = own + _spread(sizes[..., link.first, :], link.arm)
-            out.append(link.spread(own if link.axes is None else turned(np.swapaxes(sizes_of(link.axes), -1, -2), own)))
+            out.append(
+                link.spread(own if link.axes is None else rotated(np.swapaxes(sizes_of(link.axes), -1, -2), own))
+            )
         return out
 
     # -- forces -----------------------------------------------------------------------------------------------------
@@ -390,7 +392,7 @@ class FrameKinematics:
                     own = own + link.into(link.out(link.exerted(generalised_force)))
                 out[..., link.child, :] = link.worked(own)
         for nodes, axes in self.bodies:
-            out[..., nodes, :] = turned(np.swapaxes(axes, -1, -2), out[..., nodes, :])
+            out[..., nodes, :] = rotated(np.swapaxes(axes, -1, -2), out[..., nodes, :])
         return out
 
 
@@ -434,7 +436,7 @@ def position(plan: Plan, name: str) -> Real:
     place = extended(at.coordinates)
     if at.body is not None:
         body = plan.frame.bodies[at.body]
-        place = extended(body.origin) + turned(extended(body.axes), place)
+        place = extended(body.origin) + rotated(extended(body.axes), place)
     return aligned(place, len(plan.frame.shape), 1)
 
 
@@ -463,8 +465,8 @@ def _spread(sizes: Real, arm: Real | None) -> Real:
     """Greatest displacement at the end of an arm."""
     if arm is None:
         return sizes
-    reach = np.abs(arm).astype(np.float64).sum(axis=-1, keepdims=True)
-    shift = sizes[..., :3] + reach * sizes[..., 3:].max(axis=-1, keepdims=True)
+    arm_length = np.abs(arm).astype(np.float64).sum(axis=-1, keepdims=True)
+    shift = sizes[..., :3] + arm_length * sizes[..., 3:].max(axis=-1, keepdims=True)
     return np.concatenate([shift, np.broadcast_to(sizes[..., 3:], shift.shape)], axis=-1)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array, aligned, turned
+from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..errors import FrameError
 from ..structure.member_loads import applied_forces, equivalent, strain_forces, weight_forces
@@ -57,14 +57,14 @@ class MemberWork:
         forces, others = ({k: np.zeros((*shape, 6)) for k in arms} for _ in range(2))
         return cls(moved, adjoint, arms, forces, others)
 
-    def enter(self, where: Any, adjoint: Adjoint, index: int, held: list[Array]) -> None:
-        """Enter a part of the batch, of one result, with what `Adjoint.held` tells of it."""
+    def enter(self, where: Any, adjoint: Adjoint, index: int, constrained: list[Array]) -> None:
+        """Enter a part of the batch, of one result, with what `Adjoint.constrained` tells of it."""
         state = adjoint.state
         self.moved[where] = state.displacements
         self.adjoint[where] = adjoint.displacements[index]
         for k, link in self.arms.items():
             self.forces[k][where] = state.residual[..., link.child, :]
-            self.adjoint_forces[k][where] = held[k]
+            self.adjoint_forces[k][where] = constrained[k]
 
 
 def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
@@ -83,7 +83,7 @@ def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
     def add(name: str, value: Array, body: Any) -> None:
         own = frame.nodes[name].body
         if own is not None and body is None:
-            value = turned(np.swapaxes(aligned(frame.bodies[own].axes, value.ndim - 1, 2), -1, -2), value)
+            value = rotated(np.swapaxes(aligned(frame.bodies[own].axes, value.ndim - 1, 2), -1, -2), value)
         out[name] = out[name] + value
 
     for group in topology.groups:
@@ -118,7 +118,7 @@ def by_rotations(plan: Plan, work: MemberWork) -> dict[str, Array]:
     for group in topology.groups:
         if group.body is None:
             continue
-        slope = np.stack([_difference(plan, group, work, _turned(group, k)) for k in range(3)], axis=-1)
+        slope = np.stack([_difference(plan, group, work, _rotated(group, k)) for k in range(3)], axis=-1)
         for at, piece in enumerate(group.pieces):
             body = frame.nodes[frame.members[topology.pieces[piece].member].start].body
             assert body is not None
@@ -156,7 +156,7 @@ def _shifted(group: Group, component: int) -> Change:
     return change
 
 
-def _turned(group: Group, component: int) -> Change:
+def _rotated(group: Group, component: int) -> Change:
     """A group whose body is turned about a global axis."""
 
     def change(step: float) -> Group:
@@ -208,7 +208,7 @@ def _work(plan: Plan, group: Group, work: MemberWork) -> Array:
 def _local(group: Group, displacements: Array) -> Array:
     """Displacements of both ends (n, ..., 12) in the local axes of the pieces."""
     ends = np.moveaxis(displacements[..., group.nodes, :], -3, 0)
-    return turned(group.level, ends.reshape(*ends.shape[:-2], 12))
+    return rotated(group.local_axes, ends.reshape(*ends.shape[:-2], 12))
 
 
 def _loads(plan: Plan, group: Group) -> Array:

@@ -75,20 +75,20 @@ def frame_at(frame: Description, picked: Picked) -> Description:
     own = [member.element for member in frame.members.values()]
     leaders, which = distinct(own)
     cut = [own[k].cut(at) if own[k].shape else own[k] for k in leaders]
-    twin = copy.copy(frame)
-    twin._shape = picked.index[0].shape
-    twin.bodies = {
+    clone = copy.copy(frame)
+    clone._shape = picked.index[0].shape
+    clone.bodies = {
         name: replace(body, origin=at(body.origin, 1), axes=at(body.axes, 2)) for name, body in frame.bodies.items()
     }
-    twin.nodes = {name: replace(node, coordinates=at(node.coordinates, 1)) for name, node in frame.nodes.items()}
-    twin.members = {
+    clone.nodes = {name: replace(node, coordinates=at(node.coordinates, 1)) for name, node in frame.nodes.items()}
+    clone.members = {
         name: replace(member, element=cut[k])
         for (name, member), k in zip(frame.members.items(), which.tolist(), strict=True)
     }
-    twin.masses = {
+    clone.masses = {
         name: replace(mass, element=_PickedMass(mass.element, picked)) for name, mass in frame.masses.items()
     }
-    twin.loads = {node: [(k, at(value, 0)) for k, value in given] for node, given in frame.loads.items()}
-    twin.member_loads = {member: [changed(load, at) for load in given] for member, given in frame.member_loads.items()}
-    twin.weight = None if frame.weight is None else at(frame.weight, 1)
-    return twin
+    clone.loads = {node: [(k, at(value, 0)) for k, value in given] for node, given in frame.loads.items()}
+    clone.member_loads = {member: [changed(load, at) for load in given] for member, given in frame.member_loads.items()}
+    clone.weight = None if frame.weight is None else at(frame.weight, 1)
+    return clone

@@ -45,7 +45,7 @@ def resisted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
     return kinematics.reduced(unknowns, kinematics.generalised(inner, generalised_forces))
 
 
-def weighed(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Real]:
+def weighted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Real]:
     """Deformations in motions (motions, ..., n) by the root of their stiffness, (motions, ...): their squares add up to
     twice the energy."""
     coordinates, moved = displaced(frame, unknowns, motions)

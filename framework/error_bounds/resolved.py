@@ -47,7 +47,7 @@ class Solved(Protocol):
     mask: NDArray[np.bool_]
 
     def values(self, rows: Sequence[Row]) -> Real:
-        """Values of `rows` over the unknowns and the known numbers at the solved entries, (m, rows)."""
+        """Values of `rows` over the unknowns and the right-hand-side parameters at the solved entries, (m, rows)."""
 
 
 class Resolved:
@@ -77,11 +77,11 @@ class Resolved:
                 self._solve(statics, index)
 
     def values(self, rows: Sequence[Row]) -> Real:
-        """Values of `rows` over the unknowns and the known numbers at the solved entries, (m, rows)."""
+        """Values of `rows` over the unknowns and the right-hand-side parameters at the solved entries, (m, rows)."""
         return combined(self.plan, self.unknowns, self._values, rows)[self.mask]
 
     def _solve(self, statics: Statics, index: tuple[NDArray[np.int64], ...] | None) -> None:
-        start = hard_state(statics, index, self.unknowns)
+        start = ill_conditioned_state(statics, index, self.unknowns)
         rough = DenseCompliance(start.double, start.double_springs, start.stiffness, self.unknowns)
         # One for all entries where the stiffness does not vary over them.
         count = 1 if index is None else len(index[0])
@@ -89,7 +89,7 @@ class Resolved:
         if not near.any():
             return
         kept = index if index is None else tuple(each[near] for each in index)
-        state, compliance = hard(statics, kept, self.unknowns)
+        state, compliance = ill_conditioned(statics, kept, self.unknowns)
         where: Any = () if kept is None else kept
         self.mask[where] = compliance.least > 0.0
         self._values[where] = state.absolute()
@@ -126,7 +126,7 @@ class ResolvedLarge:
         self._values = state.values
 
     def values(self, rows: Sequence[Row]) -> Real:
-        """Values of `rows` over the unknowns and the known numbers, (m, rows)."""
+        """Values of `rows` over the unknowns and the right-hand-side parameters, (m, rows)."""
         found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
         return found
 
@@ -156,20 +156,20 @@ def _regular(state: EquilibriumResidual, compliance: SparseCompliance) -> bool:
 
 
 def combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row]) -> Real:
-    """Values of `rows` over the unknowns and the known numbers, (..., rows)."""
-    knowns = plan.knowns.values
+    """Values of `rows` over the unknowns and the right-hand-side parameters, (..., rows)."""
+    rhs_parameters = plan.rhs_parameters.values
     at = {k: number for number, k in enumerate(unknowns)}
     out = extended(np.zeros((*plan.frame.shape, len(rows))))
     for number, row in enumerate(rows):
         for k, factor in row.items():
             if k < 0:
-                out[..., number] += factor * extended(knowns[-1 - k])
+                out[..., number] += factor * extended(rhs_parameters[-1 - k])
             elif k in at:
                 out[..., number] += factor * values[..., at[k]]
     return out
 
 
-def hard_state(
+def ill_conditioned_state(
     statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
 ) -> EquilibriumResidual:
     """Some entries (m,) of a batch as a state of their own, at rest."""
@@ -179,11 +179,11 @@ def hard_state(
     return EquilibriumResidual(statics, Entries(index), unknowns, start, len(shape) if index is None else 1)
 
 
-def hard(
+def ill_conditioned(
     statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
 ) -> tuple[EquilibriumResidual, DenseCompliance]:
     """Entries solved and inverted in extended precision."""
-    state = hard_state(statics, index, unknowns)
+    state = ill_conditioned_state(statics, index, unknowns)
     compliance = DenseCompliance(state.kinematics, state.springs, state.stiffness, unknowns, Extended)
     for _ in range(_STEPS):
         state = state.corrected(compliance)
@@ -207,7 +207,7 @@ def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.
     statics = Statics(plan, determinate=True)
     with np.errstate(all="ignore"):
         for index in groups(suspects):
-            state = hard_state(statics, index, unknowns)
+            state = ill_conditioned_state(statics, index, unknowns)
             found = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
             out[() if index is None else index] = found.distance() > _LEAST
     return out

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array, aligned, turned
+from ..batch import Array, aligned, rotated
 from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from .adjoint import Adjoint
-from .asked import checked
 from .bounds import BoundedResults
 from .member_shapes import MemberWork, by_coordinates, by_rotations, by_sizes
-from .reached import worked_on
+from .requested import checked
+from .result_unknowns import unknowns_of_result
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ class Sensitivity:
             axes = np.eye(3) if joint.element.axes is None else np.asarray(joint.element.axes)
             axes = aligned(axes, len(solution.shape), 2)
             apart = self._work.adjoint[..., numbers[joint.second], :] - self._work.adjoint[..., numbers[joint.first], :]
-            moved = turned(axes, solution.joint_displacement(name))
-            forces = turned(axes, solution.joint_force(name)), turned(axes, self.offsets[name])
+            moved = rotated(axes, solution.joint_displacement(name))
+            forces = rotated(axes, solution.joint_force(name)), rotated(axes, self.offsets[name])
             total = np.zeros((*solution.shape, 3))
             for half in (slice(0, 3), slice(3, 6)):
                 total = total - np.cross(forces[1][..., half], moved[..., half])
@@ -149,14 +149,14 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
         raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
     index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)
     # By loads and offsets a result has derivatives even where all of them are zero, and nothing was solved for.
-    solution = solution.reaching(worked_on(solution, name, kind, index))
+    solution = solution.reaching(unknowns_of_result(solution, name, kind, index))
     getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
     work = MemberWork.empty(solution.bounds.statics, solution.shape)
     for where, adjoint in solution.bounds.influence(name, kind, index):
-        held = adjoint.held(0)
-        work.enter(where, adjoint, 0, held)
-        for key, value in _derivatives(adjoint, name, kind, index, held):
+        constrained = adjoint.constrained(0)
+        work.enter(where, adjoint, 0, constrained)
+        for key, value in _derivatives(adjoint, name, kind, index, constrained):
             out.setdefault(key, np.zeros((*solution.shape, value.shape[-1])))[where] = value
     singular = solution.movable
     for value in out.values():
@@ -166,7 +166,7 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
 
 
 def _derivatives(
-    adjoint: Adjoint, name: str, kind: str, index: int, held: list[Array]
+    adjoint: Adjoint, name: str, kind: str, index: int, constrained: list[Array]
 ) -> Iterator[tuple[tuple[str, str], Any]]:
     """Derivatives by name, (..., 6), from the adjoint of the result's component `index` alone."""
     state = adjoint.state
@@ -189,7 +189,7 @@ def _derivatives(
         if edge.name is None:
             continue
         if edge.kind == "support":
-            yield ("supports", edge.name), held[k]
+            yield ("supports", edge.name), constrained[k]
             continue
         stiffness, relative_displacement = state.stiffness[k], adjoint.relative_displacements[k][0]
         offset = state.imposed[k]
@@ -198,7 +198,7 @@ def _derivatives(
         if kind == "joint_force" and edge.name == name:
             unit = np.eye(6).reshape(6, *(1,) * state.ndim, 6)
             own = np.moveaxis(link.exerted(unit)[..., index], 0, -1)
-        sprung = ~np.isin(np.arange(6), edge.ideal)
-        yield ("joints", edge.name), np.where(sprung, (own - relative_displacement) * stretch, 0.0)
-        imposed = np.where(sprung, stiffness * (relative_displacement - own), held[k])
+        elastic = ~np.isin(np.arange(6), edge.ideal)
+        yield ("joints", edge.name), np.where(elastic, (own - relative_displacement) * stretch, 0.0)
+        imposed = np.where(elastic, stiffness * (relative_displacement - own), constrained[k])
         yield ("offsets", edge.name), imposed

@@ -40,8 +40,8 @@ def tree_members(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], lis
             if child not in parents and _root(parents, parent) != child:
                 parents[child] = parent
                 determinate[number][at] = sign
-                reach = springs[number].level[..., at, 0, :] * springs[number].length[..., at, None]
-                links.append(KinematicEdge(_edge(parent, child), parent, child, 1.0, None, sign * reach))
+                arm = springs[number].local_axes[..., at, 0, :] * springs[number].length[..., at, None]
+                links.append(KinematicEdge(_edge(parent, child), parent, child, 1.0, None, sign * arm))
                 break
     return [replace(each, determinate=own) for each, own in zip(springs, determinate, strict=True)], links
 

@@ -156,11 +156,11 @@ def _add_diagrams(
 ) -> str:
     """Ordinates along the members, bending moments on the side in tension; the greatest of each is told."""
     axes = _axes(solution, index)
-    ways, told = _ordinates(what, values, axes, scene.flat)
-    most = float(np.abs(told).max(initial=0.0, where=np.isfinite(told)))
+    ways, text = _ordinates(what, values, axes, scene.flat)
+    most = float(np.abs(text).max(initial=0.0, where=np.isfinite(text)))
     times, unit = scaled(most, moment_unit(units) if what in ("M", "T") else units[1])
     factor = ORDINATE * size / most if most > 0.0 else 0.0
-    for line, way, value in zip(rest, ways, told, strict=True):
+    for line, way, value in zip(rest, ways, text, strict=True):
         if not np.isfinite(value).all() or np.abs(value).max() <= 1e-9 * most:
             continue
         tips = line + factor * way
@@ -196,10 +196,10 @@ def _ordinates(what: str, values: Array, axes: Array, flat: tuple[int, int] | No
     if normal is None:
         return (np.cross(along, vectors) if what == "M" else vectors), np.linalg.norm(vectors, axis=-1)
     if what == "V":
-        told = np.sum(vectors * across, axis=-1)
-        return told[..., None] * across, told
-    told = vectors @ normal
-    return -told[..., None] * across, told
+        text = np.sum(vectors * across, axis=-1)
+        return text[..., None] * across, text
+    text = vectors @ normal
+    return -text[..., None] * across, text
 
 
 def _extremes(value: Array) -> list[int]:
@@ -220,11 +220,11 @@ def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, nam
     at = dict(zip(nodes, rest + factor * moved, strict=True))
     for name, link in frame.joints.items():
         axes = link.element.axes
-        turned = np.eye(3) if axes is None else taken(solution, index, [axes])[0, 0]
-        scene.joints.append(JointSymbol(name, joint_kind(link.element), at[link.first], turned))
+        rotated = np.eye(3) if axes is None else taken(solution, index, [axes])[0, 0]
+        scene.joints.append(JointSymbol(name, joint_kind(link.element), at[link.first], rotated))
     counts = _counting(scene.flat)
-    for node, held in frame.supports.items():
-        scene.supports.append(Support(at[node], clamped=all(k in held for k in counts)))
+    for node, constrained in frame.supports.items():
+        scene.supports.append(Support(at[node], clamped=all(k in constrained for k in counts)))
     for node, loads in frame.loads.items():
         total = np.zeros((*solution.shape, 3))
         for component, value in loads:

@@ -58,5 +58,5 @@ def scaled(greatest: float, unit: str) -> tuple[float, str]:
 
 def quantity(value: float, unit: str, digits: int = 4) -> str:
     """A number with its unit, such as ``50 kN``."""
-    factor, told = scaled(abs(value), unit)
-    return f"{value * factor:.{digits}g} {told}".replace("-", "−")
+    factor, text = scaled(abs(value), unit)
+    return f"{value * factor:.{digits}g} {text}".replace("-", "−")

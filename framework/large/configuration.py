@@ -55,17 +55,17 @@ class Configuration:
         return self.factor * self.model.loads.nodal.at(self.where)
 
     @cached_property
-    def targets(self) -> Array:
-        """Values that the driven coordinates are to have (driven, m)."""
+    def prescribed_values(self) -> Array:
+        """Values that the prescribed coordinates are to have (prescribed, m)."""
         return self.model.driven_values(self.where, self.count, self.factor)
 
     # -- motion -----------------------------------------------------------------------------------------------------
 
-    def lag(self, state: DisplacedState) -> Array:
-        """What the driven coordinates lack of their targets (driven, m)."""
-        out = self.targets.copy()
-        for row, (node, k) in enumerate(self.model.driven):
-            out[row] -= state.moved[k, node] if self.model.plain[node] else state.own[k, self._link[node]]
+    def prescribed_residual(self, state: DisplacedState) -> Array:
+        """Difference of the prescribed coordinates from their values (prescribed, m)."""
+        out = self.prescribed_values.copy()
+        for row, (node, k) in enumerate(self.model.prescribed):
+            out[row] -= state.displacements[k, node] if self.model.plain[node] else state.own[k, self._link[node]]
         return out
 
     def advanced(self, state: DisplacedState, step: Array) -> DisplacedState:
@@ -73,16 +73,16 @@ class Configuration:
         model = self.model
         nodal = self.nodal(step)
         plain = model.plain
-        moved, turned, own = state.moved.copy(), state.turned.copy(), state.own.copy()
-        moved[:, plain] += nodal[:3, plain]
-        turned[:, plain] = rotation.normalised(
-            rotation.product(rotation.exponential(nodal[3:, plain]), state.turned[:, plain])
+        displacements, rotations, own = state.displacements.copy(), state.rotations.copy(), state.own.copy()
+        displacements[:, plain] += nodal[:3, plain]
+        rotations[:, plain] = rotation.normalised(
+            rotation.product(rotation.exponential(nodal[3:, plain]), state.rotations[:, plain])
         )
         for number, joint in enumerate(model.joints):
             own[:, number] += nodal[:, joint.child]
         if model.loops:
             own[:, len(model.joints) :] += np.concatenate([step, np.zeros((1, step.shape[-1]))])[model.multipliers]
-        new = DisplacedState(moved, turned, own, state.grip)
+        new = DisplacedState(displacements, rotations, own, state.contact_multipliers)
         self.follow(new)
         return new
 
@@ -91,12 +91,12 @@ class Configuration:
         for number, (joint, link) in enumerate(zip(self.model.joints, self.links, strict=True)):
             place, turn = self.at(state, joint.parent)
             own = state.own[:, number]
-            state.moved[:, joint.child], state.turned[:, joint.child] = link.child(place, turn, own)
+            state.displacements[:, joint.child], state.rotations[:, joint.child] = link.child(place, turn, own)
 
     def at(self, state: DisplacedState, node: int) -> tuple[Array, Array]:
         """Displacement and quaternion of a node, or of the ground."""
         if node != GROUND:
-            return state.moved[:, node], state.turned[:, node]
+            return state.displacements[:, node], state.rotations[:, node]
         still = np.zeros((4, self.count))
         still[0] = 1.0
         return np.zeros((3, self.count)), still
@@ -143,12 +143,14 @@ class Configuration:
 
     def load_work(self, state: DisplacedState, motions: list[CorotatedPieces]) -> Array:
         """Work of forces from rest on, if they had acted whole (m,)."""
-        loads = np.broadcast_to(self.loads[:3], state.moved.shape)
-        total: Array = np.einsum("ij...,ij...->...", loads, state.moved)
+        loads = np.broadcast_to(self.loads[:3], state.displacements.shape)
+        total: Array = np.einsum("ij...,ij...->...", loads, state.displacements)
         for pieces, motion in zip(self.pieces, motions, strict=True):
             total = total + corotation.work(pieces, motion).sum(axis=0)
-        for node, push, arm in self.hung:
-            total = total + dot(push, rotation.rotated(state.turned[:, node], arm + np.zeros_like(state.moved[:, 0])))
+        for node, push, arm in self.offset_forces:
+            total = total + dot(
+                push, rotation.rotated(state.rotations[:, node], arm + np.zeros_like(state.displacements[:, 0]))
+            )
         return total
 
     def motions(self, state: DisplacedState) -> list[CorotatedPieces]:
@@ -160,7 +162,7 @@ class Configuration:
         """Work of the moments on the way from one state to another (m,)."""
         total = np.zeros(self.count)
         for node in self._twisted:
-            turn = rotation.product(new.turned[:, node], rotation.conjugate(old.turned[:, node]))
+            turn = rotation.product(new.rotations[:, node], rotation.conjugate(old.rotations[:, node]))
             total += dot(self.loads[3:, node] + 0.0 * turn[1:], rotation.logarithm(turn))
         return total
 
@@ -169,22 +171,22 @@ class Configuration:
         return [node for node in range(self.model.count) if np.any(self.loads[3:, node])]
 
     @cached_property
-    def hung(self) -> list[tuple[int, Array, Array]]:
+    def offset_forces(self) -> list[tuple[int, Array, Array]]:
         """Weights on arms: node, force and arm at rest (3, m or 1)."""
-        ndim, given = self.model.ndim, self.model.loads.hung
-        forces = [self.factor * Numbers.of(hung.force, ndim, 1).at(self.where) for hung in given]
-        arms = [Numbers.of(hung.arm, ndim, 1).at(self.where) for hung in given]
-        return [(hung.node, force, arm) for hung, force, arm in zip(given, forces, arms, strict=True)]
+        ndim, given = self.model.ndim, self.model.loads.offset_forces
+        forces = [self.factor * Numbers.of(each.force, ndim, 1).at(self.where) for each in given]
+        arms = [Numbers.of(each.arm, ndim, 1).at(self.where) for each in given]
+        return [(each.node, force, arm) for each, force, arm in zip(given, forces, arms, strict=True)]
 
     def resistance(self, state: DisplacedState, number: int, own: Array) -> tuple[Array, Array, Array]:
         """Energy (m,), force (6, m) and tangent (6, 6, m) of the springs of a link or, counted on, loop."""
         joint = self.model.edges[number]
-        beyond = own - self.factor * joint.offset.at(self.where)
-        return joint.resistance(self.where, beyond, state.grip, self.model.contacts.get(number))
+        elastic = own - self.factor * joint.offset.at(self.where)
+        return joint.resistance(self.where, elastic, state.contact_multipliers, self.model.contacts.get(number))
 
 
 def motion_of(ends: NDArray[np.int64], pieces: Pieces, state: DisplacedState) -> CorotatedPieces:
     """Frames and deformations of the pieces of a stack between the nodes `ends` (n, 2)."""
     first, second = ends.T
-    moved = state.moved[:, first], state.moved[:, second]
-    return corotation.motion(pieces, moved, (state.turned[:, first], state.turned[:, second]))
+    displacements = state.displacements[:, first], state.displacements[:, second]
+    return corotation.motion(pieces, displacements, (state.rotations[:, first], state.rotations[:, second]))

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import rotation
-from ..batch import Array, aligned, turned
+from ..batch import Array, aligned, rotated
 from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
-from ..clearances.resting import UNLOADED
+from ..clearances.contact_state import UNLOADED
 from .equations import EquilibriumEquations
 from .numbers import batch_first
 from .results import LargeResults
@@ -26,27 +26,27 @@ def contact(solution: LargeResults, name: str, number: int) -> Contact:
     gap = _vector(solution, directions, _beyond(solution, number)[directions])
     force = _vector(solution, directions, -solution.linear.own[directions, number])
     radius = np.broadcast_to(joint.element.clearance, frame.shape)
-    length, press = (np.hypot.reduce(vector, axis=-1) for vector in (gap, force))
-    largest = np.abs(solution.linear.nodal[:3]).max(axis=(0, 1)).reshape(press.shape)
-    closed = _closed(solution, number, (length >= radius * (1.0 - TOUCHING)) & (press > UNLOADED * largest))
+    length, contact_force = (np.hypot.reduce(vector, axis=-1) for vector in (gap, force))
+    largest = np.abs(solution.linear.nodal[:3]).max(axis=(0, 1)).reshape(contact_force.shape)
+    closed = _closed(solution, number, (length >= radius * (1.0 - TOUCHING)) & (contact_force > UNLOADED * largest))
     state = np.where(closed, CLOSED, OPEN)
     state = np.where(solution.converged, state, UNRESOLVED)
     state = state if frame.absent is None else np.where(frame.absent, ABSENT, state)
     unknown = np.where(state >= UNRESOLVED, np.nan, 0.0)
-    along = force / np.where(press > 0.0, press, 1.0)[..., None]
+    along = force / np.where(contact_force > 0.0, contact_force, 1.0)[..., None]
     inside = gap * np.where(closed, radius / np.where(length > 0.0, length, 1.0), 1.0)[..., None]
     return Contact(
         joint=name,
         state=STATES[state],
-        normal=np.where(closed[..., None], _turned(solution, name, along), 0.0) + unknown[..., None],
-        force=np.where(closed, press, 0.0) + unknown,
+        normal=np.where(closed[..., None], _rotated(solution, name, along), 0.0) + unknown[..., None],
+        force=np.where(closed, contact_force, 0.0) + unknown,
         gap=np.where(closed, 0.0, np.maximum(radius - length, 0.0)) + unknown,
         offset=inside + unknown[..., None],
     )
 
 
 def touched(equations: EquilibriumEquations, state: DisplacedState) -> DisplacedState:
-    """The state, and journals whose springs give way to a small force by less than rounding on their circles."""
+    """The state, and journals whose springs deflect under a small force by less than rounding on their circles."""
     model, forces = equations.model, None
     for number, joint in enumerate(model.joints):
         if not joint.clearance_directions or joint.rigid:
@@ -70,9 +70,9 @@ def unbalanced(solution: LargeResults) -> NDArray[np.bool_]:
 
     Nothing resists such a journal, and forces below the rounding of others may still drive it.
     """
-    poor = np.asarray(solution.residual > _BALANCED).reshape(-1)
-    if not poor.any():
-        return poor
+    unconverged = np.asarray(solution.residual > _BALANCED).reshape(-1)
+    if not unconverged.any():
+        return unconverged
     model, trust, at = solution.model, solution.trust, solution.linear
     own = np.setdiff1d(np.arange(model.free), model.multipliers)
     # what is wrong is what is unbalanced, and the rounding in it
@@ -80,12 +80,12 @@ def unbalanced(solution: LargeResults) -> NDArray[np.bool_]:
     for number, joint in enumerate(model.edges):
         if joint.clearance_directions:
             directions = list(joint.clearance_directions)
-            length, press = (
+            length, contact_force = (
                 np.hypot.reduce(v[directions], axis=0) for v in (_beyond(solution, number), at.own[:, number])
             )
             more |= length < joint.clearance.at(solution.equations.where) * (1.0 - TOUCHING)
-            more |= press <= UNLOADED * np.abs(at.nodal[:3]).max(axis=(0, 1))
-    return poor & more
+            more |= contact_force <= UNLOADED * np.abs(at.nodal[:3]).max(axis=(0, 1))
+    return unconverged & more
 
 
 def _beyond(solution: LargeResults, number: int) -> Array:
@@ -98,7 +98,7 @@ def _closed(solution: LargeResults, number: int, beyond: NDArray[np.bool_]) -> N
     """Whether a joint is pressed: a rigid one by its force, one with a stiffness where it is `beyond` its clearance."""
     if number not in solution.model.contacts:
         return beyond
-    force = solution.displaced.grip.force[:, solution.model.contacts[number]]
+    force = solution.displaced.contact_multipliers.force[:, solution.model.contacts[number]]
     largest = np.abs(solution.linear.nodal[:3]).max(axis=(0, 1))
     pressed: NDArray[np.bool_] = np.hypot.reduce(force, axis=0) > UNLOADED * largest
     return pressed.reshape(beyond.shape)
@@ -111,10 +111,10 @@ def _vector(solution: LargeResults, directions: list[int], values: Array) -> Arr
     return batch_first(out, solution.shape, 1)
 
 
-def _turned(solution: LargeResults, name: str, along: Array) -> Array:
+def _rotated(solution: LargeResults, name: str, along: Array) -> Array:
     """Vectors in a joint's axes as global ones, (..., 3)."""
     frame, joint = solution.frame, solution.frame.joints[name]
     axes = joint.element.axes
-    start = along if axes is None else turned(aligned(axes, len(frame.shape), 2), along)
-    turn = rotation.matrix(solution.displaced.turned[:, solution.model.topology.number[joint.first]])
-    return turned(np.moveaxis(turn, -1, 0).reshape(*frame.shape, 3, 3), start)
+    start = along if axes is None else rotated(aligned(axes, len(frame.shape), 2), along)
+    turn = rotation.matrix(solution.displaced.rotations[:, solution.model.topology.number[joint.first]])
+    return rotated(np.moveaxis(turn, -1, 0).reshape(*frame.shape, 3, 3), start)

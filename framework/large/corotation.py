@@ -34,7 +34,7 @@ class Pieces:
 
     Attributes
     ----------
-    level
+    local_axes
         Local axes at the start, as rows (3, 3, n, m).
     length
         (n, m).
@@ -55,7 +55,7 @@ class Pieces:
         Strains that take no force, such as those of heat (7, n, m); None without.
     """
 
-    level: Array
+    local_axes: Array
     length: Array
     stiffness: Array
     bow: Array
@@ -90,28 +90,30 @@ class CorotatedPieces:
     deformation: Array
 
 
-def motion(pieces: Pieces, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> CorotatedPieces:
+def motion(pieces: Pieces, displacements: tuple[Array, Array], rotations: tuple[Array, Array]) -> CorotatedPieces:
     """Frame and deformation for the displacements (3, n, m) and quaternions (4, n, m) of the ends, global.
 
     Only differences from the start enter, so that small displacements keep their digits.
     """
-    first, second = (_in_axes(pieces.level, q) for q in turned)
-    along = times(pieces.level, moved[1] - moved[0])
+    first, second = (_in_axes(pieces.local_axes, q) for q in rotations)
+    along = times(pieces.local_axes, displacements[1] - displacements[0])
     second = np.where(dot(first, second) < 0.0, -second, second)
     mean = rotation.normalised(first + second)
     chord = along.copy()
     chord[0] += pieces.length
     length = np.sqrt(dot(chord, chord))
     ahead = times(transposed(rotation.matrix(mean)), chord) / length
-    swing = np.array([1.0 + ahead[0], np.zeros_like(length), -ahead[2], ahead[1]])
-    swing[3] = np.where(dot(swing, swing) == 0.0, 1.0, swing[3])  # swung right round, in any plane
-    frame = rotation.product(mean, rotation.normalised(swing))
+    chord_rotation = np.array([1.0 + ahead[0], np.zeros_like(length), -ahead[2], ahead[1]])
+    chord_rotation[3] = np.where(
+        dot(chord_rotation, chord_rotation) == 0.0, 1.0, chord_rotation[3]
+    )  # swung right round, in any plane
+    frame = rotation.product(mean, rotation.normalised(chord_rotation))
     back = rotation.conjugate(frame)
     ends = rotation.product(back, first), rotation.product(back, second)
     elongation = (2.0 * pieces.length * along[0] + dot(along, along)) / (length + pieces.length)
     deformation = np.concatenate([elongation[None], *(rotation.logarithm(end) for end in ends)])
     turn = rotation.matrix(frame)
-    return CorotatedPieces(turn, times(transposed(pieces.level), turn), length, ends, deformation)
+    return CorotatedPieces(turn, times(transposed(pieces.local_axes), turn), length, ends, deformation)
 
 
 def strain_forces(pieces: Pieces, deformation: Array) -> Array:
@@ -151,10 +153,10 @@ def strain_energy(pieces: Pieces, at: CorotatedPieces) -> Array:
 def _strain(pieces: Pieces, deformation: Array) -> tuple[Array, Array]:
     """Elongation of the axis, its bow included, with the rotations, less what takes no force (7, n, m); and the bow's
     derivative (6, n, m)."""
-    turned = deformation[1:]
-    bent = times(pieces.bow, turned)
-    axis = deformation[0] + 0.5 * dot(turned, bent)
-    strain = np.concatenate([axis[None], turned])
+    rotations = deformation[1:]
+    bent = times(pieces.bow, rotations)
+    axis = deformation[0] + 0.5 * dot(rotations, bent)
+    strain = np.concatenate([axis[None], rotations])
     return strain if pieces.free is None else strain - pieces.free, bent
 
 
@@ -194,7 +196,7 @@ class Response:
         self.change[1:4] = times(self.back[0], self.beyond[0])
         self.change[4:7] = times(self.back[1], self.beyond[1])
 
-    def turned(self, vectors: Array) -> Array:
+    def rotated(self, vectors: Array) -> Array:
         """Blocks of three components (12, ..., n, m) from the moving to the global axes."""
         split = vectors.reshape(4, 3, *vectors.shape[1:])
         pattern = "ij...,bj...->bi..." if vectors.ndim == 3 else "ij...,bjk...->bik..."
@@ -203,7 +205,7 @@ class Response:
 
     def global_change(self) -> Array:
         """Variation of the deformations by that of the ends in global axes (7, 12, n, m)."""
-        return transposed(self.turned(transposed(self.change)))
+        return transposed(self.rotated(transposed(self.change)))
 
     def local_forces(self, stress: Array) -> Array:
         """Forces on the ends in the moving axes (12, n, m)."""
@@ -213,7 +215,7 @@ class Response:
 
     def forces(self, stress: Array) -> Array:
         """Forces on the ends, in global axes (12, n, m)."""
-        return self.turned(self.local_forces(stress))
+        return self.rotated(self.local_forces(stress))
 
     def tangent(self, stress: Array) -> Array:
         """Derivative of `forces` by displacements and spins of the ends, global (12, 12, n, m).
@@ -284,9 +286,9 @@ class Response:
         return out
 
 
-def _in_axes(level: Array, q: Array) -> Array:
+def _in_axes(local_axes: Array, q: Array) -> Array:
     """A quaternion with its axis in local components."""
-    return np.concatenate([q[:1], times(level, q[1:])])
+    return np.concatenate([q[:1], times(local_axes, q[1:])])
 
 
 def _lever(at: CorotatedPieces) -> Array:

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE
-from .found import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .newton import CLOSE, NOTHING, Newton
 from .numbers import Where
+from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .sides import amount
 
 _HALVINGS = 40
@@ -22,7 +22,7 @@ _STIFF, _SETTLING = 1e-3, 3
 # Share of a step that is short, and how many longer ones are tried instead, each by this share of the last.
 _SHORT, _TRIALS = 0.3, 3
 # Amount of a mode, in radians or sizes of the frame, by which a saddle is left.
-_KICK = 1e-2
+_PERTURBATION = 1e-2
 
 
 class Descent:
@@ -42,7 +42,7 @@ class Descent:
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.newton.equations(where, len(active), factor)
-        state = self._driven(balance, state.taken(active))
+        state = self._prescribed(balance, state.taken(active))
         for _ in range(iterations):
             at = balance.linearised(state)
             step, stable, saddle = self._step(at, balance, state)
@@ -99,16 +99,16 @@ class Descent:
             out = balance.advanced(out, self.newton.limited(step) * step)
         return out
 
-    def _driven(self, balance: Balance, state: Place) -> Place:
-        """The state with its driven coordinates where they are to be, the others following as the tangent says."""
-        lag = balance.lag(state)
-        if not lag.any():
+    def _prescribed(self, balance: Balance, state: Place) -> Place:
+        """The state with its prescribed coordinates where they are to be, the others following as the tangent says."""
+        prescribed_residual = balance.prescribed_residual(state)
+        if not prescribed_residual.any():
             return state
         at = balance.linearised(state)
-        step = self.newton.step(at, lag, self.newton.factor(at).solve)
+        step = self.newton.step(at, prescribed_residual, self.newton.factor(at).solve)
         step[: self.model.free, ~np.isfinite(step).all(axis=0)] = 0.0
-        moved: Place = balance.advanced(state, step)
-        return moved
+        advanced: Place = balance.advanced(state, step)
+        return advanced
 
     def _step(self, at: Linearisation, balance: Balance, state: Place) -> tuple[Array, Mask, Mask]:
         """A step down the energy, whether no direction goes down from there, and whether the step leaves a saddle."""
@@ -124,7 +124,7 @@ class Descent:
         saddle = (values[:, 0] < -floor) & still
         if saddle.any():
             mode = (vectors[:, :, 0] * root).T
-            share[saddle, 0] = (_KICK / amount(self.newton, balance, state, mode))[saddle]
+            share[saddle, 0] = (_PERTURBATION / amount(self.newton, balance, state, mode))[saddle]
         whole = self._whole(share, vectors, root)
         return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), values[:, 0] > -floor, saddle
 

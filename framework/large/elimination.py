@@ -34,8 +34,8 @@ class SymbolicFactorisation:
         self.size, self.half = size, half
         inside = np.flatnonzero((rows < size) & (columns < size))
         self.rows, self.columns, self.inside = rows[inside], columns[inside], inside
-        driven = np.flatnonzero((columns < size) & (rows >= size))
-        self.driven = driven, columns[driven], rows[driven] - size
+        prescribed = np.flatnonzero((columns < size) & (rows >= size))
+        self.prescribed = prescribed, columns[prescribed], rows[prescribed] - size
         if size <= LARGE:
             self._order()
 
@@ -68,11 +68,12 @@ class SymbolicFactorisation:
             mirror = {pair: n for n, pair in enumerate(lower)}
             self.other = np.array([mirror[lower[n][1], lower[n][0]] for n in self.source], dtype=np.int64)
 
-    def driven_forces(self, values: Array, lag: Array) -> Array:
-        """Forces on the unknowns from displacements `lag` (driven, m) of the driven coordinates."""
-        which, row, column = self.driven
+    def prescribed_forces(self, values: Array, prescribed_residual: Array) -> Array:
+        """Forces on the unknowns from displacements `prescribed_residual` (prescribed, m) of the prescribed
+        coordinates."""
+        which, row, column = self.prescribed
         out = np.zeros((self.size, values.shape[-1]))
-        np.add.at(out, row, values[which] * lag[column])
+        np.add.at(out, row, values[which] * prescribed_residual[column])
         return out
 
     def dense(self, values: Array) -> Array:

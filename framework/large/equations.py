@@ -13,7 +13,7 @@ from .configuration import Configuration, motion_of
 from .corotation import Response
 from .links import LinkChange
 from .loops import LoopChange
-from .state import DisplacedState, SpaceLinear
+from .state import DisplacedState, SpatialLinearisation
 
 
 class EquilibriumEquations(Configuration):
@@ -24,15 +24,15 @@ class EquilibriumEquations(Configuration):
 
         `share` is the factor of the old one over that of the new one.
         """
-        moved = (
+        work_of_loads = (
             self.load_work(new, self.motions(new)) - self.load_work(old, self.motions(old)) + self.moment_work(old, new)
         )
-        total: Array = 0.5 * (1.0 + share) * moved
+        total: Array = 0.5 * (1.0 + share) * work_of_loads
         before = EquilibriumEquations(self.model, self.where, self.count, share * self.factor)
         forces = [part.linearised(state).forces for part, state in ((before, old), (self, new))]
-        driven = slice(self.model.free, None)
-        mean = 0.5 * (forces[0][driven] + forces[1][driven])
-        total += np.einsum("im,im->m", mean, (1.0 - share) * self.targets)
+        prescribed = slice(self.model.free, None)
+        mean = 0.5 * (forces[0][prescribed] + forces[1][prescribed])
+        total += np.einsum("im,im->m", mean, (1.0 - share) * self.prescribed_values)
         for stack, pair in zip(self.model.stacks, zip(before.pieces, self.pieces, strict=True), strict=True):
             if stack.free is not None:
                 ways = zip(pair, (old, new), strict=True)
@@ -51,7 +51,7 @@ class EquilibriumEquations(Configuration):
 
     # -- derivatives ------------------------------------------------------------------------------------------------
 
-    def linearised(self, state: DisplacedState, stresses: list[Array] | None = None) -> SpaceLinear:
+    def linearised(self, state: DisplacedState, stresses: list[Array] | None = None) -> SpatialLinearisation:
         """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones."""
         model = self.model
         nodal: Array = -merged(np.broadcast_to(self.loads, (6, model.count, self.count)), 0, 1)
@@ -75,23 +75,23 @@ class EquilibriumEquations(Configuration):
             data += self._linked_tangent(k, response.tangent(used), jacobians)
         shape = (6, model.count, self.count)
         nodal, assumed = np.array(nodal.reshape(shape)), np.array(assumed.reshape(shape))
-        data += self._hung_tangent(state, nodal, assumed, jacobians)
+        data += self._offset_tangent(state, nodal, assumed, jacobians)
         closing = [self._closing(state, number, (nodal, assumed)) for number in range(len(model.loops))]
         data += self._link_tangent(state, assumed, jacobians)
         data += [self._in_chains(number, matrix, jacobians) for number, (matrix, *_) in enumerate(closing)]
         forces, own = self._reduced(state, nodal)
         for number, (_, force, gap, stored) in enumerate(closing):
-            held = model.multipliers[:, number]
-            forces[held[held >= 0]] = gap[held >= 0]
+            constrained = model.multipliers[:, number]
+            forces[constrained[constrained >= 0]] = gap[constrained >= 0]
             own = np.concatenate([own, -force[:, None]], axis=1)
             energy = energy + 2.0 * stored
         blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
         values = self.model.pattern[0] @ np.concatenate(blocks)
         for number in range(len(model.joints)):
             energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]
-        return SpaceLinear(forces, values, changes, deformations, true, jacobians, energy, nodal, own)
+        return SpatialLinearisation(forces, values, changes, deformations, true, jacobians, energy, nodal, own)
 
-    def step_stresses(self, at: SpaceLinear, step: Array) -> list[Array]:
+    def step_stresses(self, at: SpatialLinearisation, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
         nodal = self.nodal(step)
         padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
@@ -108,7 +108,7 @@ class EquilibriumEquations(Configuration):
     def _changes(self, state: DisplacedState) -> list[LinkChange]:
         out = []
         for number, (joint, link) in enumerate(zip(self.model.joints, self.links, strict=True)):
-            first = self.at(state, joint.parent)[1] if joint.forward else state.turned[:, joint.child]
+            first = self.at(state, joint.parent)[1] if joint.forward else state.rotations[:, joint.child]
             out.append(LinkChange(link, first, state.own[:, number]))
         return out
 
@@ -143,13 +143,13 @@ class EquilibriumEquations(Configuration):
             out.append(np.concatenate(up))
         return out
 
-    def _hung_tangent(
+    def _offset_tangent(
         self, state: DisplacedState, nodal: Array, assumed: Array, jacobians: dict[int, Array]
     ) -> list[Array]:
         """Moments of weights on arms, added to the nodal forces, and their tangents."""
         out = []
-        for node, push, arm in self.hung:
-            lever = arm + rotation.rotated(state.turned[:, node], arm + np.zeros_like(state.moved[:, 0]))
+        for node, push, arm in self.offset_forces:
+            lever = arm + rotation.rotated(state.rotations[:, node], arm + np.zeros_like(state.displacements[:, 0]))
             push = push + np.zeros_like(lever)
             for forces in (nodal, assumed):
                 forces[3:, node] -= cross(lever, push)

@@ -15,7 +15,7 @@ from ..rotation import dot
 from ..structure.edge import Edge
 from ..structure.topology import Topology
 from ..structure.tree import TreeEdge
-from .law import Grip, law_of, press
+from .joint_law import ContactMultipliers, law_of, rigid_contact
 from .links import EdgeGeometry
 from .numbers import Numbers, Where
 
@@ -64,9 +64,9 @@ class TreeJoint:
             arm = Numbers.of(topology.position(edge.second) - topology.position(edge.first), ndim, 1)
         element = frame.joints[edge.name].element if edge.kind == "joint" and edge.name is not None else None
         law = None if element is None else law_of(element, clearance)
-        loose = law is not None and bool(law.clearance.any())
-        directions = law.clearance_directions if law is not None and loose else ()
-        radius = law.clearance if law is not None and loose else np.zeros(())
+        has_clearance = law is not None and bool(law.clearance.any())
+        directions = law.clearance_directions if law is not None and has_clearance else ()
+        radius = law.clearance if law is not None and has_clearance else np.zeros(())
         return cls(
             edge,
             branch.parent,
@@ -89,27 +89,34 @@ class TreeJoint:
         axes = None if self.axes is None else self.axes.at(where)
         arm = None if self.arm is None else self.arm.at(where)
         lead = None if self.lead is None else self.lead.at(where)
-        return EdgeGeometry(axes, arm, self.loose, self.forward, self.edge.kind != "tie", lead)
+        return EdgeGeometry(axes, arm, self.movable, self.forward, self.edge.kind != "tie", lead)
 
-    def resistance(self, where: Where, beyond: Array, grip: Grip, contact: int | None) -> tuple[Array, Array, Array]:
+    def resistance(
+        self, where: Where, elastic: Array, contact_multipliers: ContactMultipliers, contact: int | None
+    ) -> tuple[Array, Array, Array]:
         """Energy (m,), force (6, m) and tangent (6, 6, m) of its springs, or of its own law, at a displacement (6, m).
 
-        Rigid contact is number `contact` of those in `grip`.
+        Rigid contact is number `contact` of those in `contact_multipliers`.
         """
         if self.law is None:
             stiffness = self.stiffness.at(where)
             tangent = np.zeros((6, 6, stiffness.shape[-1]))
             tangent[range(6), range(6)] = stiffness
-            return 0.5 * dot(stiffness * beyond, beyond), stiffness * beyond, tangent
+            return 0.5 * dot(stiffness * elastic, elastic), stiffness * elastic, tangent
 
         def pick(array: Array, trailing: int) -> Array:
             return np.moveaxis(Numbers.of(array, self.ndim, trailing).at(where), -1, 0)
 
-        energy, given, slope = self.law.resistance(beyond.T, pick)
+        energy, given, slope = self.law.resistance(elastic.T, pick)
         force, tangent = given.T, np.moveaxis(slope, 0, -1)
         if contact is not None:
             directions, radius = list(self.clearance_directions), self.clearance.at(where)
-            more = press(beyond[directions], radius, grip.force[directions, contact], grip.stiffness[contact])
+            more = rigid_contact(
+                elastic[directions],
+                radius,
+                contact_multipliers.force[directions, contact],
+                contact_multipliers.stiffness[contact],
+            )
             energy, force[directions] = energy + more[0], force[directions] + more[1]
             tangent[np.ix_(directions, directions)] += more[2]
         return energy, force, tangent
@@ -120,7 +127,7 @@ class TreeJoint:
         return tuple(k for k in self.edge.ideal if k not in self.clearance_directions)
 
     @cached_property
-    def loose(self) -> NDArray[np.bool_]:
+    def movable(self) -> NDArray[np.bool_]:
         """Components of rotation that turn first: the softest."""
         return self.edge.softest
 

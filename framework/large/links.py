@@ -34,7 +34,7 @@ class EdgeGeometry:
         Axes as columns (3, 3, m), None for the global ones.
     arm
         From first to second node at the start (3, m), None for zero.
-    loose
+    movable
         Which components of rotation turn first (3,).
     forward
         Whether the child is the second node.
@@ -46,7 +46,7 @@ class EdgeGeometry:
 
     axes: Array | None
     arm: Array | None
-    loose: NDArray[np.bool_]
+    movable: NDArray[np.bool_]
     forward: bool
     follows: bool
     lead: Array | None = None
@@ -75,18 +75,18 @@ class EdgeGeometry:
         out[5] -= self.lead * force[2]
         return out
 
-    def relative(self, turned: Array) -> Array:
+    def relative(self, rotations: Array) -> Array:
         """Quaternion of the relative rotation in the global axes of the start."""
-        q = rotation.exponential(np.where(self.loose[:, None], 0.0, turned))
-        q = rotation.product(q, rotation.exponential(np.where(self.loose[:, None], turned, 0.0)))
+        q = rotation.exponential(np.where(self.movable[:, None], 0.0, rotations))
+        q = rotation.product(q, rotation.exponential(np.where(self.movable[:, None], rotations, 0.0)))
         return q if self.axes is None else np.concatenate([q[:1], times(self.axes, q[1:])])
 
-    def child(self, displacement: Array, turned: Array, own: Array) -> tuple[Array, Array]:
+    def child(self, displacement: Array, rotations: Array, own: Array) -> tuple[Array, Array]:
         """Displacement and quaternion of the child from those of the parent and the link's own (6, m)."""
         own = self.whole(own)
         relative = self.relative(own[3:])
-        q = rotation.product(turned, relative if self.forward else rotation.conjugate(relative))
-        first = turned if self.forward else q
+        q = rotation.product(rotations, relative if self.forward else rotation.conjugate(relative))
+        first = rotations if self.forward else q
         shift = own[:3] if self.axes is None else times(self.axes, own[:3])
         if self.follows:
             shift = shift + rotation.rotated(first, shift)
@@ -117,12 +117,14 @@ class LinkChange:
         self.arm = times(self.axes, own[:3]) if link.follows else np.zeros_like(own[:3])
         if link.arm is not None:
             self.arm = self.arm + times(turn, link.arm * np.ones_like(own[:3]))
-        loose = link.loose
-        self.held, self.free = np.where(loose[:, None], 0.0, own[3:]), np.where(loose[:, None], own[3:], 0.0)
-        self.held_turn = rotation.matrix(rotation.exponential(self.held))
-        self.held_tangent = rotation.tangent(self.held)
+        movable = link.movable
+        self.constrained, self.free = np.where(movable[:, None], 0.0, own[3:]), np.where(movable[:, None], own[3:], 0.0)
+        self.constrained_rotation = rotation.matrix(rotation.exponential(self.constrained))
+        self.held_tangent = rotation.tangent(self.constrained)
         self.free_tangent = rotation.tangent(self.free)
-        self.tangent = np.where(loose[:, None], times(self.held_turn, self.free_tangent), self.held_tangent)
+        self.tangent = np.where(
+            movable[:, None], times(self.constrained_rotation, self.free_tangent), self.held_tangent
+        )
         self.turns = times(self.axes, self.tangent)
 
     def jacobian(self) -> Array:
@@ -156,10 +158,10 @@ class LinkChange:
         if self.link.forward:
             first = np.zeros((3, *out.shape[1:]))
             first[range(3), range(3)] = 1.0
-            sign, felt = 1.0, moment
+            sign, joint_moment = 1.0, moment
         else:
             first = self._first_spin()
-            sign, felt = -1.0, moment - cross(self.arm, push)
+            sign, joint_moment = -1.0, moment - cross(self.arm, push)
         swing = -times(spin(self.arm), first)
         if self.link.follows:
             swing[:, 3:6] += self.slides
@@ -167,11 +169,11 @@ class LinkChange:
         # d(arm x push) = -push x d(arm)
         levered = -sign * times(spin(push), swing)
         out[:3] = levered
-        inner = times(spin(felt), first)
+        inner = times(spin(joint_moment), first)
         if not self.link.forward:
             inner = inner + levered
         out[6:] = sign * times(transposed(self.turns), inner)
-        seen = times(transposed(self.axes), felt)
+        seen = times(transposed(self.axes), joint_moment)
         out[6:, 6:] += sign * self.own_slope(seen)
         if self.link.lead is not None:
             out[:, 8] += self.link.lead * out[:, 5]
@@ -187,14 +189,16 @@ class LinkChange:
 
     def own_slope(self, moment: Array) -> Array:
         """Derivative of ``tangent^T moment`` by the rotation's coordinates (3, 3, m)."""
-        loose = self.link.loose
-        held = rotation.tangent_slope(self.held, moment)
-        if not loose.any() or loose.all():
-            return rotation.tangent_slope(self.free, moment) if loose.all() else held
-        seen = times(transposed(self.held_turn), moment)
+        movable = self.link.movable
+        constrained = rotation.tangent_slope(self.constrained, moment)
+        if not movable.any() or movable.all():
+            return rotation.tangent_slope(self.free, moment) if movable.all() else constrained
+        seen = times(transposed(self.constrained_rotation), moment)
         free = rotation.tangent_slope(self.free, seen)
-        mixed = times(transposed(times(self.held_turn, self.free_tangent)), times(spin(moment), self.held_tangent))
-        rows = np.where(loose[:, None, None], np.where(loose[None, :, None], free, mixed), held)
-        keep = loose[:, None, None] | ~loose[None, :, None]
+        mixed = times(
+            transposed(times(self.constrained_rotation, self.free_tangent)), times(spin(moment), self.held_tangent)
+        )
+        rows = np.where(movable[:, None, None], np.where(movable[None, :, None], free, mixed), constrained)
+        keep = movable[:, None, None] | ~movable[None, :, None]
         out: Array = np.where(keep, rows, 0.0)
         return out

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..batch import Array, turned
+from ..batch import Array, rotated
 from ..errors import FrameError
 from ..member_law import DEFORMATIONS
-from ..structure.assembly import component_loads, hung_weights
+from ..structure.assembly import component_loads, offset_weights
 from ..structure.member_loads import loads_between, strain_forces
 from ..structure.topology import Group, Index, Topology
 from .corotation import Law, Pieces
@@ -25,7 +25,7 @@ class Stack:
     """Pieces of one group as `Numbers`; ``ends`` (n, 2) are their node numbers."""
 
     ends: Index
-    level: Numbers
+    local_axes: Numbers
     length: Numbers
     stiffness: Numbers
     bow: Numbers
@@ -46,7 +46,7 @@ class Stack:
         work, tension = _work(topology, group), _tension(group)
         return cls(
             topology.ends[group.pieces],
-            Numbers.of(group.level, ndim, 2, leading=1),
+            Numbers.of(group.local_axes, ndim, 2, leading=1),
             Numbers.of(group.length, ndim, 0, leading=1),
             Numbers.of(stiffness, ndim, 2, leading=1),
             Numbers.of(bow, ndim, 2, leading=1),
@@ -66,10 +66,10 @@ class Stack:
         """The numbers of some entries, with the loads multiplied by `factor`."""
         work = None if self.work is None else factor * self.work.at(where)
         tension = None if self.tension is None else factor * self.tension.at(where)
-        level, length = self.level.at(where), self.length.at(where)
+        local_axes, length = self.local_axes.at(where), self.length.at(where)
         law = self._law(where, length) if self.group.element.has_law else None
         free = None if self.free is None else factor * self.free.at(where)
-        return Pieces(level, length, self.stiffness.at(where), self.bow.at(where), work, tension, law, free)
+        return Pieces(local_axes, length, self.stiffness.at(where), self.bow.at(where), work, tension, law, free)
 
     def _law(self, where: Where, length: Array) -> Law:
         """The pieces' own law at some entries."""
@@ -80,8 +80,8 @@ class Stack:
 
             def pick(array: Array, trailing: int) -> Array:
                 taken = Numbers.of(array, ndim, trailing).at(where)
-                tail = taken.shape[:-1]
-                whole = np.broadcast_to(taken[..., None, :], (*tail, *size)).reshape(*tail, -1)
+                trailing_shape = taken.shape[:-1]
+                whole = np.broadcast_to(taken[..., None, :], (*trailing_shape, *size)).reshape(*trailing_shape, -1)
                 return np.moveaxis(whole, -1, 0)
 
             along = np.broadcast_to(length, size).reshape(-1)
@@ -92,7 +92,7 @@ class Stack:
 
 
 @dataclass(frozen=True)
-class Hung:
+class OffsetForce:
     """Weight `force` (..., 3) of a mass at the end of `arm` (..., 3), which turns with its node."""
 
     node: int
@@ -108,34 +108,34 @@ class Loads:
     ----------
     nodal
         Forces and moments (6, nodes, ...), loads on members shared between the ends of pieces.
-    reach
+    largest
         Largest magnitude of what was summed up, by component (6,).
-    hung
+    offset_forces
         Weights that are not at their node.
     """
 
     nodal: Numbers
-    reach: Array
-    hung: list[Hung]
+    largest: Array
+    offset_forces: list[OffsetForce]
 
     @classmethod
     def of(cls, topology: Topology) -> Loads:
         """The loads of a frame."""
         at: dict[int, Array] = {}
-        reach = np.zeros(6)
+        largest = np.zeros(6)
 
         def put(node: int, force: Array) -> None:
-            np.maximum(reach, np.abs(force).reshape(-1, 6).max(axis=0, initial=0.0), out=reach)
+            np.maximum(largest, np.abs(force).reshape(-1, 6).max(axis=0, initial=0.0), out=largest)
             at[node] = at[node] + force if node in at else force
 
         for node, k, value in component_loads(topology):
             put(node, value[..., None] * np.eye(6)[k])
-        hung = [Hung(*weight) for weight in hung_weights(topology)]
-        for weight in hung:
+        offset_forces = [OffsetForce(*weight) for weight in offset_weights(topology)]
+        for weight in offset_forces:
             put(weight.node, np.concatenate([weight.force, np.zeros_like(weight.force)], axis=-1))
         for group in topology.groups:
             for position, x, force in _between(topology, group):
-                pushed = turned(np.swapaxes(group.level[position], -1, -2), force)
+                pushed = rotated(np.swapaxes(group.local_axes[position], -1, -2), force)
                 share = (x / group.length[position])[..., None]
                 for ends, near, far in zip(
                     topology.ends[group.pieces[position]].tolist(), pushed * (1.0 - share), pushed * share, strict=True
@@ -144,7 +144,7 @@ class Loads:
                     put(ends[1], far)
             tension = _tension(group)
             if tension is not None:  # exerted by the member, wherever it turns: not by the loads
-                along = tension[..., None] * group.level[..., 0, :]
+                along = tension[..., None] * group.local_axes[..., 0, :]
                 for ends, generalised_force in zip(topology.ends[group.pieces].tolist(), along, strict=True):
                     for node, force in zip(ends, (-generalised_force, generalised_force), strict=True):
                         put(node, np.concatenate([force, np.zeros_like(force)], axis=-1))
@@ -152,7 +152,9 @@ class Loads:
         out = np.zeros((len(topology.number), *shape, 6))
         for node, force in at.items():
             out[node] += force
-        return cls(Numbers.of(out, len(topology.frame.shape), 1, leading=1), reach, [w for w in hung if w.arm.any()])
+        return cls(
+            Numbers.of(out, len(topology.frame.shape), 1, leading=1), largest, [w for w in offset_forces if w.arm.any()]
+        )
 
 
 def _free(topology: Topology, group: Group, stiffness: Array) -> Array:
@@ -191,9 +193,9 @@ def _work(topology: Topology, group: Group) -> Array | None:
     terms = []
     for position, x, force in _between(topology, group):
         length = group.length[position]
-        moved = group.of(position).shape_functions(length, x)[..., :3, list(DEFORMATIONS)]
-        moved[..., 0, 0] -= x / length
-        terms.append((position, force[..., :3, None, None] * moved[..., None, :, :]))
+        shapes = group.of(position).shape_functions(length, x)[..., :3, list(DEFORMATIONS)]
+        shapes[..., 0, 0] -= x / length
+        terms.append((position, force[..., :3, None, None] * shapes[..., None, :, :]))
     if not terms:
         return None
     shape = np.broadcast_shapes(*(term.shape[1:] for _, term in terms))

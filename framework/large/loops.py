@@ -14,33 +14,33 @@ from ..rotation import inverse, spin, times, transposed
 from .links import EdgeGeometry, LinkChange
 
 
-def displacement(link: EdgeGeometry, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> Array:
+def displacement(link: EdgeGeometry, displacements: tuple[Array, Array], rotations: tuple[Array, Array]) -> Array:
     """Displacement (6, m) of the second node relative to the first, in the edge's axes; less a screw's advance."""
-    back = rotation.conjugate(turned[0])
-    shift = moved[1] - moved[0]
+    back = rotation.conjugate(rotations[0])
+    shift = displacements[1] - displacements[0]
     if link.follows:
         whole = shift if link.arm is None else shift + link.arm
         shift = shift + rotation.rotated(back, whole)
-    relative = rotation.product(back, turned[1])
+    relative = rotation.product(back, rotations[1])
     if link.axes is not None:
         axes = transposed(link.axes)
         shift = times(axes, shift)
         relative = np.concatenate([relative[:1], times(axes, relative[1:])])
-    return link.rest(np.concatenate([shift, _angles(relative, link.loose)]))
+    return link.rest(np.concatenate([shift, _angles(relative, link.movable)]))
 
 
-def _angles(q: Array, loose: np.ndarray) -> Array:
+def _angles(q: Array, movable: np.ndarray) -> Array:
     """Coordinates of a rotation: the inverse of `EdgeGeometry.relative` in the edge's axes."""
     q = np.where(q[0] < 0.0, -q, q)
-    if loose.all() or not loose.any():
+    if movable.all() or not movable.any():
         return rotation.logarithm(q)
-    single = int(np.flatnonzero(loose if loose.sum() == 1 else ~loose)[0])
+    single = int(np.flatnonzero(movable if movable.sum() == 1 else ~movable)[0])
     twist = np.zeros_like(q)
     twist[0], twist[1 + single] = q[0], q[1 + single]
     twist = rotation.normalised(twist)
     back = rotation.conjugate(twist)
     # the loose part turns first, and stands on the right
-    rest = rotation.product(q, back) if loose[single] else rotation.product(back, q)
+    rest = rotation.product(q, back) if movable[single] else rotation.product(back, q)
     return rotation.logarithm(rest) + rotation.logarithm(twist)
 
 
@@ -51,15 +51,15 @@ class LoopChange:
     ----------
     link
         The edge.
-    moved, turned
+    displacements, rotations
         Displacements (3, m) and quaternions (4, m) of both nodes.
     """
 
-    def __init__(self, link: EdgeGeometry, moved: tuple[Array, Array], turned: tuple[Array, Array]) -> None:
+    def __init__(self, link: EdgeGeometry, displacements: tuple[Array, Array], rotations: tuple[Array, Array]) -> None:
         self.link = link
-        self.own = displacement(link, moved, turned)
-        self.change = LinkChange(link, turned[0], self.own)
-        self.arm = moved[1] - moved[0]
+        self.own = displacement(link, displacements, rotations)
+        self.change = LinkChange(link, rotations[0], self.own)
+        self.arm = displacements[1] - displacements[0]
         if link.arm is not None:
             self.arm = self.arm + link.arm
         self.back = inverse(self.change.turns)
@@ -80,9 +80,9 @@ class LoopChange:
         """Derivative of ``jacobian^T force`` at a constant force (6, m), by displacements and spins (12, 12, m)."""
         force = self.link.exerted(force)
         push = times(self.change.slides, force[:3])
-        felt = times(transposed(inverse(self.change.tangent)), force[3:])
-        moment = times(self.change.axes, felt)
-        bend = times(transposed(self.back), times(self.change.own_slope(felt), self.back))
+        joint_moment = times(transposed(inverse(self.change.tangent)), force[3:])
+        moment = times(self.change.axes, joint_moment)
+        bend = times(transposed(self.back), times(self.change.own_slope(joint_moment), self.back))
         out = np.zeros((12, 12, self.own.shape[-1]))
         out[9:, 3:6] = bend - spin(moment)
         out[9:, 9:] = -bend

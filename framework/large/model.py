@@ -28,14 +28,14 @@ class Model:
     """Coordinates of a frame at finite displacement.
 
     Nodes that are free, or held in a way that leaves all rotation or none, have displacements and spins of their own;
-    every other node hangs on its parent in the tree of joints, rigid links, ties and supports by the edge's own six
-    coordinates. Columns number the unknowns; those from `free` on are driven: known, but not zero.
+    every other node is attached to its parent in the tree of joints, rigid links, ties and supports by the edge's own
+    six coordinates. Columns number the unknowns; those from `free` on are prescribed: known, but not zero.
 
     Parameters
     ----------
     plan
         The plan of the frame, its members cut into their segments.
-    flat
+    in_plane
         Whether a frame in a plane is kept to it.
     clearance
         Whether joints have their clearances.
@@ -58,7 +58,7 @@ class Model:
         Place among the rigid contacts of those joints and loops, counted on, that have one.
     """
 
-    def __init__(self, plan: Plan, *, flat: bool = True, clearance: bool = True) -> None:
+    def __init__(self, plan: Plan, *, in_plane: bool = True, clearance: bool = True) -> None:
         self.plan, self.frame, self.topology = plan, plan.frame, plan.topology
         self.clearance = clearance
         self.ndim = len(plan.frame.shape)
@@ -66,18 +66,18 @@ class Model:
         _check(plan)
         self.loads = Loads.of(plan.topology)
         self.stacks = [Stack.of(plan.topology, group) for group in plan.topology.groups]
-        self.components = plane(plan.topology, plan.tree.edges, self.loads) if flat else WHOLE
+        self.components = plane(plan.topology, plan.tree.edges, self.loads) if in_plane else WHOLE
         edges = [edge for edge in plan.tree.edges if self._matters(edge)]
         # of equals the first is in the tree, where a turn has no end
         branches, closing = forest(sorted(edges, key=lambda edge: is_zero(edge.pitch)))
         self.loops = [TreeJoint.of(plan.topology, TreeEdge(e, e.first, e.second, 1.0), clearance) for e in closing]
         self.plain = np.ones(self.count, dtype=bool)
         self.joints: list[TreeJoint] = []
-        self.targets: dict[tuple[int, int], Numbers] = {}
+        self.prescribed_values: dict[tuple[int, int], Numbers] = {}
         columns = np.full((6, self.count), HELD)
         columns[list(self.components)] = 0
         for branch in branches:
-            self._hang(TreeJoint.of(plan.topology, branch, clearance), columns)
+            self._attach(TreeJoint.of(plan.topology, branch, clearance), columns)
         self._number(columns)
         rigid = [number for number, joint in enumerate(self.edges) if joint.rigid]
         self.contacts = {number: place for place, number in enumerate(rigid)}
@@ -86,7 +86,7 @@ class Model:
         """Whether an edge holds anything but motion out of the plane."""
         return edge.kind != "support" or any(k in self.components for k in edge.ideal)
 
-    def _hang(self, joint: TreeJoint, columns: Index) -> None:
+    def _attach(self, joint: TreeJoint, columns: Index) -> None:
         edge, child = joint.edge, joint.child
         given = offsets(self.frame, edge)
         kept = joint.within(self.components)
@@ -94,7 +94,7 @@ class Model:
         whole = rotations == {k for k in kept if k >= 3} and not rotations & set(given)
         columns[:, child] = [0 if k in kept and k not in joint.ideal else HELD for k in range(6)]
         for k in set(joint.ideal) & set(given):
-            self.targets[child, k] = Numbers.of(given[k], self.ndim, 0)
+            self.prescribed_values[child, k] = Numbers.of(given[k], self.ndim, 0)
         if edge.kind != "support" or not (whole or not rotations):
             self.plain[child] = False
             self.joints.append(joint)
@@ -109,15 +109,17 @@ class Model:
         unknown = np.flatnonzero(order == 0)
         order[unknown] = np.arange(len(unknown))
         self.multipliers = np.full((6, len(self.loops)), HELD)
-        held = [(k, n) for n, loop in enumerate(self.loops) for k in loop.ideal if k in loop.within(self.components)]
-        for number, place in enumerate(held):
+        constrained = [
+            (k, n) for n, loop in enumerate(self.loops) for k in loop.ideal if k in loop.within(self.components)
+        ]
+        for number, place in enumerate(constrained):
             self.multipliers[place] = len(unknown) + number
-        self.free = len(unknown) + len(held)
-        self.driven = list(self.targets)
-        for number, (node, k) in enumerate(self.driven):
+        self.free = len(unknown) + len(constrained)
+        self.prescribed = list(self.prescribed_values)
+        for number, (node, k) in enumerate(self.prescribed):
             order[6 * node + k] = self.free + number
         self.columns = order.reshape(self.count, 6).T.copy()
-        self.size = self.free + len(self.driven)
+        self.size = self.free + len(self.prescribed)
 
     @cached_property
     def length(self) -> float:
@@ -127,7 +129,7 @@ class Model:
         """
         if self.frame.size > 0.0:
             return self.frame.size
-        given = [_largest(values.array) for (_, k), values in self.targets.items() if k < 3]
+        given = [_largest(values.array) for (_, k), values in self.prescribed_values.items() if k < 3]
         given += [_largest(joint.offset.array[:3]) for joint in self.edges]
         given += [
             _largest(joint.clearance.array)
@@ -137,14 +139,15 @@ class Model:
         springs = [joint.stiffness.array[:3] for joint in self.edges]
         springs = [each[(each > 0.0) & np.isfinite(each)] for each in springs]
         softest = min((float(each.min()) for each in springs if each.size), default=np.inf)
-        reach = sum(given) + float(np.abs(self.loads.nodal.array[:3]).sum(axis=(0, 1)).max(initial=0.0)) / softest
-        return reach if 0.0 < reach < np.inf else 1.0
+        deflection = sum(given) + float(np.abs(self.loads.nodal.array[:3]).sum(axis=(0, 1)).max(initial=0.0)) / softest
+        return deflection if 0.0 < deflection < np.inf else 1.0
 
     def driven_values(self, where: Where, count: int, factor: float) -> Array:
-        """Values that the driven coordinates are to have at some entries, under a share of the loads, (driven, m)."""
-        out = np.zeros((len(self.driven), count))
-        for row, key in enumerate(self.driven):
-            out[row] = factor * self.targets[key].at(where)
+        """Values that the prescribed coordinates are to have at some entries, under a share of the loads, (prescribed,
+        m)."""
+        out = np.zeros((len(self.prescribed), count))
+        for row, key in enumerate(self.prescribed):
+            out[row] = factor * self.prescribed_values[key].at(where)
         return out
 
     @cached_property
@@ -169,7 +172,7 @@ class Model:
 
     @cached_property
     def linked(self) -> list[NDArray[np.bool_]]:
-        """By stack, which pieces end at a node that hangs on others."""
+        """By stack, which pieces end at a node that is attached to others."""
         return [np.asarray(~self.plain[stack.ends].all(axis=1)) for stack in self.stacks]
 
     @cached_property
@@ -208,12 +211,12 @@ class Model:
                 ends = stack.ends[~linked]
                 out.append(np.concatenate([self.columns[:, ends[:, 0]], self.columns[:, ends[:, 1]]]))
             out += [np.concatenate([chains[first], chains[second]]) for first, second in stack.ends[linked].tolist()]
-        out += [chains[hung.node] for hung in self.loads.hung]
+        out += [chains[each.node] for each in self.loads.offset_forces]
         for joint in self.joints:
             out.append(self.columns[:, joint.child] if joint.parent == GROUND else chains[joint.child])
-        for loop, held in zip(self.loops, self.multipliers.T, strict=True):
-            first = chains[loop.parent] if loop.parent != GROUND else held[:0]
-            out.append(np.concatenate([first, chains[loop.child], held]))
+        for loop, constrained in zip(self.loops, self.multipliers.T, strict=True):
+            first = chains[loop.parent] if loop.parent != GROUND else constrained[:0]
+            out.append(np.concatenate([first, chains[loop.child], constrained]))
         return out
 
 
@@ -233,7 +236,7 @@ def _check(plan: Plan) -> None:
     for group in plan.topology.groups:
         if group.resists:
             name = plan.topology.pieces[group.pieces[0]].member
-            if group.stands:
+            if group.has_foundation:
                 kind = plan.frame.members[name].element.title
                 raise FrameError(
                     f"member {name!r} ({kind}) resists rigid motion, as what stands on something outside the frame "

@@ -15,12 +15,12 @@ from ..batch import Array
 from ..rotation import dot
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
-from .flat_model import FlatModel
-from .flat_state import FlatState
-from .found import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .model import Model
 from .numbers import Where
-from .planar import FlatEquations
+from .planar import PlanarEquations
+from .planar_model import PlanarModel
+from .planar_state import PlanarState
+from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .state import DisplacedState
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
@@ -46,7 +46,7 @@ class Newton:
         Length that displacements are compared with.
     scale
         Makes steps of coordinates radians or sizes of the frame (size,); zero for multipliers.
-    held
+    multiplier_count
         Number of multipliers.
     zero
         Eigenvalue of a scaled tangent that is rounding.
@@ -54,37 +54,45 @@ class Newton:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.flat = FlatModel(model) if FlatModel.suits(model) else None
-        _, rows, columns = model.pattern if self.flat is None else self.flat.pattern
-        self.elimination = SymbolicFactorisation(rows, columns, model.free, half=self.flat is not None)
+        self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
+        _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
+        self.elimination = SymbolicFactorisation(rows, columns, model.free, half=self.planar_model is not None)
         self.size = model.length
         scale = np.zeros(model.size + 1)
         scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
         self.scale = scale[:-1]
-        self.held = int((model.multipliers >= 0).sum())
+        self.multiplier_count = int((model.multipliers >= 0).sum())
         self.zero = _ROUNDINGS * model.free
 
     def equations(self, where: Where, count: int, factor: float) -> Balance:
         """The equations of some entries, of the plane where the model is in one."""
-        if self.flat is not None:
-            return FlatEquations(self.flat, where, count, factor)
+        if self.planar_model is not None:
+            return PlanarEquations(self.planar_model, where, count, factor)
         return EquilibriumEquations(self.model, where, count, factor)
 
     def start(self, count: int) -> Place:
         """The state at rest."""
-        return DisplacedState.start(self.model, count) if self.flat is None else FlatEquations.start(self.model, count)
+        return (
+            DisplacedState.start(self.model, count)
+            if self.planar_model is None
+            else PlanarEquations.start(self.model, count)
+        )
 
     def space(self, state: Place) -> DisplacedState:
         """The state as one in space."""
         if isinstance(state, DisplacedState):
             return state
-        assert self.flat is not None
-        assert isinstance(state, FlatState)
-        return self.flat.space(state)
+        assert self.planar_model is not None
+        assert isinstance(state, PlanarState)
+        return self.planar_model.space(state)
 
     def place(self, state: DisplacedState, near: Place) -> Place:
         """A state in space as the equations have it, of which angles are near those of another."""
-        return state if self.flat is None else self.flat.flat(state, near if isinstance(near, FlatState) else None)
+        return (
+            state
+            if self.planar_model is None
+            else self.planar_model.in_plane(state, near if isinstance(near, PlanarState) else None)
+        )
 
     def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
@@ -99,7 +107,7 @@ class Newton:
             at = balance.linearised(state, stresses)
             factors = self.factor(at)
             positive: Mask = np.asarray((factors.pivots > self.zero).all(axis=0))
-            step = self.step(at, balance.lag(state), factors.solve)
+            step = self.step(at, balance.prescribed_residual(state), factors.solve)
             regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.zero).all(axis=0)
             usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
@@ -123,8 +131,8 @@ class Newton:
 
     def factor(self, at: Linearisation) -> StackFactor:
         """The tangent factorised."""
-        if self.held:
-            return ConstrainedFactor(self.elimination.dense(at.values), self.held)
+        if self.multiplier_count:
+            return ConstrainedFactor(self.elimination.dense(at.values), self.multiplier_count)
         return self.elimination.factor(at.values, symmetric=self.model.symmetric)
 
     def definite(self, values: Array, known: Mask | None = None) -> Mask:
@@ -137,20 +145,20 @@ class Newton:
         asked = np.flatnonzero(~out)
         if len(asked):
             some = values[:, asked]
-            if self.held:
-                factors: StackFactor = ConstrainedFactor(self.elimination.dense(some), self.held)
+            if self.multiplier_count:
+                factors: StackFactor = ConstrainedFactor(self.elimination.dense(some), self.multiplier_count)
             else:
                 shift = np.full(len(asked), self.zero)
                 factors = self.elimination.factor(self.elimination.raised(some, shift))
             out[asked] = (factors.pivots > 0.0).all(axis=0)
         return out
 
-    def step(self, at: Linearisation, lag: Array, solve: Callable[[Array], Array]) -> Array:
-        """Newton's step of all coordinates, the driven ones by what they lag behind (size, m)."""
+    def step(self, at: Linearisation, prescribed_residual: Array, solve: Callable[[Array], Array]) -> Array:
+        """Newton's step of all coordinates, the prescribed ones by their residual (size, m)."""
         load = -at.forces[: self.model.free]
-        if len(lag):
-            load = load - self.elimination.driven_forces(at.values, lag)
-        return np.concatenate([solve(load), lag])
+        if len(prescribed_residual):
+            load = load - self.elimination.prescribed_forces(at.values, prescribed_residual)
+        return np.concatenate([solve(load), prescribed_residual])
 
     def limited(self, step: Array) -> Array:
         """Share of a step that turns and moves no more than is allowed (m,)."""

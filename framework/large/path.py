@@ -22,11 +22,11 @@ from ..description import Description
 from ..dofs import component
 from ..errors import FrameError, PathWarning
 from ..names import found, plain
-from .found import Linearisation, Mask, Place
-from .march import LoadStepping
+from .load_stepping import LoadStepping
 from .model import Model
 from .newton import Newton, bordered
 from .numbers import Where
+from .protocols import Linearisation, Mask, Place
 from .search import Search
 from .start import start
 from .state import DisplacedState
@@ -87,7 +87,10 @@ class EquilibriumPath:
         """
         name = found("node", self.frame.aliases.get(plain("node", node), node), self.frame.nodes)
         number = self._model.topology.number[name]
-        parts = [np.concatenate([s.moved[:, number], rotation.logarithm(s.turned[:, number])]) for s in self._states]
+        parts = [
+            np.concatenate([s.displacements[:, number], rotation.logarithm(s.rotations[:, number])])
+            for s in self._states
+        ]
         shaped = np.moveaxis(np.stack(parts), 1, -1).reshape(len(parts), *self.shape, 6)
         return np.where(np.isnan(self.factor)[..., None], np.nan, shaped)
 
@@ -131,11 +134,11 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
     path = EquilibriumPath(tracer.model.frame, factor, stable, tracer.reached, tracer.model, tracer.states)
     lost = ~path.reached & np.isfinite(path.factor[0])
     if lost.any():
-        warnings.warn(_told(path, lost, node, name, to), PathWarning, stacklevel=3)
+        warnings.warn(_message(path, lost, node, name, to), PathWarning, stacklevel=3)
     return path
 
 
-def _told(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: str, to: float) -> str:
+def _message(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: str, to: float) -> str:
     """Where paths ended that did not reach what they were to."""
     first = int(np.argmax(lost))
     entry = np.unravel_index(first, lost.shape)
@@ -169,7 +172,7 @@ class _Tracer:
         self.along: Array | None = None
         self.factors, self.states = [np.where(self.going, 0.0, np.nan)], [self._space()]
         self.stables = [self.going.copy()]
-        if self._gives_way():
+        if self._turns_back():
             self._begin(where)
 
     def step(self) -> bool:
@@ -189,8 +192,8 @@ class _Tracer:
             self.going &= self.length > self.shortest
         else:
             return False
-        moved = np.flatnonzero(self.going)
-        self.state.put(moved, state.taken(moved))
+        active = np.flatnonzero(self.going)
+        self.state.put(active, state.taken(active))
         self.factor = np.where(self.going, factor, self.factor)
         self.along = sign * ahead
         grown = np.clip(np.sqrt(_AIM / np.maximum(iterations, 1)), 0.5, _GROWTH)
@@ -198,7 +201,7 @@ class _Tracer:
         self._add(stable)
         return bool(self.going.any())
 
-    def _gives_way(self) -> bool:
+    def _turns_back(self) -> bool:
         """Whether some entry is kinematically unstable at rest."""
         at, _ = self._linear(self.state, None, self.factor)
         return not bool((self.newton.factor(at).pivots[:, self.going] > self.newton.zero).all())
@@ -225,13 +228,13 @@ class _Tracer:
         return self.newton.space(self.state.taken(np.arange(len(self.factor))))
 
     def _value(self, state: DisplacedState) -> Array:
-        both = np.concatenate([state.moved[:, self.node], rotation.logarithm(state.turned[:, self.node])])
+        both = np.concatenate([state.displacements[:, self.node], rotation.logarithm(state.rotations[:, self.node])])
         return np.asarray(both[self.component])
 
     def _tangent(self) -> tuple[Array, Array]:
         """Unit direction of the path: coordinates (size, m) and load factor (m,)."""
         at, load = self._linear(self.state, None, self.factor)
-        ahead = self._solved(at, load, self._driven())
+        ahead = self._solved(at, load, self._prescribed())
         slope = 1.0 / np.sqrt(self._norm(ahead, ahead))
         return ahead * slope, slope
 
@@ -244,8 +247,8 @@ class _Tracer:
         out: Array = np.einsum("im,im->m", self.weight * a, b)
         return out
 
-    def _driven(self) -> Array:
-        return self.whole.targets
+    def _prescribed(self) -> Array:
+        return self.whole.prescribed_values
 
     def _linear(self, state: Place, stresses: list[Array] | None, factor: Array) -> tuple[Linearisation, Array]:
         """Forces and tangent at a load factor (m,), and the loads (size, m)."""
@@ -257,14 +260,14 @@ class _Tracer:
         )
         return mixed, none.forces - whole.forces
 
-    def _solved(self, at: Linearisation, load: Array, lag: Array) -> Array:
+    def _solved(self, at: Linearisation, load: Array, prescribed_residual: Array) -> Array:
         free = self.model.free
         factors = self.newton.factor(at)
         self.stable = (factors.pivots > 0.0).all(axis=0)
         right = load[:free]
-        if len(lag):
-            right = right - self.newton.elimination.driven_forces(at.values, lag)
-        return np.concatenate([factors.solve(right), lag])
+        if len(prescribed_residual):
+            right = right - self.newton.elimination.prescribed_forces(at.values, prescribed_residual)
+        return np.concatenate([factors.solve(right), prescribed_residual])
 
     def _corrected(self, ahead: Array, slope: Array) -> tuple[Place, Array, NDArray[np.int64], NDArray[np.bool_]]:
         """The point of equilibrium in the plane at the end of the step; more iterations than allowed where none."""
@@ -278,8 +281,8 @@ class _Tracer:
         aside = np.zeros_like(step)
         while not done.all() and iterations.max() <= _MOST:
             at, load = self._linear(state, stresses, factor)
-            by_load = self._solved(at, load, self._driven())
-            free = self._solved(at, -at.forces, factor * self._driven() - self._present(state))
+            by_load = self._solved(at, load, self._prescribed())
+            free = self._solved(at, -at.forces, factor * self._prescribed() - self._present(state))
             step, change = bordered(self.weight * ahead, free, by_load)
             step = np.where(done, 0.0, step)
             usable = np.isfinite(step).all(axis=0) & np.isfinite(change)
@@ -298,7 +301,7 @@ class _Tracer:
         return state, factor, iterations, stable
 
     def _present(self, state: Place) -> Array:
-        return self.whole.targets - self.whole.lag(state)
+        return self.whole.prescribed_values - self.whole.prescribed_residual(state)
 
 
 def _limits(factors: Array) -> Array:

@@ -13,21 +13,21 @@ from numpy.typing import NDArray
 
 from ..batch import Array, merged
 from ..structure.edge import GROUND
-from . import flat_pieces
-from .flat_links import FlatJoint, FlatLink
-from .flat_model import FlatModel
-from .flat_state import FlatLinear, FlatState
-from .law import Grip
+from . import planar_pieces
+from .joint_law import ContactMultipliers
 from .model import Model
 from .numbers import Where
+from .planar_links import PlanarJoint, PlanarLink
+from .planar_model import PlanarModel
+from .planar_state import PlanarLinearisation, PlanarState
 
 
-class FlatEquations:
+class PlanarEquations:
     """A model in the plane at some entries; see `Equations`.
 
     Parameters
     ----------
-    flat
+    planar_joint
         The model.
     where
         Indices of the entries along each batch axis.
@@ -37,112 +37,126 @@ class FlatEquations:
         Share of loads, offsets and prescribed displacements.
     """
 
-    def __init__(self, flat: FlatModel, where: Where, count: int, factor: float = 1.0) -> None:
-        self.flat, self.model = flat, flat.model
+    def __init__(self, planar_model: PlanarModel, where: Where, count: int, factor: float = 1.0) -> None:
+        self.planar_model, self.model = planar_model, planar_model.model
         self.where, self.count, self.factor = where, count, factor
         self.pieces = [
-            (stack.direction.at(where), stack.length.at(where), stack.stiffness.at(where)) for stack in flat.stacks
+            (stack.direction.at(where), stack.length.at(where), stack.stiffness.at(where))
+            for stack in planar_model.stacks
         ]
-        self.links = [FlatLink.of(joint, where, factor) for joint in flat.joints]
-        self.loads = factor * flat.loads.at(where)
+        self.links = [PlanarLink.of(joint, where, factor) for joint in planar_model.joints]
+        self.loads = factor * planar_model.loads.at(where)
 
     @classmethod
-    def start(cls, model: Model, count: int) -> FlatState:
+    def start(cls, model: Model, count: int) -> PlanarState:
         """At rest."""
-        own, grip = np.zeros((3, len(model.joints), count)), Grip.none(len(model.contacts), count)
-        return FlatState(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, grip)
+        own, contact_multipliers = (
+            np.zeros((3, len(model.joints), count)),
+            ContactMultipliers.none(len(model.contacts), count),
+        )
+        return PlanarState(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, contact_multipliers)
 
     # -- motion -----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def targets(self) -> Array:
-        """Values that the driven coordinates are to have (driven, m)."""
+    def prescribed_values(self) -> Array:
+        """Values that the prescribed coordinates are to have (prescribed, m)."""
         return self.model.driven_values(self.where, self.count, self.factor)
 
-    def lag(self, state: FlatState) -> Array:
-        """What the driven coordinates lack of their targets (driven, m)."""
-        out = self.targets.copy()
+    def prescribed_residual(self, state: PlanarState) -> Array:
+        """Difference of the prescribed coordinates from their values (prescribed, m)."""
+        out = self.prescribed_values.copy()
         if not len(out):
             return out
-        for number, link in enumerate(self.flat.joints):
-            self._reduce(out, self.flat.columns[:, link.joint.child], state.own[:, number])
-        for node in np.flatnonzero(self.model.plain & (self.flat.columns >= self.model.free).any(axis=0)):
-            self._reduce(out, self.flat.columns[:, node], [*state.moved[:, node], state.turned[node]])
+        for number, link in enumerate(self.planar_model.joints):
+            self._reduce(out, self.planar_model.columns[:, link.joint.child], state.own[:, number])
+        for node in np.flatnonzero(self.model.plain & (self.planar_model.columns >= self.model.free).any(axis=0)):
+            self._reduce(
+                out, self.planar_model.columns[:, node], [*state.displacements[:, node], state.rotations[node]]
+            )
         return out
 
-    def _reduce(self, lag: Array, columns: NDArray[np.int64], values: Array | list[Array]) -> None:
+    def _reduce(self, prescribed_residual: Array, columns: NDArray[np.int64], values: Array | list[Array]) -> None:
         for column, value in zip(columns.tolist(), values, strict=True):
             if column >= self.model.free:
-                lag[column - self.model.free] -= value
+                prescribed_residual[column - self.model.free] -= value
 
-    def advanced(self, state: FlatState, step: Array) -> FlatState:
+    def advanced(self, state: PlanarState, step: Array) -> PlanarState:
         """The state after a step of the coordinates (size, m)."""
         nodal = self._nodal(step)
-        new = FlatState(state.moved + nodal[:2], state.turned + nodal[2], state.own, state.grip)
+        new = PlanarState(
+            state.displacements + nodal[:2], state.rotations + nodal[2], state.own, state.contact_multipliers
+        )
         if self.links:
-            new.own = state.own + nodal[:, [flat.joint.child for flat in self.flat.joints]]
-        for number, (flat, link) in enumerate(zip(self.flat.joints, self.links, strict=True)):
-            joint = flat.joint
+            new.own = state.own + nodal[:, [planar_joint.joint.child for planar_joint in self.planar_model.joints]]
+        for number, (planar_joint, link) in enumerate(zip(self.planar_model.joints, self.links, strict=True)):
+            joint = planar_joint.joint
             free = joint.parent == GROUND
-            place = np.zeros((2, self.count)) if free else new.moved[:, joint.parent]
-            turn = np.zeros(self.count) if free else new.turned[joint.parent]
-            new.moved[:, joint.child], new.turned[joint.child] = link.child(place, turn, new.own[:, number])
+            place = np.zeros((2, self.count)) if free else new.displacements[:, joint.parent]
+            turn = np.zeros(self.count) if free else new.rotations[joint.parent]
+            new.displacements[:, joint.child], new.rotations[joint.child] = link.child(place, turn, new.own[:, number])
         return new
 
     def _nodal(self, step: Array) -> Array:
         padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
-        return padded[self.flat.columns]
+        return padded[self.planar_model.columns]
 
     # -- energy -----------------------------------------------------------------------------------------------------
 
-    def energy(self, state: FlatState) -> Array:
+    def energy(self, state: PlanarState) -> Array:
         """Strain energy less the work of the loads (m,)."""
         total = np.zeros(self.count)
-        for stack, pieces in zip(self.flat.stacks, self.pieces, strict=True):
-            _, _, deformation = flat_pieces.shape(stack, pieces, state)
-            total += 0.5 * flat_pieces.strain_energy(pieces[2], deformation, flat_pieces.bent(pieces[2], deformation))
+        for stack, pieces in zip(self.planar_model.stacks, self.pieces, strict=True):
+            _, _, deformation = planar_pieces.shape(stack, pieces, state)
+            total += 0.5 * planar_pieces.strain_energy(
+                pieces[2], deformation, planar_pieces.bent(pieces[2], deformation)
+            )
         for number in range(len(self.links)):
             total += self.resistance(state, number)[0]
-        total -= np.einsum("ijm,ijm->m", np.broadcast_to(self.loads[:2], state.moved.shape), state.moved)
-        total -= np.einsum("jm,jm->m", np.broadcast_to(self.loads[2], state.turned.shape), state.turned)
+        total -= np.einsum(
+            "ijm,ijm->m", np.broadcast_to(self.loads[:2], state.displacements.shape), state.displacements
+        )
+        total -= np.einsum("jm,jm->m", np.broadcast_to(self.loads[2], state.rotations.shape), state.rotations)
         return total
 
-    def resistance(self, state: FlatState, number: int) -> tuple[Array, Array, Array]:
+    def resistance(self, state: PlanarState, number: int) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs of a link, or of its own law."""
-        beyond, joint = self.links[number].beyond(state.own[:, number]), self.flat.joints[number]
+        elastic, joint = self.links[number].elastic(state.own[:, number]), self.planar_model.joints[number]
         if joint.joint.law is not None:
-            return joint.lawful(self.where, beyond, state.grip, self.model.contacts.get(number))
-        return self.links[number].springs(beyond)
+            return joint.law_response(self.where, elastic, state.contact_multipliers, self.model.contacts.get(number))
+        return self.links[number].springs(elastic)
 
-    def moment_work(self, old: FlatState, new: FlatState) -> Array:
+    def moment_work(self, old: PlanarState, new: PlanarState) -> Array:
         """Nothing: in a plane moments have a potential, and `energy` holds it."""
         del old, new
         return np.zeros(self.count)
 
     # -- derivatives ------------------------------------------------------------------------------------------------
 
-    def linearised(self, state: FlatState, stresses: list[Array] | None = None) -> FlatLinear:
+    def linearised(self, state: PlanarState, stresses: list[Array] | None = None) -> PlanarLinearisation:
         """Forces and tangent; see `Equations.linearised`."""
         nodal = np.repeat(-self.loads, self.count, axis=-1) if self.loads.shape[-1] == 1 else -self.loads
         nodal = merged(nodal, 0, 1)
         assumed = nodal
         changes, true, data = [], [], []
         energy = np.zeros(self.count)
-        arms = [link.turned(self._turn(state, flat), own) for flat, link, own in self._linked(state)]
+        arms = [
+            link.rotated_arm(self._turn(state, planar_joint), own) for planar_joint, link, own in self._linked(state)
+        ]
         transfers = [link.transfer(*each) for link, each in zip(self.links, arms, strict=True)]
-        for k, (stack, pieces) in enumerate(zip(self.flat.stacks, self.pieces, strict=True)):
-            axes, chord, deformation = flat_pieces.shape(stack, pieces, state)
-            bow = flat_pieces.bent(pieces[2], deformation)
-            exact = flat_pieces.stress(pieces[2], deformation, bow)
+        for k, (stack, pieces) in enumerate(zip(self.planar_model.stacks, self.pieces, strict=True)):
+            axes, chord, deformation = planar_pieces.shape(stack, pieces, state)
+            bow = planar_pieces.bent(pieces[2], deformation)
+            exact = planar_pieces.stress(pieces[2], deformation, bow)
             used = exact if stresses is None else stresses[k]
-            energy += flat_pieces.strain_energy(pieces[2], deformation, bow)
-            nodal = nodal + self.flat.gather[k] @ merged(flat_pieces.forces(axes, chord, exact), 0, 1)
+            energy += planar_pieces.strain_energy(pieces[2], deformation, bow)
+            nodal = nodal + self.planar_model.gather[k] @ merged(planar_pieces.forces(axes, chord, exact), 0, 1)
             if stresses is not None:
-                assumed = assumed + self.flat.gather[k] @ merged(flat_pieces.forces(axes, chord, used), 0, 1)
-            stiffness = flat_pieces.stiffness(pieces[2], bow, used[0])
+                assumed = assumed + self.planar_model.gather[k] @ merged(planar_pieces.forces(axes, chord, used), 0, 1)
+            stiffness = planar_pieces.stiffness(pieces[2], bow, used[0])
             changes.append((axes, chord, stiffness))
             true.append(exact)
-            data += self._tangents(k, flat_pieces.terms(stiffness, axes, chord, used), transfers)
+            data += self._tangents(k, planar_pieces.terms(stiffness, axes, chord, used), transfers)
         shape = (3, self.model.count, self.count)
         nodal = nodal.reshape(shape)
         assumed = nodal.copy() if stresses is None else assumed.reshape(shape)
@@ -152,46 +166,52 @@ class FlatEquations:
         for stored, _, _ in resisted:
             energy += 2.0 * stored
         blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
-        values = self.flat.pattern[0] @ np.concatenate(blocks)
-        return FlatLinear(forces, values, changes, true, transfers, energy)
+        values = self.planar_model.pattern[0] @ np.concatenate(blocks)
+        return PlanarLinearisation(forces, values, changes, true, transfers, energy)
 
-    def step_stresses(self, at: FlatLinear, step: Array) -> list[Array]:
+    def step_stresses(self, at: PlanarLinearisation, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
         nodal = self._nodal(step)
-        for (flat, _), transfer in zip(zip(self.flat.joints, self.links, strict=True), at.transfers, strict=True):
-            joint = flat.joint
+        for (planar_joint, _), transfer in zip(
+            zip(self.planar_model.joints, self.links, strict=True), at.transfers, strict=True
+        ):
+            joint = planar_joint.joint
             own = nodal[:, joint.child]
             parent = np.zeros_like(own) if joint.parent == GROUND else nodal[:, joint.parent]
             nodal[:, joint.child] = np.einsum("ijm,jm->im", transfer, np.concatenate([parent, own]))
         out = []
-        for k, stack in enumerate(self.flat.stacks):
+        for k, stack in enumerate(self.planar_model.stacks):
             first, second = stack.ends.T
             (c, s), chord, stiffness = at.changes[k]
             x, y = nodal[:2, second] - nodal[:2, first]
-            swing = (c * y - s * x) / chord
-            generalised_force, one, two = c * x + s * y, nodal[2, first] - swing, nodal[2, second] - swing
+            chord_rotation = (c * y - s * x) / chord
+            generalised_force, one, two = (
+                c * x + s * y,
+                nodal[2, first] - chord_rotation,
+                nodal[2, second] - chord_rotation,
+            )
             k00, k01, k02, k11, k12, k22 = stiffness
             change = [k00 * generalised_force + k01 * one + k02 * two, k01 * generalised_force + k11 * one + k12 * two]
             out.append(at.stresses[k] + np.stack([*change, k02 * generalised_force + k12 * one + k22 * two]))
         return out
 
-    def _linked(self, state: FlatState) -> list[tuple[FlatJoint, FlatLink, Array]]:
+    def _linked(self, state: PlanarState) -> list[tuple[PlanarJoint, PlanarLink, Array]]:
         owns = [state.own[:, number] for number in range(len(self.links))]
-        return list(zip(self.flat.joints, self.links, owns, strict=True))
+        return list(zip(self.planar_model.joints, self.links, owns, strict=True))
 
-    def _turn(self, state: FlatState, flat: FlatJoint) -> Array:
+    def _turn(self, state: PlanarState, planar_joint: PlanarJoint) -> Array:
         """Angle of a joint's first node."""
-        joint = flat.joint
+        joint = planar_joint.joint
         first = joint.parent if joint.forward else joint.child
-        return np.zeros(self.count) if first == GROUND else np.asarray(state.turned[first])
+        return np.zeros(self.count) if first == GROUND else np.asarray(state.rotations[first])
 
     def _tangents(self, k: int, terms: Array, transfers: list[Array]) -> list[Array]:
         """Different entries of plain pieces as they are, the others in the terms of their chains."""
-        linked = self.flat.linked[k]
+        linked = self.planar_model.linked[k]
         out = [] if linked.all() else [terms[:, ~linked]]
         for number in np.flatnonzero(linked):
-            first, second = self.flat.stacks[k].ends[number].tolist()
-            whole = flat_pieces.six(terms[:, number])
+            first, second = self.planar_model.stacks[k].ends[number].tolist()
+            whole = planar_pieces.six(terms[:, number])
             whole = np.concatenate([self._up(whole[:3], first, transfers), self._up(whole[3:], second, transfers)])
             whole = np.swapaxes(whole, 0, 1)
             out.append(np.concatenate([self._up(whole[:3], first, transfers), self._up(whole[3:], second, transfers)]))
@@ -199,14 +219,14 @@ class FlatEquations:
 
     @cached_property
     def _number(self) -> dict[int, int]:
-        return {flat.joint.child: number for number, flat in enumerate(self.flat.joints)}
+        return {planar_joint.joint.child: number for number, planar_joint in enumerate(self.planar_model.joints)}
 
     def _up(self, rows: Array, node: int, transfers: list[Array]) -> Array:
         """Rows (3, k, m) of a node's coordinates as rows of those of its chain."""
         if node not in self._number:
             return rows
         number = self._number[node]
-        transfer, parent = transfers[number], self.flat.joints[number].joint.parent
+        transfer, parent = transfers[number], self.planar_model.joints[number].joint.parent
         own: Array = np.einsum("ijm,ikm->jkm", transfer[:, 3:], rows)
         if parent == GROUND:
             return own
@@ -220,7 +240,7 @@ class FlatEquations:
         """Springs of the links, and what turning them does to the forces that they pass on."""
         out: list[Array] = []
         for number in range(len(self.links) - 1, -1, -1):
-            joint, link = self.flat.joints[number].joint, self.links[number]
+            joint, link = self.planar_model.joints[number].joint, self.links[number]
             force = nodal[:, joint.child]
             matrix = link.geometric(force, *arms[number])
             matrix[3:, 3:] += tangents[number]
@@ -238,11 +258,11 @@ class FlatEquations:
         out = np.zeros((self.model.size + 1, self.count))
         nodal = nodal.copy()
         for number in range(len(self.links) - 1, -1, -1):
-            joint = self.flat.joints[number].joint
+            joint = self.planar_model.joints[number].joint
             pushed = np.einsum("ijm,im->jm", transfers[number], nodal[:, joint.child])
-            out[self.flat.columns[:, joint.child]] = pushed[3:] + resisted[number]
+            out[self.planar_model.columns[:, joint.child]] = pushed[3:] + resisted[number]
             if joint.parent != GROUND:
                 nodal[:, joint.parent] += pushed[:3]
         plain = self.model.plain
-        out[self.flat.columns[:, plain]] = nodal[:, plain]
+        out[self.planar_model.columns[:, plain]] = nodal[:, plain]
         return out[:-1]

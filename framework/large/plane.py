@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..batch import Array, block_diagonal, turned
+from ..batch import Array, block_diagonal, rotated
 from ..protocol import JointElement, is_proven
 from ..structure.edge import Edge
 from ..structure.member_loads import strain_forces
@@ -29,7 +29,7 @@ def plane(topology: Topology, edges: list[Edge], loads: Loads) -> tuple[int, ...
     if not all(is_zero(edge.pitch) for edge in edges):
         return WHOLE
     axes, vectors = _axes(topology, edges), _vectors(topology, edges, loads)
-    chords = [group.level[..., 0, :] for group in topology.groups]
+    chords = [group.local_axes[..., 0, :] for group in topology.groups]
     for kept in _PLANES:
         normal = kept[2] - 3
         left = [k for k in WHOLE if k not in kept]
@@ -53,7 +53,7 @@ def _uncoupled(group: Group, kept: tuple[int, ...]) -> bool:
         return True
     inside = [6 * end + k for end in (0, 1) for k in kept]
     outside = [k for k in range(12) if k not in inside]
-    turn = block_diagonal([group.level] * 4)
+    turn = block_diagonal([group.local_axes] * 4)
     for local in (
         group.element.stiffness_matrix(group.length),
         group.element.geometric_matrix(group.length, np.ones(())),
@@ -76,29 +76,29 @@ def _law_keeps(element: JointElement, normal: int) -> bool:
     across = (axes[..., normal, :] == 0.0).reshape(-1, 3).all(axis=0)
     kept = [k for k in range(6) if across[k % 3] == (k < 3)]
     left = [k for k in range(6) if k not in kept]
-    moved = np.zeros((len(_TRIED), 6))
-    moved[:, kept] = np.array(_TRIED)[:, None] * (1.0, 0.7, -0.4)
+    tried = np.zeros((len(_TRIED), 6))
+    tried[:, kept] = np.array(_TRIED)[:, None] * (1.0, 0.7, -0.4)
 
     def pick(array: Array, trailing: int) -> Array:
         return array.reshape(-1, *array.shape[array.ndim - trailing :])[:1]
 
-    _, force, tangent = element.resistance(moved, pick)
+    _, force, tangent = element.resistance(tried, pick)
     return not (np.any(force[:, left]) or np.any(tangent[:, kept][:, :, left]))
 
 
 def _axes(topology: Topology, edges: list[Edge]) -> list[Array]:
     """Axes of members and joints as rows."""
-    out = [group.level for group in topology.groups]
+    out = [group.local_axes for group in topology.groups]
     return out + [np.swapaxes(edge.axes, -1, -2) for edge in edges if edge.axes is not None]
 
 
 def _vectors(topology: Topology, edges: list[Edge], loads: Loads) -> list[Array]:
     """Loads, what strains members, given displacements and arms, (..., 6) in global axes."""
-    out = [loads.reach]
+    out = [loads.largest]
     for group in topology.groups:
         if group.strained:
             both = strain_forces(group, np.arange(len(group.pieces)))
-            ends = turned(np.swapaxes(group.level, -1, -2), both)
+            ends = rotated(np.swapaxes(group.local_axes, -1, -2), both)
             out += [ends[..., :6], ends[..., 6:]]
     for edge in edges:
         given = offsets(topology.frame, edge)
@@ -110,4 +110,4 @@ def _vectors(topology: Topology, edges: list[Edge], loads: Loads) -> list[Array]
         if edge.kind == "rigid":
             arm = topology.position(edge.second) - topology.position(edge.first)
             out.append(np.concatenate([arm, np.zeros_like(arm)], axis=-1))
-    return out + [np.concatenate([hung.arm, np.zeros_like(hung.arm)], axis=-1) for hung in loads.hung]
+    return out + [np.concatenate([each.arm, np.zeros_like(each.arm)], axis=-1) for each in loads.offset_forces]

@@ -11,7 +11,7 @@ from ..batch import Array, Shape
 from ..description import Description
 from .equations import EquilibriumEquations
 from .model import Model
-from .state import DisplacedState, SpaceLinear
+from .state import DisplacedState, SpatialLinearisation
 from .trust import Trust
 
 
@@ -51,7 +51,7 @@ class LargeResults(Protocol):
         ...
 
     @property
-    def linear(self) -> SpaceLinear:
+    def linear(self) -> SpatialLinearisation:
         """Forces and stiffness there."""
         ...
 

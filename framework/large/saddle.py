@@ -10,9 +10,9 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE
-from .found import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .newton import CLOSE, Newton, bordered
 from .numbers import Where
+from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .sides import amount
 
 # Steps of the amount, in radians or sizes of the frame: the first, the longest, and one at which the way is given up.
@@ -37,7 +37,7 @@ class Saddle:
 
     def leave(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Stable equilibria near the unstable ones `state`; not converged where none was found."""
-        count = state.moved.shape[-1]
+        count = state.displacements.shape[-1]
         balance = self.newton.equations(where, count, factor)
         at = balance.linearised(state)
         mode = self._mode(balance, state, at)
@@ -47,26 +47,26 @@ class Saddle:
         state, done, generalised_force = state.taken(np.arange(count)), np.zeros(count), np.zeros(count)
         more = np.full(count, _BEGIN)
         for _ in range(_STEPS):
-            ahead, force, held = self._held(
+            ahead, force, constrained = self._constrained(
                 balance, state, mode, np.where(waiting, more, 0.0), generalised_force, found
             )
-            on = np.flatnonzero(waiting & held)
+            on = np.flatnonzero(waiting & constrained)
             before = generalised_force.copy()
             state.put(on, ahead.taken(on))
             done[on], generalised_force[on] = done[on] + more[on], force[on]
-            turned = on[generalised_force[on] > 0.0]
-            waiting[turned] = False
-            if len(turned):
-                there = tuple(k[turned] for k in where)
-                near = self._between(there, state.taken(turned), mode[:, turned], more[turned],
-                                     (before[turned], generalised_force[turned]), factor)  # fmt: skip
+            reversing = on[generalised_force[on] > 0.0]
+            waiting[reversing] = False
+            if len(reversing):
+                there = tuple(k[reversing] for k in where)
+                near = self._between(there, state.taken(reversing), mode[:, reversing], more[reversing],
+                                     (before[reversing], generalised_force[reversing]), factor)  # fmt: skip
                 end = self.newton.solve(there, near, factor)
                 bad = np.flatnonzero(~end.good)
                 if len(bad):
                     again = tuple(k[bad] for k in there)
-                    end.take(bad, self.newton.solve(again, state.taken(turned[bad]), factor))
-                found.take(turned, end, end.good)
-            more = np.where(held, np.minimum(_GROWTH * more, _LONGEST), _SHRINK * more)
+                    end.take(bad, self.newton.solve(again, state.taken(reversing[bad]), factor))
+                found.take(reversing, end, end.good)
+            more = np.where(constrained, np.minimum(_GROWTH * more, _LONGEST), _SHRINK * more)
             waiting &= (more > _LEAST) & (done < _WHOLE)
             if not waiting.any():
                 break
@@ -91,10 +91,12 @@ class Saddle:
         for _ in range(_SECANTS):
             change = now - before
             step = np.where(change != 0.0, -step * now / np.where(change != 0.0, change, 1.0), 0.0)
-            ahead, force, held = self._held(balance, state, mode, step, now, FoundEquilibria.nothing(state))
-            state.put(np.flatnonzero(held), ahead.taken(held))
-            before, now = np.where(held, now, before), np.where(held, force, now)
-            step = np.where(held, step, 0.0)
+            ahead, force, constrained = self._constrained(
+                balance, state, mode, step, now, FoundEquilibria.nothing(state)
+            )
+            state.put(np.flatnonzero(constrained), ahead.taken(constrained))
+            before, now = np.where(constrained, now, before), np.where(constrained, force, now)
+            step = np.where(constrained, step, 0.0)
         return state
 
     def _mode(self, balance: Balance, state: Place, at: Linearisation) -> Array:
@@ -114,14 +116,14 @@ class Saddle:
                 mode = mode / np.abs(mode).max(axis=0)
         return np.asarray(mode / amount(self.newton, balance, state, mode))
 
-    def _held(
+    def _constrained(
         self, balance: Balance, state: Place, mode: Array, more: Array, generalised_force: Array, found: FoundEquilibria
     ) -> tuple[Place, Array, Mask]:
         """Equilibria with `more` of the mode, the force `generalised_force` along it, and whether they were found."""
         weight = self.newton.elimination.diagonal(self._start(balance, state)) * mode
         weight = weight / np.einsum("im,im->m", weight, mode)
         left, stresses = more, None
-        held = np.zeros(len(generalised_force), dtype=bool)
+        constrained = np.zeros(len(generalised_force), dtype=bool)
         for _ in range(_ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.newton.factor(at)
@@ -129,19 +131,21 @@ class Saddle:
             along = factors.solve(weight)
             step = np.zeros((self.model.size, len(generalised_force)))
             step[: self.model.free], change = bordered(weight, free, along, left)
-            step = np.where(held | ~np.isfinite(step).all(axis=0), 0.0, step)
+            step = np.where(constrained | ~np.isfinite(step).all(axis=0), 0.0, step)
             unbalanced = at.forces.copy()
             unbalanced[: self.model.free] -= generalised_force * weight
             work = np.abs(np.einsum("im,im->m", unbalanced, step))
-            generalised_force = np.where(held | ~np.isfinite(change), generalised_force, generalised_force + change)
+            generalised_force = np.where(
+                constrained | ~np.isfinite(change), generalised_force, generalised_force + change
+            )
             left = left - np.einsum("im,im->m", weight, step[: self.model.free])
             state = balance.advanced(state, step)
             stresses = balance.step_stresses(at, step)
-            found.iterations += ~held
-            held |= (work <= CLOSE**0.5 * at.energy) & (np.abs(left) < 1e-6)
-            if held.all():
+            found.iterations += ~constrained
+            constrained |= (work <= CLOSE**0.5 * at.energy) & (np.abs(left) < 1e-6)
+            if constrained.all():
                 break
-        return state, generalised_force, held
+        return state, generalised_force, constrained
 
     @staticmethod
     def _start(balance: Balance, state: Place) -> Array:

@@ -6,9 +6,9 @@ import numpy as np
 
 from ..clock import tell
 from .descent import Descent
-from .found import FoundEquilibria, Index, Mask, Place
 from .newton import Newton
 from .numbers import Where
+from .protocols import FoundEquilibria, Index, Mask, Place
 from .saddle import Saddle
 
 # Into how many steps a load step is cut where one is too long, and how often it is halved where that is still so.
@@ -54,7 +54,7 @@ class Search:
         if len(bad):
             again = self._halved(_part(where, bad), begin.taken(bad), low, high, _HALVINGS)
             found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
-        if not self.newton.held:  # the energy is no guide where constraints have multipliers
+        if not self.newton.multiplier_count:  # the energy is no guide where constraints have multipliers
             self._descend(where, begin, high, found)
         return found
 
@@ -70,7 +70,7 @@ class Search:
     def _leave(self, where: Where, found: FoundEquilibria, factor: float) -> None:
         """Leave unstable equilibria."""
         bad = np.flatnonzero(found.converged & ~found.stable)
-        if len(bad) and not self.newton.held:
+        if len(bad) and not self.newton.multiplier_count:
             again = self.saddle.leave(_part(where, bad), found.state.taken(bad), factor)
             found.take(bad, again, again.good)
 

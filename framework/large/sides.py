@@ -12,8 +12,8 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array
-from .found import Balance, Index, Place
 from .newton import Newton
+from .protocols import Balance, Index, Place
 
 # Share of what loads of that size could do that is neither side; amount of a mode that shows how nodes move,
 # in radians or sizes of the frame; displacements, as a share of the largest, that are as large.
@@ -27,10 +27,10 @@ def amount(newton: Newton, balance: Balance, state: Place, mode: Array) -> Array
     """
     free = newton.model.free
     scale = newton.scale[:free, None]
-    weighed = mode * scale
-    size: Array = np.abs(weighed).max(axis=0)
+    weighted = mode * scale
+    size: Array = np.abs(weighted).max(axis=0)
     size = np.where(size > 0.0, size, 1.0)
-    load, compliance = _at_rest(newton, balance, scale * weighed)
+    load, compliance = _at_rest(newton, balance, scale * weighted)
     along = np.einsum("im,im->m", load, compliance)
     load = np.divide(load, scale, out=np.zeros_like(load), where=scale > 0.0)
     most = np.abs(load).max(axis=0, initial=0.0) * np.abs(scale * compliance).max(axis=0, initial=0.0)
@@ -44,9 +44,9 @@ def _at_rest(newton: Newton, balance: Balance, weights: Array) -> tuple[Array, A
     """Loads at rest (free, m), and by how much they change a weighed sum of the displacements; zero where singular."""
     start, free = newton.start(weights.shape[-1]), newton.model.free
     at = balance.linearised(start)
-    load, lag = -at.forces[:free], balance.lag(start)
-    if len(lag):
-        load = load - newton.elimination.driven_forces(at.values, lag)
+    load, prescribed_residual = -at.forces[:free], balance.prescribed_residual(start)
+    if len(prescribed_residual):
+        load = load - newton.elimination.prescribed_forces(at.values, prescribed_residual)
     with np.errstate(all="ignore"):
         change = newton.factor(at).solve(weights)
     return load, np.where(np.isfinite(change).all(axis=0), change, 0.0)
@@ -69,7 +69,7 @@ def node_motion(newton: Newton, balance: Balance, state: Place, mode: Array) -> 
     step[: newton.model.free] = _AMOUNT * mode
     before, after = newton.space(state), newton.space(balance.advanced(state, step))
     count = len(newton.model.frame.nodes)
-    moved = (after.moved - before.moved)[:, :count]
-    back = rotation.conjugate(before.turned[:, :count])
-    turned = rotation.logarithm(rotation.product(after.turned[:, :count], back))
-    return np.concatenate([moved, turned])
+    displacements = (after.displacements - before.displacements)[:, :count]
+    back = rotation.conjugate(before.rotations[:, :count])
+    rotations = rotation.logarithm(rotation.product(after.rotations[:, :count], back))
+    return np.concatenate([displacements, rotations])

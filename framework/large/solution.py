@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import rotation
 from ..batch import Array
 from ..batched.plan import Plan
-from ..clearances.clearance import loose_joints
+from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
 from ..description import Description
 from ..errors import FrameError
@@ -20,13 +20,13 @@ from ..states import SolutionState, States, put, states_of, words
 from .contact import contact, touched, unbalanced
 from .equations import EquilibriumEquations
 from .explain import explain
-from .found import FoundEquilibria
 from .links import EdgeGeometry
-from .march import History, LoadStepping
+from .load_stepping import History, LoadStepping
 from .model import Model
 from .numbers import batch_first
+from .protocols import FoundEquilibria
 from .stability import definite_in_space
-from .state import DisplacedState, SpaceLinear
+from .state import DisplacedState, SpatialLinearisation
 from .stations import Stations
 from .trust import Trust
 
@@ -86,10 +86,11 @@ class LargeSolution(SavedResults):
             raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
         if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
             raise FrameError(f"steps is {steps!r}: give a whole number above zero")
-        lawful = [name for name in loose_joints(frame) if frame.joints[name].element.has_law]
-        if lawful and not clearance:
+        by_own_law = [name for name in joints_with_clearance(frame) if frame.joints[name].element.has_law]
+        if by_own_law and not clearance:
             raise FrameError(
-                f"joint {lawful[0]!r} has a law of its own, which contains its clearance: leave out clearance=False, "
+                f"joint {by_own_law[0]!r} has a law of its own, which contains its clearance: leave out "
+                "clearance=False, "
                 "or give it a clearance of 0"
             )
         return cls(frame.copy(), int(steps), clearance)
@@ -111,7 +112,9 @@ class LargeSolution(SavedResults):
         """
         number = self.model.topology.number[self._node(node)]
         state = self.displaced
-        return self._shaped(np.concatenate([state.moved[:, number], rotation.logarithm(state.turned[:, number])]))
+        return self._shaped(
+            np.concatenate([state.displacements[:, number], rotation.logarithm(state.rotations[:, number])])
+        )
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
         """Displacement and rotation along a member in global axes.
@@ -220,7 +223,7 @@ class LargeSolution(SavedResults):
         FrameError
             If the joint has no clearance, or clearances were left out.
         """
-        name = self._played(joint, loose_joints(self.frame) if self.model.clearance else [])
+        name = self._with_clearance(joint, joints_with_clearance(self.frame) if self.model.clearance else [])
         return contact(self, name, self._link(name))
 
     # -- trust ------------------------------------------------------------------------------------------------------
@@ -256,7 +259,7 @@ class LargeSolution(SavedResults):
         found = self._found
         out = self.converged.reshape(-1) & found.stable
         if len(self.model.components) < 6:
-            out &= definite_in_space(self._march, self.displaced, self.model)
+            out &= definite_in_space(self._load_stepping, self.displaced, self.model)
         return out.reshape(self.shape)
 
     @cached_property
@@ -276,7 +279,7 @@ class LargeSolution(SavedResults):
     def residual(self) -> Array:
         """Largest unbalanced force over the largest force at a node, (...); moments are divided by the frame's size."""
         at = self.linear
-        newton = self._march.newton
+        newton = self._load_stepping.newton
         rows = np.where(newton.scale == 1.0, 1.0 / newton.size, newton.scale > 0.0)[: self.model.free, None]
         largest = np.abs(at.nodal[:3]).max(axis=(0, 1), initial=0.0)
         unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
@@ -332,12 +335,12 @@ class LargeSolution(SavedResults):
     # -- inside -----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _march(self) -> LoadStepping:
+    def _load_stepping(self) -> LoadStepping:
         return LoadStepping(self.model, self._steps)
 
     @cached_property
     def _result(self) -> tuple[FoundEquilibria, History]:
-        return self._march.run()
+        return self._load_stepping.run()
 
     @property
     def _found(self) -> FoundEquilibria:
@@ -345,21 +348,21 @@ class LargeSolution(SavedResults):
 
     @cached_property
     def _history(self) -> History:
-        return self._result[1] if self._steps > 1 else self._march.single(self.displaced)
+        return self._result[1] if self._steps > 1 else self._load_stepping.single(self.displaced)
 
     @cached_property
     def displaced(self) -> DisplacedState:
         """Displacements and quaternions of all nodes, and of joints, batch flattened and behind."""
-        return touched(self.equations, self._march.newton.space(self._found.state))
+        return touched(self.equations, self._load_stepping.newton.space(self._found.state))
 
     @cached_property
     def equations(self) -> EquilibriumEquations:
         """Equations of the whole batch at the whole load."""
-        index = np.arange(self._march.count)
-        return EquilibriumEquations(self.model, self._march.where(index), len(index))
+        index = np.arange(self._load_stepping.count)
+        return EquilibriumEquations(self.model, self._load_stepping.where(index), len(index))
 
     @cached_property
-    def linear(self) -> SpaceLinear:
+    def linear(self) -> SpatialLinearisation:
         """Forces and tangent of the whole batch."""
         return self.equations.linearised(self.displaced)
 
@@ -370,7 +373,7 @@ class LargeSolution(SavedResults):
     @cached_property
     def trust(self) -> Trust:
         """Bounds on the numerical error of displacements."""
-        return Trust(self._march.newton, self.equations, self.displaced)
+        return Trust(self._load_stepping.newton, self.equations, self.displaced)
 
     @cached_property
     def _recovery(self) -> Stations:

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..batch import Array
 from .equations import EquilibriumEquations
-from .found import Place
+from .joint_law import ContactMultipliers
 from .joints import TreeJoint
-from .law import Grip
 from .model import Model
 from .newton import Newton
 from .numbers import Where
+from .protocols import Place
 from .search import Search
 from .state import DisplacedState
 
@@ -29,22 +29,22 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     loose = [number for number, joint in enumerate(model.edges) if joint.clearance_directions]
     if not loose:
         return newton.start(count)
-    tight = Newton(Model(model.plan, clearance=False))
-    found = Search(tight).solve(where, tight.start(count), 0.0, factor)
-    state = tight.space(found.state)
-    own = EquilibriumEquations(tight.model, where, count, factor).linearised(state).own
+    without_clearance = Newton(Model(model.plan, clearance=False))
+    found = Search(without_clearance).solve(where, without_clearance.start(count), 0.0, factor)
+    state = without_clearance.space(found.state)
+    own = EquilibriumEquations(without_clearance.model, where, count, factor).linearised(state).own
     known = found.converged & np.isfinite(own).all(axis=(0, 1))
     forces = np.where(known, -own, 0.0)
     # what held these loops in the components that now have clearance
     state.own[:, len(model.joints) :] *= (model.multipliers >= 0)[..., None]
-    state.grip = DisplacedState.start(model, count).grip
+    state.contact_multipliers = DisplacedState.start(model, count).contact_multipliers
     for number in loose:
         if number < len(model.joints):
             _place(state, number, model.joints[number], forces, model.joints[number].clearance.at(where))
     equations = EquilibriumEquations(model, where, count, factor)
     equations.follow(state)
     if model.contacts:
-        state.grip = _guess(newton, equations, state, forces)
+        state.contact_multipliers = _guess(newton, equations, state, forces)
     return newton.place(state, found.state)
 
 
@@ -53,28 +53,31 @@ def _place(state: DisplacedState, number: int, joint: TreeJoint, forces: Array, 
     push = forces[directions, number]
     size = np.hypot.reduce(push, axis=0)
     if not joint.rigid:
-        # in contact, though the springs give way to a small force by less than rounding
+        # in contact, though the springs deflect under a small force by less than rounding
         radius = radius * (1.0 + TOUCHING)
     state.own[directions, number] += radius * (push / np.where(size > 0.0, size, 1.0))
 
 
-def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedState, forces: Array) -> Grip:
+def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedState, forces: Array) -> ContactMultipliers:
     """Guesses of the forces in rigid contacts, and the stiffnesses by which they are corrected."""
     model = newton.model
-    force, stiffness = np.zeros_like(state.grip.force), np.empty_like(state.grip.stiffness)
+    force, stiffness = (
+        np.zeros_like(state.contact_multipliers.force),
+        np.empty_like(state.contact_multipliers.stiffness),
+    )
     met = _met(model, equations.linearised(state).values)
     for number, place in model.contacts.items():
         joint = model.edges[number]
         directions = list(joint.clearance_directions)
         force[directions, place] = forces[directions, number]
-        turns = directions[0] >= 3
-        radius = np.maximum(joint.clearance.at(equations.where), _SMALL * (1.0 if turns else newton.size))
+        is_rotation = directions[0] >= 3
+        radius = np.maximum(joint.clearance.at(equations.where), _SMALL * (1.0 if is_rotation else newton.size))
         nodes = [joint.child] if number < len(model.joints) else slice(None)
-        columns = model.columns[3:] if turns else model.columns[:3]
+        columns = model.columns[3:] if is_rotation else model.columns[:3]
         pressed = np.hypot.reduce(force[:, place], axis=0) / radius
         most = np.maximum(met[columns[:, nodes]].max(axis=(0, 1)), pressed)
         stiffness[place] = _STIFFER * np.where(most > 0.0, most, 1.0)
-    return Grip(force, stiffness)
+    return ContactMultipliers(force, stiffness)
 
 
 def _met(model: Model, values: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from .law import Grip
+from .joint_law import ContactMultipliers
 from .model import Model
 
 
@@ -17,37 +17,48 @@ class DisplacedState:
     """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
     tree's links and then forces in the ideal components of loops (6, links + loops, m), rigid contacts."""
 
-    moved: Array
-    turned: Array
+    displacements: Array
+    rotations: Array
     own: Array
-    grip: Grip
+    contact_multipliers: ContactMultipliers
 
     @classmethod
     def start(cls, model: Model, count: int) -> DisplacedState:
         """At rest."""
-        turned = np.zeros((4, model.count, count))
-        turned[0] = 1.0
+        rotations = np.zeros((4, model.count, count))
+        rotations[0] = 1.0
         own = np.zeros((6, len(model.joints) + len(model.loops), count))
-        return cls(np.zeros((3, model.count, count)), turned, own, Grip.none(len(model.contacts), count))
+        return cls(
+            np.zeros((3, model.count, count)), rotations, own, ContactMultipliers.none(len(model.contacts), count)
+        )
 
     def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> DisplacedState:
         """Some of the entries."""
-        return DisplacedState(self.moved[..., kept], self.turned[..., kept], self.own[..., kept], self.grip.taken(kept))
+        return DisplacedState(
+            self.displacements[..., kept],
+            self.rotations[..., kept],
+            self.own[..., kept],
+            self.contact_multipliers.taken(kept),
+        )
 
     def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: DisplacedState) -> None:
         """Replace some of the entries."""
-        self.moved[..., where], self.turned[..., where], self.own[..., where] = other.moved, other.turned, other.own
-        self.grip.put(where, other.grip)
+        self.displacements[..., where], self.rotations[..., where], self.own[..., where] = (
+            other.displacements,
+            other.rotations,
+            other.own,
+        )
+        self.contact_multipliers.put(where, other.contact_multipliers)
 
 
 @dataclass(frozen=True)
-class SpaceLinear:
+class SpatialLinearisation:
     """What one iteration knows.
 
     Attributes
     ----------
     forces
-        Unbalanced force on all coordinates, unknown and driven (size, m): inner less outer.
+        Unbalanced force on all coordinates, unknown and prescribed (size, m): inner less outer.
     values
         Tangent on the pattern of `Equations.pattern`.
     changes
@@ -57,11 +68,11 @@ class SpaceLinear:
     stresses
         By stack, the true forces on the deformations.
     jacobians
-        By node that hangs on others, its displacement and spin by the coordinates of its chain (6, chain, m).
+        By node that is attached to others, its displacement and spin by the coordinates of its chain (6, chain, m).
     energy
         Twice the strain energy, in members and joints (m,).
     nodal
-        Force that holds each node with all that hangs on it (6, nodes, m).
+        Force that holds each node with all that is attached to it (6, nodes, m).
     own
         Force of members and loads on the links' own coordinates (6, links, m).
     """

@@ -60,17 +60,17 @@ class Stations(AlongMembers):
         local = np.einsum("kmij,jm->ikm", shapes[..., list(DEFORMATIONS)], deformation)
         first = self.topology.pieces[piece].nodes[0]
         turn = at.turn[:, :, position]
-        level = self._flat(group.level[position], 2)
+        local_axes = self._flat(group.local_axes[position], 2)
         # the chord from the displaced start, against the point's place before: both from differences
         beyond = local[:3].copy()
         shift = turn[:, 0] * (at.chord[position] / length)
         shift[0] -= 1.0
         beyond[0] -= flat / length * deformation[0]
-        moved = np.einsum("ijm,jkm->ikm", turn, beyond) + flat * shift[:, None]
-        place = self.state.moved[:, first][:, None] + np.einsum("jim,jkm->ikm", level, moved)
+        displacements = np.einsum("ijm,jkm->ikm", turn, beyond) + flat * shift[:, None]
+        place = self.state.displacements[:, first][:, None] + np.einsum("jim,jkm->ikm", local_axes, displacements)
         frame = self._frame(k, position, first)
-        turned = rotation.product(frame[:, None] + np.zeros((4, *flat.shape)), rotation.exponential(local[3:]))
-        back = np.concatenate([turned[:1], np.einsum("jim,jkm->ikm", level, turned[1:])])
+        rotations = rotation.product(frame[:, None] + np.zeros((4, *flat.shape)), rotation.exponential(local[3:]))
+        back = np.concatenate([rotations[:1], np.einsum("jim,jkm->ikm", local_axes, rotations[1:])])
         return self._shaped(np.moveaxis(np.concatenate([place, rotation.logarithm(back)]), 0, -1))
 
     # -- pieces -----------------------------------------------------------------------------------------------------
@@ -130,7 +130,7 @@ class Stations(AlongMembers):
 
     def _frame(self, k: int, position: int, first: int) -> Array:
         """Quaternion of a piece's moving frame in its axes at the start (4, m)."""
-        level = self.equations.pieces[k].level[:, :, position]
-        q = self.state.turned[:, first]
-        local = np.concatenate([q[:1], np.einsum("ij...,j...->i...", level, q[1:])])
+        local_axes = self.equations.pieces[k].local_axes[:, :, position]
+        q = self.state.rotations[:, first]
+        local = np.concatenate([q[:1], np.einsum("ij...,j...->i...", local_axes, q[1:])])
         return rotation.product(local, rotation.conjugate(self.motions[k].ends[0][:, position]))

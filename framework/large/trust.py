@@ -38,8 +38,8 @@ class Trust:
         self.at = equations.linearised(state)
         _, rows, columns = self.model.pattern
         elimination = SymbolicFactorisation(rows, columns, self.model.free)
-        if newton.held:
-            self.factor: StackFactor = ConstrainedFactor(elimination.dense(self.at.values), newton.held)
+        if newton.multiplier_count:
+            self.factor: StackFactor = ConstrainedFactor(elimination.dense(self.at.values), newton.multiplier_count)
         else:
             self.factor = elimination.factor(self.at.values, symmetric=self.model.symmetric)
         self.wrong = np.abs(self.at.forces) + self._rounding()
@@ -56,22 +56,24 @@ class Trust:
             load[chain[inside]] = rows[k, inside]
             worst = np.einsum("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
             out[k] = np.where(np.isnan(worst), np.inf, worst)  # nothing is known where something moves freely
-        size = np.concatenate([self.state.moved[:, node], rotation.logarithm(self.state.turned[:, node])])
+        size = np.concatenate([self.state.displacements[:, node], rotation.logarithm(self.state.rotations[:, node])])
         return np.asarray(out + 2.0 * _EPS * np.abs(size))
 
     def _rounding(self) -> Array:
         """Rounding in the unbalanced forces (size, m)."""
         model, count = self.model, self.equations.count
         nodal = np.zeros((6 * model.count, count))
-        angle = np.abs(rotation.logarithm(self.state.turned))
-        hung = self._hung()
+        angle = np.abs(rotation.logarithm(self.state.rotations))
+        arms = self._arms()
         for k, (stack, pieces) in enumerate(zip(model.stacks, self.equations.pieces, strict=True)):
             at = self.equations.motions(self.state)[k]
             first, second = stack.ends.T
-            apart = np.sqrt(((self.state.moved[:, second] - self.state.moved[:, first]) ** 2).sum(axis=0))
-            apart = apart + hung[first] + hung[second]
-            turned = (angle[:, first] + angle[:, second]).sum(axis=0) + apart / pieces.length
-            off = np.concatenate([apart[None], np.repeat(turned[None], 6, axis=0)])
+            distance = np.sqrt(
+                ((self.state.displacements[:, second] - self.state.displacements[:, first]) ** 2).sum(axis=0)
+            )
+            distance = distance + arms[first] + arms[second]
+            rotations = (angle[:, first] + angle[:, second]).sum(axis=0) + distance / pieces.length
+            off = np.concatenate([distance[None], np.repeat(rotations[None], 6, axis=0)])
             stiffness = np.abs(corotation.stiffness(pieces, at.deformation, self.at.stresses[k][0]))
             wrong = rotation.times(stiffness, off) + np.abs(self.at.stresses[k])
             change = np.abs(Response(pieces, at).global_change())
@@ -90,13 +92,13 @@ class Trust:
         np.add.at(out, model.columns[:, plain].T.reshape(-1), merged(forces[:, plain].swapaxes(0, 1), 0, 1))
         return out[:-1]
 
-    def _hung(self) -> Array:
+    def _arms(self) -> Array:
         """Size of what displacements of nodes that hang on others are the sum of (nodes, m); zero for the others."""
         state, out = self.state, np.zeros((self.model.count, self.equations.count))
         for number, joint in enumerate(self.model.joints):
             out[joint.child] = np.abs(state.own[:3, number]).sum(axis=0)
             if joint.parent != GROUND:
-                out[joint.child] += out[joint.parent] + np.abs(state.moved[:, joint.parent]).sum(axis=0)
+                out[joint.child] += out[joint.parent] + np.abs(state.displacements[:, joint.parent]).sum(axis=0)
         return out
 
     def _add_edge(self, number: int, nodal: Array, out: Array) -> None:
@@ -104,12 +106,12 @@ class Trust:
         model, equations, state = self.model, self.equations, self.state
         joint, loop = model.edges[number], number - len(model.joints)
         own = equations.own(state, number)
-        reach = np.abs(own) + np.abs(joint.offset.at(equations.where))
-        reach[list(joint.clearance_directions)] += joint.clearance.at(equations.where)
+        distance = np.abs(own) + np.abs(joint.offset.at(equations.where))
+        distance[list(joint.clearance_directions)] += joint.clearance.at(equations.where)
         if loop >= 0:
-            reach = reach + self._apart(loop)
+            distance = distance + self._apart(loop)
         tangent = np.abs(equations.resistance(state, number, own)[2])
-        wrong = _ROUNDINGS * _EPS * rotation.times(tangent + 0.0 * reach[0], reach)
+        wrong = _ROUNDINGS * _EPS * rotation.times(tangent + 0.0 * distance[0], distance)
         if loop < 0:
             np.add.at(out, model.columns[:, joint.child], wrong)
             return
@@ -117,13 +119,13 @@ class Trust:
         nodal[:, joint.child] += ends[6:]
         if joint.parent != GROUND:
             nodal[:, joint.parent] += ends[:6]
-        np.add.at(out, model.multipliers[:, loop], _ROUNDINGS * _EPS * reach)
+        np.add.at(out, model.multipliers[:, loop], _ROUNDINGS * _EPS * distance)
 
     def _apart(self, loop: int) -> Array:
         """Size of the displacements (6, m) of which that in a loop is the difference."""
-        link, moved, turned = self.equations.loop(self.state, loop)
-        shift = np.abs(moved[0]).max(axis=0) + np.abs(moved[1]).max(axis=0)
+        link, displacements, rotations = self.equations.loop(self.state, loop)
+        shift = np.abs(displacements[0]).max(axis=0) + np.abs(displacements[1]).max(axis=0)
         if link.arm is not None:
             shift = shift + np.abs(link.arm).max(axis=0)
-        angle = sum(np.abs(rotation.logarithm(each)).max(axis=0) for each in turned)
+        angle = sum(np.abs(rotation.logarithm(each)).max(axis=0) for each in rotations)
         return np.concatenate([np.repeat(shift[None], 3, axis=0), np.repeat(np.asarray(angle)[None], 3, axis=0)])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import turned
+from ..batch import rotated
 from ..results.base import Results
 from ..states import SolutionState, among
 from .entries import Index
@@ -195,4 +195,4 @@ def _labels(solution: Results, index: Index, **numbers: Array) -> dict[str, Arra
 
 def _to_global(axes: Array | None, vectors: Array) -> Array:
     """Vectors (..., 6) from joint axes, the columns of `axes`, to global ones."""
-    return vectors if axes is None else turned(axes, vectors)
+    return vectors if axes is None else rotated(axes, vectors)

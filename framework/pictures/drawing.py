@@ -36,7 +36,7 @@ class Drawing:
         Points of the members and their displacements (T, m, k, 3), and what colours them (T, m, k).
     joints
         Joints and their displacements, two arrays (T, j, 3).
-    supports, held
+    supports, constrained
         Supported nodes (T, s, 3) and which of their components are held (s, 6).
     members_at
         Sum of the unit vectors along the members that leave each supported node, (T, s, 3).
@@ -57,7 +57,7 @@ class Drawing:
     values: Array
     joints: tuple[Array, Array]
     supports: Array
-    held: NDArray[np.bool_]
+    constrained: NDArray[np.bool_]
     members_at: Array
     loaded: tuple[Array, Array]
     forces: Array
@@ -143,13 +143,13 @@ class Drawing:
 
     @property
     def _clamped(self) -> NDArray[np.bool_]:
-        clamped: NDArray[np.bool_] = np.all(self.held | ~self._counts, axis=1)
+        clamped: NDArray[np.bool_] = np.all(self.constrained | ~self._counts, axis=1)
         return clamped
 
     @property
     def _pinned(self) -> NDArray[np.bool_]:
-        held: NDArray[np.bool_] = np.any((self.held & self._counts)[:, :3], axis=1)
-        return held & ~self._clamped
+        constrained: NDArray[np.bool_] = np.any((self.constrained & self._counts)[:, :3], axis=1)
+        return constrained & ~self._clamped
 
     def _joints(self, pose: int) -> Surface:
         places = self._displaced(self.joints, pose)
@@ -168,8 +168,8 @@ class Drawing:
     @property
     def _upheld(self) -> Array:
         """Upwards where a support holds that way, else a direction in which it holds, (s, 3)."""
-        held = (self.held & self._counts)[:, :3]
-        return np.where((held @ self.up > 0.0)[:, None], self.up, np.eye(3)[held.argmax(axis=1)])
+        constrained = (self.constrained & self._counts)[:, :3]
+        return np.where((constrained @ self.up > 0.0)[:, None], self.up, np.eye(3)[constrained.argmax(axis=1)])
 
     @property
     def _arrows(self) -> Array:
@@ -229,7 +229,9 @@ def drawing(
         values=factor * values,
         joints=_nodes(solution, index, [link.first for link in frame.joints.values()]),
         supports=_nodes(solution, index, list(frame.supports))[0],
-        held=np.array([[k in held for k in range(6)] for held in frame.supports.values()], dtype=bool).reshape(-1, 6),
+        constrained=np.array(
+            [[k in constrained for k in range(6)] for constrained in frame.supports.values()], dtype=bool
+        ).reshape(-1, 6),
         members_at=_stacked(solution, index, [_leaving(solution, node) for node in frame.supports]),
         loaded=_nodes(solution, index, list(loads)),
         forces=_stacked(solution, index, list(loads.values())),

@@ -109,14 +109,14 @@ class Calculation:
         fixed = dict(enumerate(program.constants, program.given))
         return [fixed.get(k, out) for k, out in zip(program.outputs, held, strict=True)]
 
-    def run(self, axis: int, indices: slice, outs: Sequence[Array], later: Sequence[Value] = ()) -> None:
+    def run(self, axis: int, indices: slice, outputs: Sequence[Array], later: Sequence[Value] = ()) -> None:
         """Do the steps for some indices of a batch axis.
 
         Parameters
         ----------
         axis, indices
             The part of the batch.
-        outs
+        outputs
             Where the outputs go, each of the shape over which it varies.
         later
             The values that are given now.
@@ -129,7 +129,7 @@ class Calculation:
             given[at] = later[turn]
         length = len(range(self.shape[axis])[indices])
         shape = (*self.shape[:axis], length, *self.shape[axis + 1 :])
-        asked = list(zip(self.program.outputs, outs, strict=True))
+        asked = list(zip(self.program.outputs, outputs, strict=True))
         first = dict(reversed(asked))
         self._backend(axis, indices, shape, cast(list[Value], given), first)
         for k, out in asked:
@@ -138,15 +138,15 @@ class Calculation:
             elif first[k] is not out:
                 out[...] = first[k]
 
-    def _backend(self, axis: int, indices: slice, shape: Shape, given: list[Value], outs: dict[int, Array]) -> None:
-        outs = {k: out for k, out in outs.items() if k >= self.program.first}
-        kept = {k: np.empty(self.of(self.program.masks[k], shape)) for k in self._schedule.kept if k not in outs}
+    def _backend(self, axis: int, indices: slice, shape: Shape, given: list[Value], outputs: dict[int, Array]) -> None:
+        outputs = {k: out for k, out in outputs.items() if k >= self.program.first}
+        kept = {k: np.empty(self.of(self.program.masks[k], shape)) for k in self._schedule.kept if k not in outputs}
         memory = self._memory.pop(shape, None) or Memory(self._schedule, shape)
         parts = [] if self.choice.compiled else [each.cut(axis, indices) for each in self._combinations]
-        memory.run(given, {k: v for k, v in chain(outs.items(), kept.items()) if k in self._schedule.kept}, parts)
+        memory.run(given, {k: v for k, v in chain(outputs.items(), kept.items()) if k in self._schedule.kept}, parts)
         self._memory[shape] = memory
         if self.choice.compiled:
-            self._run_compiled(shape, given, outs | kept)
+            self._run_compiled(shape, given, outputs | kept)
 
     def _run_compiled(self, shape: Shape, given: list[Value], made: dict[int, Array]) -> None:
         program, kernel = self.program, self._kernel
@@ -155,7 +155,7 @@ class Calculation:
         axis = program.widest.bit_length() - 1
         lead, length = self.of(program.widest, shape)[:axis], shape[axis]
         arrays: list[Array] = []
-        outs: list[tuple[Array, int]] = []
+        outputs: list[tuple[Array, int]] = []
         for k, along in zip(kernel.values, [*kernel.along, *(True,) * len(kernel.values)], strict=False):
             array = made[k] if k in made else np.asarray(given[k], dtype=np.float64)
             array = array.reshape((1,) * (len(shape) - array.ndim) + array.shape)
@@ -163,13 +163,13 @@ class Calculation:
                 array = array if array.shape[axis] > 1 else np.broadcast_to(array, self.of(1 << axis, shape))
                 array = array if array.strides[axis] == array.itemsize else np.ascontiguousarray(array)
             if along and length < WIDTH:
-                outs += [(array, len(arrays))] if k >= program.first else []
+                outputs += [(array, len(arrays))] if k >= program.first else []
                 array = np.take(array, np.minimum(np.arange(WIDTH), length - 1), axis)
             arrays.append(array)
         seconds = math.prod(lead) * length * program.weight * COMPILED
         threads = workers() if seconds > THREADS else 1
         kernel.run(_addresses(arrays, lead), max(length, WIDTH), threads)
-        for out, place in outs:
+        for out, place in outputs:
             out[...] = np.take(arrays[place], np.arange(length), axis)
 
     @cached_property
@@ -190,17 +190,17 @@ def choose(program: Program, shape: Shape) -> Choice:
     size = math.prod(n for axis, n in enumerate(shape) if program.widest >> axis & 1)
     steps = program.weight
     numpy, compiling = NUMPY * size * steps, COMPILING * steps * (1.0 + steps / TWICE)
-    told = f"{steps} steps on {size} entries by NumPy, about {_milliseconds(numpy)}"
+    text = f"{steps} steps on {size} entries by NumPy, about {_milliseconds(numpy)}"
     if not machine_code.available():
-        return Choice(False, f"{told}; llvmlite (extra 'fast'), which would compile them, is not installed")
+        return Choice(False, f"{text}; llvmlite (extra 'fast'), which would compile them, is not installed")
     if not machine_code.able(program):
-        return Choice(False, f"{told}; machine code takes a processor with fused operations for sines")
+        return Choice(False, f"{text}; machine code takes a processor with fused operations for sines")
     if not program.widest or shape[program.widest.bit_length() - 1] < LEAST:
-        return Choice(False, f"{told}; machine code takes {LEAST} entries or more along the last axis")
+        return Choice(False, f"{text}; machine code takes {LEAST} entries or more along the last axis")
     if steps > MOST:
-        return Choice(False, f"{told}; more than {MOST} steps take too long to compile")
+        return Choice(False, f"{text}; more than {MOST} steps take too long to compile")
     if TIMES * numpy < compiling:
-        return Choice(False, f"{told}; compiling them would take about {_milliseconds(compiling)}")
+        return Choice(False, f"{text}; compiling them would take about {_milliseconds(compiling)}")
     return Choice(
         True,
         f"{steps} steps on {size} entries as machine code, about {_milliseconds(COMPILED * size * steps)} and once "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from .program import TABLES, Operation, Program
-from .sines import reduced, splat, turned
+from .sines import reduced, rotated, splat
 
 # Batch entries in a register; LLVM splits it where the processor's are shorter.
 WIDTH = 8
@@ -160,7 +160,7 @@ class Text:
             if step.a not in self._reduced:
                 self._reduced.add(step.a)
                 yield from reduced(a, f"x{step.a}", WIDTH)
-            yield from turned(f"x{step.a}", f"v{k}", WIDTH, cosine=operation == Operation.COSINE)
+            yield from rotated(f"x{step.a}", f"v{k}", WIDTH, cosine=operation == Operation.COSINE)
         elif operation == Operation.NEGATE:
             yield f"  %v{k} = fneg {_V} {a}"
         elif operation in _LOGIC:

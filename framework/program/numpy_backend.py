@@ -149,56 +149,56 @@ class Memory:
     def __init__(self, schedule: Schedule, shape: Shape) -> None:
         self.schedule, self.shape = schedule, shape
         program = schedule.program
-        held: dict[_Place, Array] = {}
+        arrays: dict[_Place, Array] = {}
         self._values: list[Value | None] = [*(None,) * program.given, *program.constants, *(None,) * len(program.steps)]
         for k, place in schedule.places.items():
-            if place not in held:
-                held[place] = np.empty(self.of(place[0]))
-            self._values[k] = held[place]
+            if place not in arrays:
+                arrays[place] = np.empty(self.of(place[0]))
+            self._values[k] = arrays[place]
         self._stacks: dict[int, tuple[Array, Array]] = {}
 
     def of(self, mask: int) -> Shape:
         """The shape of what varies over these axes."""
         return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape))
 
-    def run(self, given: Sequence[Value], outs: Mapping[int, Array], combinations: Sequence[Combination]) -> None:
+    def run(self, given: Sequence[Value], outputs: Mapping[int, Array], combinations: Sequence[Combination]) -> None:
         """Do the steps.
 
         Parameters
         ----------
         given
             The given values, cut to the batch of this memory.
-        outs
+        outputs
             By number: where to put the values of outputs, and of what is kept.
         combinations
             The matrix products, cut likewise.
         """
         values = self._values
         values[: len(given)] = given
-        for k, out in outs.items():
+        for k, out in outputs.items():
             values[k] = out
         for call in self.schedule.calls:
             if call.function is None:
-                self._multiply(call.out, combinations[call.out], outs)
+                self._multiply(call.out, combinations[call.out], outputs)
             elif len(call.operands) == 2:
                 a, b = call.operands
                 call.function(values[a], values[b], out=values[call.out])
             else:
                 call.function(*map(values.__getitem__, call.operands), out=values[call.out])
 
-    def _multiply(self, index: int, combination: Combination, outs: Mapping[int, Array]) -> None:
+    def _multiply(self, index: int, combination: Combination, outputs: Mapping[int, Array]) -> None:
         product = self.schedule.program.products[index]
         if index not in self._stacks:
             lead, length = self.shape[:-1], self.shape[-1]
             stack = np.empty((*lead, len(product.numbers), length))
-            self._stacks[index] = stack, np.empty((*lead, len(product.outs), length))
+            self._stacks[index] = stack, np.empty((*lead, len(product.outputs), length))
         stack, sums = self._stacks[index]
         for place, number in enumerate(product.numbers):
             stack[..., place, :] = self._values[number] if isinstance(number, int) else number
         combination.times(stack, sums)
-        for place, number in enumerate(product.outs):
-            if number in outs:
-                outs[number][...] = sums[..., place, :]
+        for place, number in enumerate(product.outputs):
+            if number in outputs:
+                outputs[number][...] = sums[..., place, :]
             else:
                 self._values[number] = sums[..., place, :]
 

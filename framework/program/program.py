@@ -74,7 +74,7 @@ class Products:
     ----------
     steps
         Range of the steps, as indices.
-    outs
+    outputs
         The sums.
     numbers
         What the factors multiply: the number of a value or, where it is a float, the number itself.
@@ -83,7 +83,7 @@ class Products:
     """
 
     steps: tuple[int, int]
-    outs: tuple[int, ...]
+    outputs: tuple[int, ...]
     numbers: tuple[int | float, ...]
     factors: tuple[Mapping[int, int | float], ...]
 

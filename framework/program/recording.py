@@ -285,15 +285,15 @@ class Recording:
         """Sums of products of the factors `rows` with `numbers`, as one matrix product."""
         taken = [{k: self.take(v) for k, v in row.items()} for row in rows]
         start = len(self._made)
-        outs = [self._sum(row, numbers) for row in taken]
+        outputs = [self._sum(row, numbers) for row in taken]
         places = {k: place for place, k in enumerate(numbers)}
-        made = [(row, out) for row, out in zip(taken, outs, strict=True) if _number(out) >= start]
+        made = [(row, out) for row, out in zip(taken, outputs, strict=True) if _number(out) >= start]
         if made:
             factors = [{places[k]: _factor(v) for k, v in row.items()} for row, _ in made]
             values = tuple(_factor(value) for value in numbers.values())
             found = tuple(_number(out) for _, out in made)
             self._products.append(Products((start, len(self._made)), found, values, tuple(factors)))
-        return outs
+        return outputs
 
     def _sum(self, row: Mapping[int, Any], numbers: Mapping[int, Value]) -> Any:
         """One sum, from left to right, of steps that nothing else shares."""
@@ -393,7 +393,7 @@ class Recording:
         out = []
         for each in self._products:
             kept = [new[k] - first for k in range(*each.steps) if new[k] != NONE and isinstance(self._made[k], tuple)]
-            rows = [(new[k], row) for k, row in zip(each.outs, each.factors, strict=True) if new[k] != NONE]
+            rows = [(new[k], row) for k, row in zip(each.outputs, each.factors, strict=True) if new[k] != NONE]
             if not rows:
                 continue
             used = sorted({place for _, row in rows for place in row})

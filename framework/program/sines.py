@@ -91,7 +91,7 @@ def reduced(x: str, name: str, width: int) -> Iterator[str]:
     yield f"  {n}near = fcmp ole {v} {n}size, {splat(FARTHEST)}"
 
 
-def turned(name: str, out: str, width: int, *, cosine: bool) -> Iterator[str]:
+def rotated(name: str, out: str, width: int, *, cosine: bool) -> Iterator[str]:
     """The sine or cosine `out` from what `reduced` has made."""
     v, w, n, o = f"<{width} x double>", f"<{width} x i64>", f"%{name}", f"%{out}"
     quarter = f"{n}bits"

@@ -102,5 +102,5 @@ def check_stations(member: str, at: ArrayLike, length: Array, batch: Shape) -> N
             f"{what} has batch shape {stations.shape[:-1]}, but that of the frame is {batch}: give (..., k)"
         )
     if np.any(stations < 0.0) or np.any(stations > length[..., None] * (1.0 + 1e-9)):
-        told = f"give distances from 0 to its length {float(length.min()):.6g}"
-        raise FrameError(f"stations {stations.tolist()} on member {member!r}: {told}")
+        text = f"give distances from 0 to its length {float(length.min()):.6g}"
+        raise FrameError(f"stations {stations.tolist()} on member {member!r}: {text}")

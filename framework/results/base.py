@@ -35,7 +35,7 @@ class Recovered(Protocol):
         ...
 
 
-class AtOnce(Protocol):
+class HasStackedResults(Protocol):
     """What has the results of all nodes and members by stacks."""
 
     def displacements(self) -> Array:
@@ -78,8 +78,8 @@ class Results(ABC):
     def __repr__(self) -> str:
         # Nothing is solved to be printed: how entries came out is told once it is known.
         known = vars(self).get("state")
-        told = "" if known is None else f": {counted(known, SolutionState)}"
-        return f"<{type(self).__name__} of {self.frame!r}{told}>"
+        text = "" if known is None else f": {counted(known, SolutionState)}"
+        return f"<{type(self).__name__} of {self.frame!r}{text}>"
 
     def _repr_html_(self) -> str:
         """In a notebook: the greatest displacement of each node over the batch, and the state of the entries."""
@@ -89,10 +89,10 @@ class Results(ABC):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", MechanismWarning)  # the counts tell it
             size = np.abs(np.broadcast_to(self.displacements(), (*self.shape, len(nodes), 6)))
-            told = f"{type(self).__name__} of shape {self.shape}: {counted(self.state, SolutionState)}"
+            text = f"{type(self).__name__} of shape {self.shape}: {counted(self.state, SolutionState)}"
         most = size.max(axis=tuple(range(size.ndim - 2)), initial=0.0, where=np.isfinite(size))
         rows = [[name, *map(number, row)] for name, row in zip(nodes, most.tolist(), strict=True)]
-        title = f"{told}. Greatest displacement and rotation (rad) of each node, without sign:"
+        title = f"{text}. Greatest displacement and rotation (rad) of each node, without sign:"
         return html_table(title, ["node", *DISPLACEMENTS], rows)
 
     # -- of each kind its own ---------------------------------------------------------------------------------------
@@ -224,7 +224,7 @@ class Results(ABC):
         ndarray
             ``ux uy uz rx ry rz``, (..., nodes, 6), length and radians.
         """
-        if (whole := self._at_once) is not None:
+        if (whole := self._stacked_results) is not None:
             return self._masked(whole.displacements())
         return self._stacked([self.displacement(node) for node in self.frame.nodes], 6)
 
@@ -246,7 +246,7 @@ class Results(ABC):
         ndarray
             ``fx fy fz mx my mz`` at the start and then at the end, (..., members, 12).
         """
-        if (whole := self._at_once) is not None:
+        if (whole := self._stacked_results) is not None:
             return self._masked(whole.end_forces())
         return self._stacked([self.end_forces(member) for member in self.frame.members], 12)
 
@@ -264,7 +264,7 @@ class Results(ABC):
             ``ux uy uz rx ry rz``, (..., members, k, 6).
         """
         at = checked_fractions(fractions)
-        if (whole := self._at_once) is not None:
+        if (whole := self._stacked_results) is not None:
             return self._masked(whole.displacements_at(at))
         return self._each(self.displacement_along, at, 6)
 
@@ -282,7 +282,7 @@ class Results(ABC):
             ``N Vy Vz T My Mz``, (..., members, k, 6); NaN for members that do not tell, see `forces`.
         """
         at = checked_fractions(fractions)
-        if (whole := self._at_once) is not None:
+        if (whole := self._stacked_results) is not None:
             return self._masked(whole.forces_at(at))
         return self._each(self.forces, at, 6)
 
@@ -301,12 +301,12 @@ class Results(ABC):
             that do not tell, such as those of a section that is known by its properties only.
         """
         at = checked_fractions(fractions)
-        if (whole := self._at_once) is not None:
+        if (whole := self._stacked_results) is not None:
             return self._masked(whole.stresses_at(at))
         return self._each(self.stress, at, 3)
 
     @property
-    def _at_once(self) -> AtOnce | None:
+    def _stacked_results(self) -> HasStackedResults | None:
         """What has the results of all nodes and members by stacks; None where they are taken one by one."""
         return None
 
@@ -346,12 +346,12 @@ class Results(ABC):
     def _joint(self, joint: str) -> str:
         return found("joint", joint, self.frame.joints)
 
-    def _played(self, joint: str, known: Sequence[str]) -> str:
+    def _with_clearance(self, joint: str, known: Sequence[str]) -> str:
         """The name of a joint that is among those whose clearances are taken into account."""
         name = self._joint(joint)
         if name not in known:
-            told = ", ".join(known) or "none, or they were left out"
-            raise FrameError(f"contact in joint {name!r}, which has no clearance: those with one are {told}")
+            text = ", ".join(known) or "none, or they were left out"
+            raise FrameError(f"contact in joint {name!r}, which has no clearance: those with one are {text}")
         return name
 
 

@@ -36,8 +36,8 @@ def usual(plan: Plan) -> Array:
     apart = [name for name, joint in frame.joints.items() if joint not in rigid]
     each = [*_members(plan), *(_joint(plan, name) for name in apart)]
     stacks = [(6 * same[dofs // 6] + dofs % 6, stack) for dofs, stack in each]
-    held = {6 * same[number[node]] + k for node, parts in frame.supports.items() for k in parts}
-    free = [6 * node + k for node in np.unique(same) for k in range(6) if 6 * node + k not in held]
+    constrained = {6 * same[number[node]] + k for node, parts in frame.supports.items() for k in parts}
+    free = [6 * node + k for node in np.unique(same) for k in range(6) if 6 * node + k not in constrained]
     if _sparse(plan):
         parts = [(dofs[:, ::6] // 6, stack.__getitem__) for dofs, stack in stacks]
         return _spread(plan, extremes(summed(parts, np.ones(len(number), dtype=bool))[free][:, free]))
@@ -69,7 +69,7 @@ def _members(plan: Plan) -> list[Stack]:
     """Stiffness of the members in global axes."""
     stacks = []
     for group in plan.topology.groups:
-        turn = block_diagonal([group.level] * 4)
+        turn = block_diagonal([group.local_axes] * 4)
         local = group.element.stiffness_matrix(group.length)
         stacks.append((group.dofs, np.swapaxes(turn, -1, -2) @ local @ turn))
     return stacks

@@ -36,7 +36,7 @@ def members(group: Group, entries: Entries = WHOLE) -> Array:
         return group.cut(entries.axis, entries.indices).stiffness()
     if entries.index is None:
         return group.stiffness()
-    start, end = (entries(turn, 2, leading=1) for turn in group.turns)
+    start, end = (entries(turn, 2, leading=1) for turn in group.end_axes)
     if set(group.shape) <= {1}:
         length = entries(group.length, 0, leading=1)
         # Parameters may have several axes of size one, which go between the pieces and the entries.
@@ -46,7 +46,7 @@ def members(group: Group, entries: Entries = WHOLE) -> Array:
         step = max(1, _MATRICES // int(np.prod(group.stiffness_shape)))
         parts = (group.part(slice(k, k + step)) for k in range(0, len(group.length), step))
         local = np.concatenate([entries(some.element.stiffness_matrix(some.length), 2, leading=1) for some in parts])
-    return group.turned(local, (start, end))
+    return group.in_node_axes(local, (start, end))
 
 
 def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:

@@ -33,7 +33,7 @@ _FIRST, _SECOND = np.zeros((3, 12)), np.zeros((3, 12))
 _FIRST[:, 3:6] = _SECOND[:, 9:12] = np.eye(3)
 
 
-def chord_turn(length: Array) -> Array:
+def chord_rotation(length: Array) -> Array:
     """Turn of the chord's axes by the end displacements in local axes, (..., 3, 12)."""
     out = np.zeros((*length.shape, 3, 12))
     out[..., 0, 3] = out[..., 0, 9] = 0.5
@@ -54,7 +54,7 @@ def of_end_moments(length: Array, first: Array, second: Array, between: Array | 
     between
         Sum of those applied between the ends, (..., 3); None for none.
     """
-    turn = chord_turn(length)
+    turn = chord_rotation(length)
     stretch = _stretch(length)
     both = first + second if between is None else first + second + between
     twisting = 0.5 * both[..., :1] * _X
@@ -82,7 +82,7 @@ def of_load_between(length: Array, shapes: Array, x: Array, force: Array) -> Arr
     force
         Force and moment, (..., 6).
     """
-    turn, stretch = chord_turn(length), _stretch(length)
+    turn, stretch = chord_rotation(length), _stretch(length)
     deformed = np.zeros((*length.shape, 12, 12))
     deformed[..., 3:6, :], deformed[..., 9:, :] = _FIRST - turn, _SECOND - turn
     deformed[..., 6:7, :] = length[..., None, None] * stretch

@@ -17,7 +17,7 @@ from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..states import States
 from ..structure.parts import Row
-from .idle import ConsistentMechanisms
+from .consistent_mechanisms import ConsistentMechanisms
 
 
 class LinearResults(Protocol):
@@ -49,13 +49,13 @@ class LinearResults(Protocol):
         ...
 
     @property
-    def idle(self) -> ConsistentMechanisms | None:
+    def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that can move, on whose free motions the loads do no work."""
         ...
 
     @property
-    def known_idle(self) -> ConsistentMechanisms | None:
-        """`idle`, once that has been asked for."""
+    def known_consistent_mechanisms(self) -> ConsistentMechanisms | None:
+        """`consistent_mechanisms`, once that has been asked for."""
         ...
 
     @property
@@ -85,7 +85,7 @@ class LinearResults(Protocol):
         ...
 
     def stacked(self, rows: Sequence[Row]) -> Array:
-        """Values of n combinations of unknowns and known numbers, (..., n)."""
+        """Values of n combinations of unknowns and right-hand-side parameters, (..., n)."""
         ...
 
     def nodal(self) -> Array:

@@ -32,9 +32,9 @@ def link_forces(state: EquilibriumResidual) -> list[Array]:
             generalised_force + multipliers.get(k, 0.0) for k, generalised_force in enumerate(generalised_forces)
         ]
         # What holds the loops closed acts on the links of the tree as well.
-        held: list[Real | None] = [multipliers.get(k) for k in range(len(generalised_forces))]
+        constrained: list[Real | None] = [multipliers.get(k) for k in range(len(generalised_forces))]
         nothing = np.zeros((kinematics.count, 6))
-        residual = residual - kinematics.generalised(nothing, held)
+        residual = residual - kinematics.generalised(nothing, constrained)
     out = []
     for link, generalised_force in zip(kinematics.links, generalised_forces, strict=True):
         if link.sign and link.edge.ideal:
@@ -78,9 +78,11 @@ def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]
     passed = _passed_on(kinematics, nodal)
     for key, (_, by) in kinematics.dependents.items():
         node, component = divmod(key, 6)
-        for (number, held), factor in by.items():
+        for (number, constrained), factor in by.items():
             link, size = kinematics.links[number], np.zeros((*passed.shape[:-2], 2))
-            size = np.abs(factor)[..., None] * passed[..., node, component // 3, None] * (np.arange(2) == held // 3)
+            size = (
+                np.abs(factor)[..., None] * passed[..., node, component // 3, None] * (np.arange(2) == constrained // 3)
+            )
             for end in (link.first, link.second):
                 if end != GROUND:
                     nodal = nodal + np.where(
@@ -114,6 +116,6 @@ def _moved(size: Array, arm: Real | None) -> Array:
     """Sizes of a force and a moment (..., 2) at the end of an arm as felt at its root."""
     if arm is None:
         return size
-    reach = np.linalg.norm(np.asarray(arm, dtype=np.float64), axis=-1)
-    moment = size[..., 1] + reach * size[..., 0]
+    arm_length = np.linalg.norm(np.asarray(arm, dtype=np.float64), axis=-1)
+    moment = size[..., 1] + arm_length * size[..., 0]
     return np.stack([np.broadcast_to(size[..., 0], moment.shape), moment], axis=-1)

@@ -37,7 +37,7 @@ def internal_forces(topology: Topology, group: Group, at: Index, x: Array, ends:
     FrameError
         Where a station lies between the ends of a piece that is held between them: its ends do not tell.
     """
-    if group.stands:
+    if group.has_foundation:
         return _at_ends(topology, group, at, x, ends)
     forces = cut_forces(topology, group, at, x, ends[..., :6])
     if group.resists:  # a force at rest, carried by the turned line as well
@@ -109,7 +109,7 @@ def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Arra
     shapes = group.of(at).shape_functions(group.length[at], x)
     moved: Array = np.einsum("...ij,...j->...i", shapes, ends)
     for some in _alike(topology, group, at):
-        if group.stands:
+        if group.has_foundation:
             _check_held_between(topology, group, at[some], x[:, some])
             continue
         between = _between_held_ends(topology, group, at[some], x[:, some])
@@ -143,9 +143,9 @@ def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:
 def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) -> Array:
     """Displacement by the loads on some pieces between ends that do not move."""
     length = group.length[at]
-    held = -end_loads(topology, group, at)[..., :6]
-    slip = _slips(group, length, _integrated(topology, group, at, length[None], held)[0])
-    return _integrated(topology, group, at, x, held) + _rigid(slip, x)
+    constrained = -end_loads(topology, group, at)[..., :6]
+    slip = _slips(group, length, _integrated(topology, group, at, length[None], constrained)[0])
+    return _integrated(topology, group, at, x, constrained) + _rigid(slip, x)
 
 
 def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:

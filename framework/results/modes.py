@@ -90,9 +90,9 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
     unstable = least < -_REGULAR
     eye = np.eye(stiffness.shape[-1])
     if unstable.any():
-        told = unstable if plan.frame.absent is None else unstable & ~plan.frame.absent
-        if told.any():
-            warnings.warn(_unstable(told), MechanismWarning, stacklevel=4)
+        concerned = unstable if plan.frame.absent is None else unstable & ~plan.frame.absent
+        if concerned.any():
+            warnings.warn(_unstable(concerned), MechanismWarning, stacklevel=4)
         stiffness = np.where(unstable[..., None, None], eye, stiffness)
     shift = _shift(stiffness, mass, (least <= _REGULAR) & ~unstable)
     half, root = _shifted(stiffness, mass, shift) if shift.any() else stiffness_halves(plan)
@@ -140,8 +140,8 @@ def _shifted(stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]
     no modes, are given a stiffness of one."""
     scaled, root = dense.scaled(stiffness + shift[..., None, None] * mass)
     values, vectors = np.linalg.eigh(scaled)
-    idle = values <= zero_eigenvalue(values.shape[-1])
-    return vectors * np.sqrt(np.where(idle, 1.0, values))[..., None, :], root
+    zero = values <= zero_eigenvalue(values.shape[-1])
+    return vectors * np.sqrt(np.where(zero, 1.0, values))[..., None, :], root
 
 
 def _shift(stiffness: Array, mass: Array, singular: NDArray[np.bool_]) -> Array:

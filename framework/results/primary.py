@@ -13,12 +13,12 @@ from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..description import Description
 from ..error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
-from ..kept import Factors
+from ..factor_cache import Factors
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
-from .idle import ConsistentMechanisms, idle
+from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
@@ -27,7 +27,7 @@ PARTS = 16
 
 
 class Primary:
-    """Values of combinations of the unknowns and the known numbers of a plan.
+    """Values of combinations of the unknowns and the right-hand-side parameters of a plan.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ class Primary:
 
     Attributes
     ----------
-    known_idle
-        `idle`, once that has been asked for.
+    known_consistent_mechanisms
+        `consistent_mechanisms`, once that has been asked for.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Primary:
         solver: Solver | None = None,
     ) -> None:
         self.plan, self.factors, self.contact = plan, factors, contact
-        self.known_idle: ConsistentMechanisms | None = None
+        self.known_consistent_mechanisms: ConsistentMechanisms | None = None
         if solver is not None:
             self.solver = solver
 
@@ -109,7 +109,10 @@ class Primary:
             return None
         found: Solved
         if isinstance(self.solver, SparseSolver):
-            if self.solver.adrift(self.solver.excited).size or not self.solver.singular(excited=True).any():
+            if (
+                self.solver.unsupported_motions(self.solver.excited).size
+                or not self.solver.singular(excited=True).any()
+            ):
                 return None
             found = ResolvedLarge(self.plan, self.solver)
         else:
@@ -120,16 +123,16 @@ class Primary:
         return found if found.mask.any() else None
 
     @cached_property
-    def idle(self) -> ConsistentMechanisms | None:
+    def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
         found = self.solver.singular(excited=True)
         if self.resolved is not None:
             found = found & ~self.resolved.mask
-        self.known_idle = idle(self.plan, self.solver, found) if found.any() else None
-        return self.known_idle
+        self.known_consistent_mechanisms = consistent_mechanisms(self.plan, self.solver, found) if found.any() else None
+        return self.known_consistent_mechanisms
 
     def stacked(self, rows: Sequence[Row]) -> Array:
-        """Values of combinations of unknowns and known numbers as one array of the batch shape.
+        """Values of combinations of unknowns and right-hand-side parameters as one array of the batch shape.
 
         Parameters
         ----------
@@ -152,14 +155,14 @@ class Primary:
         out: Array = np.moveaxis(whole, 0, -1)
         if self.resolved is not None:
             out[self.resolved.mask] = self.resolved.values(rows)
-        if self.idle is not None:
-            out[self.idle.mask] = self.idle.values(rows)
+        if self.consistent_mechanisms is not None:
+            out[self.consistent_mechanisms.mask] = self.consistent_mechanisms.values(rows)
         return out
 
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
         count = len(self.plan.topology.number)
-        if isinstance(self.solver, SparseSolver) and self.idle is None:
+        if isinstance(self.solver, SparseSolver) and self.consistent_mechanisms is None:
             better = self.resolved
             unknowns = better.whole(self.solver) if isinstance(better, ResolvedLarge) else self.solver.unknowns
             return self.solver.nodal(unknowns).reshape(*self.shape, count, 6)

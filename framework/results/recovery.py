@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from ..arm import transferred
-from ..batch import Array, turned
+from ..batch import Array, rotated
 from ..structure.assembly import nodal_loads
 from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, combine
@@ -46,25 +46,25 @@ class Recovery(AlongMembers):
         group, position = self.group(piece)
         ends = self.piece_displacement(piece)[None]
         local = deflection(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
-        return turned(np.swapaxes(group.level[position], -1, -2), local)
+        return rotated(np.swapaxes(group.local_axes[position], -1, -2), local)
 
     def moved_along(self, member: str, at: Array) -> Array:
         """Displacement at stations in each free motion of the idle entries, global, (motions, m, k, 6)."""
-        idle = self.solution.idle
-        assert idle is not None
-        count = len(idle.motions([]))
+        mechanisms = self.solution.consistent_mechanisms
+        assert mechanisms is not None
+        count = len(mechanisms.motions([]))
 
         def displacement(piece: int, x: Array, motion: int) -> Array:
             group, position = self.group(piece)
             ends = np.zeros((*self.solution.shape, 12))
-            ends[idle.mask] = idle.motions(self._rows(piece))[motion]
+            ends[mechanisms.mask] = mechanisms.motions(self._rows(piece))[motion]
             local = group.local(position, ends)
             shapes = group.of(position).shape_functions(group.length[position], x)
             moved = np.einsum("...ij,...j->...i", shapes, local)
-            return turned(np.swapaxes(group.level[position], -1, -2), moved)
+            return rotated(np.swapaxes(group.local_axes[position], -1, -2), moved)
 
         whole = [self.along(member, at, partial(displacement, motion=motion)) for motion in range(count)]
-        return np.stack([each[idle.mask] for each in whole])
+        return np.stack([each[mechanisms.mask] for each in whole])
 
     def _rows(self, piece: int) -> list[Row]:
         return [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
@@ -178,14 +178,14 @@ class Recovery(AlongMembers):
         branch = next((b for b in self.tree.branches if b.child == node), None)
         if branch is None:
             axes = self.topology.axes(node)
-            return (total if axes is None else turned(np.swapaxes(axes, -1, -2), total))[..., k]
+            return (total if axes is None else rotated(np.swapaxes(axes, -1, -2), total))[..., k]
         force = branch.sign * self._in_axes(branch.edge, total) + self._tree_springs(branch)
         advance = branch.edge.pitch * force[..., ALONG] if k == ABOUT else 0.0
         value: Array = force[..., k] + advance
         return value
 
     def _in_axes(self, edge: Edge, vector: Array) -> Array:
-        return vector if edge.axes is None else turned(np.swapaxes(edge.axes, -1, -2), vector)
+        return vector if edge.axes is None else rotated(np.swapaxes(edge.axes, -1, -2), vector)
 
     def _carried_force(self, node: int, *, closed: bool) -> Array:
         """Inner minus outer forces at a node and all that it carries, global, (..., 6)."""
@@ -207,7 +207,7 @@ class Recovery(AlongMembers):
         for piece, side in self._touching.get(node, []):
             group, position = self.group(piece)
             end = self.piece_forces(piece)[..., 6 * side : 6 * side + 6]
-            total = total + turned(np.swapaxes(group.level[position], -1, -2), end)
+            total = total + rotated(np.swapaxes(group.local_axes[position], -1, -2), end)
         for loaded, vector in nodal_loads(self.topology):
             if loaded == node:
                 total = total - vector
@@ -215,7 +215,7 @@ class Recovery(AlongMembers):
         for edge, _ in self.tree.closing:
             if node in (edge.first, edge.second):
                 force = closing[edge]
-                force = force if edge.axes is None else turned(edge.axes, force)
+                force = force if edge.axes is None else rotated(edge.axes, force)
                 total = total + (force if node == edge.second else -self._moved(force, edge, 1.0))
         return total
 

@@ -12,13 +12,13 @@ from ..dofs import DISPLACEMENTS
 from ..error_bounds.compliance import DenseCompliance
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..error_bounds.kinematics import Real, extended
-from ..error_bounds.resolved import MOST, hard_state
+from ..error_bounds.resolved import MOST, ill_conditioned_state
 from ..errors import FrameError
 from ..listing import number as told_number
 from ..listing import text_table
 from ..solvers.sparse import SparseSolver
-from .held import ZERO
-from .status import reach
+from .constrained import ZERO
+from .status import length_scale
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,7 +98,7 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
     shapes = _driven(shapes, drive)
     coordinates = state.kinematics.coordinates(state.unknowns, extended(shapes), none)
     moved = state.kinematics.displacements(coordinates)
-    size = np.array([1.0, 1.0, 1.0] + 3 * [reach(plan)])
+    size = np.array([1.0, 1.0, 1.0] + 3 * [length_scale(plan)])
     if len(shapes):
         largest = np.abs(moved * size).max(axis=(-1, -2), keepdims=True)
         coordinates, moved = coordinates / largest, moved / largest
@@ -127,7 +127,7 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
 def _state(plan: Plan, entry: tuple[int, ...]) -> EquilibriumResidual:
     """The entry at rest under its loads."""
     index = tuple(np.array([k]) for k in entry) or None
-    state = hard_state(Statics(plan), index, plan.unknowns)
+    state = ill_conditioned_state(Statics(plan), index, plan.unknowns)
 
     def only(array: Real, trailing: int) -> Real:
         return state.change(array, trailing).reshape(array.shape[array.ndim - trailing :])
@@ -155,5 +155,5 @@ def _driven(shapes: Array, drive: Real) -> Array:
     turn, _ = np.linalg.qr(np.column_stack([weights / size, np.eye(len(weights))]))
     turn = turn[:, : len(weights)]
     turn[:, 0] *= np.sign(turn[:, 0] @ weights)
-    turned: Array = turn.T @ shapes
-    return turned
+    rotated: Array = turn.T @ shapes
+    return rotated

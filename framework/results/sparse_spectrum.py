@@ -13,7 +13,7 @@ import scipy
 
 from ..batch import Array
 from ..error_bounds.equilibrium import Statics
-from ..error_bounds.resistance import weighed
+from ..error_bounds.resistance import weighted
 from ..errors import FrameError
 from ..solvers.sparse import SparseSolver
 
@@ -82,7 +82,7 @@ class SparsePencil:
     def _ritz(self, other: scipy.sparse.csr_matrix, basis: Array, count: int) -> tuple[Array, Array]:
         """The greatest eigenvalues (count,) in the space of a basis (n, m), and vectors (n, count)."""
         flat = [
-            each.reshape(basis.shape[1], -1).T for each in weighed(self.statics, self.unknowns, self._spread(basis))
+            each.reshape(basis.shape[1], -1).T for each in weighted(self.statics, self.unknowns, self._spread(basis))
         ]
         stretched = np.concatenate(flat).astype(np.float64)
         if self.mass is not None:

@@ -26,9 +26,9 @@ def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
     kinematics, springs = statics.kinematics.mapped(_rounded), [each.mapped(_rounded) for each in statics.springs]
     with np.errstate(invalid="ignore"):
         found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
-        weighed, size = found.scaled, len(plan.unknowns)
-    missing = np.zeros((*weighed.shape[:-2], max(size - weighed.shape[-2], 0), size))
-    upper = np.linalg.qr(np.concatenate([weighed, missing], axis=-2), mode="r")
+        weighted, size = found.scaled, len(plan.unknowns)
+    missing = np.zeros((*weighted.shape[:-2], max(size - weighted.shape[-2], 0), size))
+    upper = np.linalg.qr(np.concatenate([weighted, missing], axis=-2), mode="r")
     half = np.swapaxes(upper, -1, -2)
     pushed = ~np.isfinite(half).all(axis=(-2, -1))
     if not pushed.any():

@@ -80,27 +80,27 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
 def describe(plan: Plan, entry: tuple[int, ...]) -> str:
     """Each free motion of a batch entry as a list of nodes and directions."""
     names = list(plan.frame.nodes)
-    size = reach(plan)
+    size = length_scale(plan)
     sentences = []
     for motion in free_motions(plan, entry):
-        weighed = motion * np.array([1.0, 1.0, 1.0, size, size, size])
-        largest = np.abs(weighed).max(axis=-1)
+        weighted = motion * np.array([1.0, 1.0, 1.0, size, size, size])
+        largest = np.abs(weighted).max(axis=-1)
         leading = [k for k in np.argsort(-largest, kind="stable") if largest[k] > _NAMED * largest.max()]
-        told = [f"{names[k]} ({_direction(weighed[k], float(largest.max()))})" for k in leading[:_MOST]]
+        text = [f"{names[k]} ({_direction(weighted[k], float(largest.max()))})" for k in leading[:_MOST]]
         more = f" and {len(leading) - _MOST} more" if len(leading) > _MOST else ""
-        sentences.append(", ".join(told) + more)
+        sentences.append(", ".join(text) + more)
     return "; ".join(f"free motion {i + 1}: {text}" for i, text in enumerate(sentences))
 
 
-def _direction(weighed: Array, largest: float) -> str:
+def _direction(weighted: Array, largest: float) -> str:
     return " ".join(
         f"{'+' if value > 0 else '-'}{name}"
-        for name, value in zip(DISPLACEMENTS, weighed, strict=True)
+        for name, value in zip(DISPLACEMENTS, weighted, strict=True)
         if abs(value) > _NAMED * largest
     )
 
 
-def reach(plan: Plan) -> float:
+def length_scale(plan: Plan) -> float:
     """Length of the longest member."""
     lengths = [float(np.max(plan.frame.length(member))) for member in plan.frame.members]
     return max(lengths, default=1.0)

@@ -12,7 +12,7 @@ from ..entries import WHOLE, Entries, Stretch, picked
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.tree_members import MEMBER
-from ..structure.assembly import hung_weights
+from ..structure.assembly import offset_weights
 from ..structure.edge import GROUND
 from ..structure.member_loads import loads_between
 from ..structure.topology import Group, Index, Topology
@@ -43,7 +43,7 @@ def geometric_stacks(state: EquilibriumResidual) -> list[Stack]:
         roundings.append(_greatest(error_bound))
         ends = np.where(np.abs(ends) < error_bound, 0.0, ends)
         matrices = _members(topology, group, np.moveaxis(ends, -2, 0))
-        out.append((group.nodes, group.turned(matrices)))
+        out.append((group.nodes, group.in_node_axes(matrices)))
     return [*out, *_links(state, roundings), *_weights(state)]
 
 
@@ -175,7 +175,7 @@ def _weights(state: EquilibriumResidual) -> Iterator[Stack]:
     """Weights at the end of arms that turn with a node."""
     topology = state.plan.topology
     ndim = len(topology.frame.shape)
-    for node, force, arm in hung_weights(topology):
+    for node, force, arm in offset_weights(topology):
         if np.any(arm):
             swing = of_arm(*(state.change(aligned(part, ndim, 1), 1) for part in (arm, force)))
             matrix = np.zeros((*swing.shape[:-2], 6, 6))

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array, aligned, merged, turned
+from ..batch import Array, aligned, merged, rotated
 from ..entries import flattened
 from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
@@ -69,23 +69,23 @@ def _of(part: BatchPart) -> Real:
         turn = _rotation(springs, state.displacements)
         forces = np.einsum("...nij,...ni->...nj", springs.rows, generalised_force)
         tension = state.change(aligned(group.element.tension, ndim), 0)[..., None, None]
-        along = tension * springs.level[..., 0, :]
+        along = tension * springs.local_axes[..., 0, :]
         forces[..., :3], forces[..., 6:9] = forces[..., :3] - along, forces[..., 6:9] + along
         if group.strained:
             forces = forces - _strain_forces(state, group, springs)
         split = forces.reshape(*forces.shape[:-1], 4, 3)
-        swung = np.cross(turn[..., None, :], split).reshape(forces.shape)
+        by_rotation = np.cross(turn[..., None, :], split).reshape(forces.shape)
         if group.element.has_law:
-            swung = swung + _beyond_stiffness(state, group, springs)
-        unbalanced = unbalanced - springs.gathered(swung, count)
+            by_rotation = by_rotation + _beyond_stiffness(state, group, springs)
+        unbalanced = unbalanced - springs.gathered(by_rotation, count)
         largest = np.maximum(largest, np.sum(turn * turn, axis=-1).max(axis=-1))
         energy = energy + np.sum(generalised_force * found, axis=(-1, -2))
     for k, generalised_force in zip(state.stiffness, state.generalised_forces, strict=True):
         energy = energy + np.sum(
             np.where(k > 0.0, generalised_force * generalised_force / np.where(k > 0.0, k, 1.0), 0.0), axis=-1
         )
-    swung, turns = _links(state)
-    unbalanced, largest = unbalanced + swung, np.maximum(largest, turns)
+    by_rotation, turns = _links(state)
+    unbalanced, largest = unbalanced + by_rotation, np.maximum(largest, turns)
     more = [_beyond_springs(state, number) for number in range(len(state.kinematics.links))]
     load = state.kinematics.reduced(state.unknowns, state.kinematics.generalised(unbalanced, more))
     work = np.sum(load * compliance.solve(load.astype(compliance.root.dtype)), axis=-1)
@@ -100,15 +100,15 @@ def _of(part: BatchPart) -> Real:
 def _strain_forces(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
     """End forces that strain the members of a group as they do without forces, global, (..., n, 12)."""
     local = strain_forces(group, np.arange(len(group.pieces)))
-    return turned(np.swapaxes(springs.level, -1, -2), state.change(np.moveaxis(local, 0, -2), 2))
+    return rotated(np.swapaxes(springs.local_axes, -1, -2), state.change(np.moveaxis(local, 0, -2), 2))
 
 
 def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
     """What the law of members is beyond the forces of their stiffness, on their ends, global, (..., n, 12)."""
     length = np.asarray(springs.length, dtype=np.float64)
-    level = np.asarray(springs.level, dtype=np.float64)
+    local_axes = np.asarray(springs.local_axes, dtype=np.float64)
     moved = np.asarray(state.displacements[..., springs.nodes, :], dtype=np.float64)
-    local = turned(level, merged(moved, -2, -1))
+    local = rotated(local_axes, merged(moved, -2, -1))
     rows = deformation_rows(length)
     deformation = np.einsum("...ij,...j->...i", rows, local)
     shape, ndim = deformation.shape[:-1], len(state.plan.frame.shape)
@@ -121,7 +121,7 @@ def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs
     _, force, _ = group.element.resistance(along, deformation.reshape(-1, 7), pick)
     pull = np.einsum("...ij,...i->...j", rows, force.reshape(*shape, 7))
     linear = np.einsum("...nij,...ni->...nj", springs.local_rows, springs.stiffness * _deformed(springs, local))
-    return turned(np.swapaxes(level, -1, -2), pull - linear)
+    return rotated(np.swapaxes(local_axes, -1, -2), pull - linear)
 
 
 def _deformed(springs: Springs, local: Array) -> Real:
@@ -150,8 +150,8 @@ def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
         return flattened(state.change(aligned(array, whole, trailing), trailing), shape, trailing)
 
     _, force, _ = element.resistance(np.broadcast_to(stretch, (*shape, 6)).reshape(-1, 6), pick)
-    held = np.isin(np.arange(6), edge.ideal)
-    out: Real = np.where(held, 0.0, state.generalised_forces[number] - force.reshape(*shape, 6))
+    constrained = np.isin(np.arange(6), edge.ideal)
+    out: Real = np.where(constrained, 0.0, state.generalised_forces[number] - force.reshape(*shape, 6))
     return out
 
 
@@ -163,9 +163,9 @@ def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
         if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
             continue
         ends = np.concatenate([moved[..., link.first, :], moved[..., link.second, :]], axis=-1)
-        swung = np.einsum("...ij,...j->...i", of_link(link, force), ends)
-        out[..., link.first, :] -= swung[..., :6]
-        out[..., link.second, :] -= swung[..., 6:]
+        by_rotation = np.einsum("...ij,...j->...i", of_link(link, force), ends)
+        out[..., link.first, :] -= by_rotation[..., :6]
+        out[..., link.second, :] -= by_rotation[..., 6:]
         if link.arm is not None:
             largest = np.maximum(largest, np.sum(ends[..., 3:6] ** 2, axis=-1) * np.any(link.arm != 0.0, axis=-1))
     return out, largest
@@ -174,8 +174,8 @@ def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
 def _rotation(springs: Springs, displacements: Real) -> Real:
     """Rotation of the chords, and twist, of members, (..., n, 3)."""
     ends = displacements[..., springs.nodes, :]
-    along = springs.level[..., 0, :]
-    apart = ends[..., 1, :3] - ends[..., 0, :3]
+    along = springs.local_axes[..., 0, :]
+    difference = ends[..., 1, :3] - ends[..., 0, :3]
     twist = np.sum(along * (ends[..., 0, 3:] + ends[..., 1, 3:]), axis=-1, keepdims=True) / 2.0
-    out: Real = np.cross(along, apart) / springs.length[..., None] + twist * along
+    out: Real = np.cross(along, difference) / springs.length[..., None] + twist * along
     return out

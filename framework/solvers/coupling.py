@@ -1,8 +1,9 @@
 """What the equations of a batch are sums of: which number of a member, a spring or a load goes where.
 
-The displacements of the nodes are ``u = T q + G s`` over the unknowns q and the known numbers s, so that an entry of
-``T^T K T`` is a sum of entries of the members' stiffness, each times two factors of T; what joins an unknown to a known
-number is load. All of this is found once for the batch, and by arrays: the numbers follow entry by entry.
+The displacements of the nodes are ``u = T q + G s`` over the unknowns q and the right-hand-side parameters s, so that
+an entry of ``T^T K T`` is a sum of entries of the members' stiffness, each times two factors of T; what joins an
+unknown to a right-hand-side parameter is load. All of this is found once for the batch, and by arrays: the numbers
+follow entry by entry.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..batched.stage import Forces
 from ..structure.group import Group
-from ..structure.parts import Grid, Knowns, Row, Value, is_zero
+from ..structure.parts import Grid, RightHandSideParameters, Row, Value, is_zero
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .graph import Graph
@@ -107,7 +108,7 @@ class Described(Protocol):
     def forces(self) -> Forces: ...
 
     @property
-    def knowns(self) -> Knowns: ...
+    def rhs_parameters(self) -> RightHandSideParameters: ...
 
 
 class Coupling:
@@ -137,7 +138,7 @@ class Coupling:
     def __init__(self, plan: Described, *, everywhere: bool = True) -> None:
         topology, tree, grid = plan.topology, plan.tree, plan.grid
         unknown, forces = plan.graph.unknown, plan.forces
-        self.grid, self.size, self.knowns = grid, len(unknown), len(plan.knowns.values)
+        self.grid, self.size, self.rhs_parameters = grid, len(unknown), len(plan.rhs_parameters.values)
         self._everywhere, self.exact = everywhere, True
         self.factors: list[Value] = []
         dofs = 6 * len(topology.number)
@@ -189,10 +190,10 @@ class Coupling:
     ) -> tuple[Index, Index, NDArray[np.float64], Index]:
         """Rows of T and G: where each starts, columns, factors, and numbers of those that vary.
 
-        Springs follow the displacements, and the known numbers follow these, as rows of their own.
+        Springs follow the displacements, and the right-hand-side parameters follow these, as rows of their own.
         """
         size = len(unknown)
-        known = np.arange(self.knowns)
+        known = np.arange(self.rhs_parameters)
         free = np.ones(dofs, dtype=bool)
         free.reshape(-1, 6)[list(tree.rows)] = False
         own = np.flatnonzero(free)
@@ -243,10 +244,10 @@ class Coupling:
 
     @property
     def transformation(self) -> scipy.sparse.csr_matrix:
-        """T and G side by side: displacements, those of springs and the known numbers by unknowns and known numbers,
-        where no factor varies."""
+        """T and G side by side: displacements, those of springs and the right-hand-side parameters by unknowns and
+        right-hand-side parameters, where no factor varies."""
         start, column, share, _ = self._rows
-        return scipy.sparse.csr_matrix((share, column, start), shape=(len(start) - 1, self.size + self.knowns))
+        return scipy.sparse.csr_matrix((share, column, start), shape=(len(start) - 1, self.size + self.rhs_parameters))
 
     # -- what they are sums of ----------------------------------------------------------------------------------------
 
@@ -317,24 +318,24 @@ def _mask(shape: tuple[int, ...]) -> int:
 
 def _deformed(group: Group) -> NDArray[np.float64] | None:
     """Deformations (n, s, 12) by the displacements of the nodes; None where they vary over the batch."""
-    if any(set(each.shape[1:-1]) - {1} for each in (group.chord, *(turn[..., 0] for turn in group.turns))):
+    if any(set(each.shape[1:-1]) - {1} for each in (group.chord, *(turn[..., 0] for turn in group.end_axes))):
         return None
     _, rows = group.element.springs(group.length)
     if set(rows.shape[1:-2]) - {1}:
         return None
-    start, end = (turn.reshape(-1, 1, 3, 3) for turn in group.turns)
+    start, end = (turn.reshape(-1, 1, 3, 3) for turn in group.end_axes)
     local = rows.reshape(len(group.pieces), -1, 4, 3)
-    turned = np.concatenate([local[:, :, :2] @ start, local[:, :, 2:] @ end], axis=2)
-    return turned.reshape(*turned.shape[:2], 12)
+    rotated = np.concatenate([local[:, :, :2] @ start, local[:, :, 2:] @ end], axis=2)
+    return rotated.reshape(*rotated.shape[:2], 12)
 
 
 def _seen(group: Group) -> Mask:
     stiffness, rows = group.element.springs(group.length)
     acts = _anywhere(stiffness, 1)
     local = _anywhere(rows, 2).astype(np.int64).reshape(len(group.pieces), -1, 4, 3)
-    start, end = (_anywhere(turn, 2).astype(np.int64) for turn in group.turns)
-    turned = np.stack([local[:, :, k] @ (start if k < 2 else end) for k in range(4)], axis=2)
-    deforms = (turned.reshape(*turned.shape[:2], 12) > 0) & acts[..., None]
+    start, end = (_anywhere(turn, 2).astype(np.int64) for turn in group.end_axes)
+    rotated = np.stack([local[:, :, k] @ (start if k < 2 else end) for k in range(4)], axis=2)
+    deforms = (rotated.reshape(*rotated.shape[:2], 12) > 0) & acts[..., None]
     each = deforms.astype(np.int64)
     found: Mask = np.swapaxes(each, -1, -2) @ each > 0
     return found

@@ -148,11 +148,11 @@ class Sums:
                 out += part.whole @ np.ascontiguousarray(np.broadcast_to(numbers, (len(numbers), count)))
             if part.each is not None:
                 assert factors is not None
-                out += part.each @ _weighed(part.terms, part.block, numbers, factors)
+                out += part.each @ _weighted(part.terms, part.block, numbers, factors)
         return out
 
 
-def _weighed(terms: Terms, block: EvaluatedBlock, numbers: Array, factors: Array) -> NDArray[np.float64]:
+def _weighted(terms: Terms, block: EvaluatedBlock, numbers: Array, factors: Array) -> NDArray[np.float64]:
     """Terms with their varying factors, (terms, m)."""
     taken: Array = numbers[terms.source - block.first]
     for each in (terms.first, terms.second):

@@ -30,57 +30,57 @@ class Freedom:
     ----------
     motions
         Displacements of the unknowns (n, motions).
-    held
+    constrained
         Unknowns that hold them all, one for each, (n,).
     factor
         Of the matrix without these; None where not all motions were found.
     """
 
     motions: Array
-    held: Mask
+    constrained: Mask
     factor: Factor | None
 
 
 def freedom(
-    adrift: Array, factor: Callable[[Mask], Factor], direct: Callable[[Mask], Callable[..., Factor]]
+    unsupported_motions: Array, factor: Callable[[Mask], Factor], direct: Callable[[Mask], Callable[..., Factor]]
 ) -> Freedom:
-    """All motions of some unknowns: those of parts adrift, and what is found when they are held.
+    """All motions of some unknowns: those of unsupported parts, and what is found when they are held.
 
     Parameters
     ----------
-    adrift
+    unsupported_motions
         Rigid motions of parts that nothing supports (n, m).
     factor
         Factor of the matrix of some of the unknowns (n,).
     direct
         What makes the factor of a shifted matrix of these.
     """
-    motions = adrift
-    held = np.zeros(len(adrift), dtype=bool)
-    held[held_unknowns(_orthonormal(adrift).T)] = True
+    motions = unsupported_motions
+    constrained = np.zeros(len(unsupported_motions), dtype=bool)
+    constrained[constrained_unknowns(_orthonormal(unsupported_motions).T)] = True
     for _ in range(_ROUNDS):
-        kept = ~held
+        kept = ~constrained
         if not kept.any():
-            return Freedom(motions, held, None)
+            return Freedom(motions, constrained, None)
         rest = factor(kept)
         if not rest.singular:
-            return Freedom(motions, held, rest)
+            return Freedom(motions, constrained, rest)
         found = rest.motions(direct(kept))
         if not found.shape[1]:
             break
-        more = np.zeros((len(held), found.shape[1]))
+        more = np.zeros((len(constrained), found.shape[1]))
         more[kept] = found
         motions = np.hstack([motions, more])
-        held[np.flatnonzero(kept)[held_unknowns((found / rest.root[:, None]).T)]] = True
-    return Freedom(motions, held, None)
+        constrained[np.flatnonzero(kept)[constrained_unknowns((found / rest.root[:, None]).T)]] = True
+    return Freedom(motions, constrained, None)
 
 
-def held_unknowns(motions: Array) -> Index:
+def constrained_unknowns(motions: Array) -> Index:
     """Unknowns (r,) that hold all of some motions (r, n), where these move most."""
     return np.asarray(scipy.linalg.qr(motions, mode="r", pivoting=True)[1][: len(motions)], dtype=np.int64)
 
 
-def adrift(plan: Unloaded) -> Array:
+def unsupported_motions(plan: Unloaded) -> Array:
     """Rigid motions (n, 6 parts) of the parts of a frame that nothing supports, from the topology alone.
 
     Ties between places apart resist rotations, as members may that stand on something outside the frame; so a part with

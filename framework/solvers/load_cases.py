@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned
 from ..description import Description
 from ..protocol import changed
-from ..structure.parts import Grid, Knowns, Value
+from ..structure.parts import Grid, RightHandSideParameters, Value
 
 
 class Loaded(Protocol):
     """What tells how loads vary: a plan whose stiffness does not."""
 
     frame: Description
-    knowns: Knowns
+    rhs_parameters: RightHandSideParameters
 
     @property
     def grid(self) -> Grid:
@@ -41,7 +41,7 @@ def varying(plan: Loaded) -> list[Value]:
     frame, grid = plan.frame, plan.grid
     along = [array for loads in frame.member_loads.values() for load in loads for array in load.forces]
     along += [] if frame.weight is None else [frame.weight]
-    if plan.knowns.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
+    if plan.rhs_parameters.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
         return []
     given = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
     return [*plan.imposed, *(value for value in given if grid.mask(value))]
@@ -53,8 +53,9 @@ def count(plan: Loaded) -> int:
     return min(units, cases) if units else cases
 
 
-def by_units(plan: Loaded) -> tuple[Description, Grid, Knowns, NDArray[np.float64]] | None:
-    """The frame, batch and known numbers of a unit of each number that varies, and these numbers (units, load cases).
+def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, NDArray[np.float64]] | None:
+    """The frame, batch and right-hand-side parameters of a unit of each number that varies, and these numbers (units,
+    load cases).
 
     The units are along the last axis of the batch. None where there are no fewer of them than load cases.
     """
@@ -67,12 +68,12 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, Knowns, NDArray[np.float6
     units: list[Value] = [row.reshape(own) for row in unit]
     frame = _units(plan.frame, plan.grid, units, len(plan.imposed))
     whole = [np.broadcast_to(number, shape).reshape(-1) for number in numbers]
-    return frame, grid, Knowns(grid, 0, units[: len(plan.imposed)]), np.array(whole)
+    return frame, grid, RightHandSideParameters(grid, 0, units[: len(plan.imposed)]), np.array(whole)
 
 
 def _units(frame: Description, grid: Grid, units: Sequence[Value], first: int) -> Description:
     """Loads of a frame as units of what varies, from the number `first` on, and constants as the first unit."""
-    twin, ndim = copy.copy(frame), len(grid.shape)
+    clone, ndim = copy.copy(frame), len(grid.shape)
     one, more = np.asarray(units[0]), iter(units[first:])
 
     def load(value: Array) -> Array:
@@ -83,10 +84,10 @@ def _units(frame: Description, grid: Grid, units: Sequence[Value], first: int) -
         found: Array = one.reshape(*one.shape, *(1,) * trailing) * aligned(array, ndim, trailing)
         return found
 
-    twin._shape = one.shape
-    twin.loads = {node: [(k, load(value)) for k, value in loads] for node, loads in frame.loads.items()}
-    twin.member_loads = {
+    clone._shape = one.shape
+    clone.loads = {node: [(k, load(value)) for k, value in loads] for node, loads in frame.loads.items()}
+    clone.member_loads = {
         member: [changed(load, alone) for load in loads] for member, loads in frame.member_loads.items()
     }
-    twin.weight = None if frame.weight is None else alone(frame.weight, 1)
-    return twin
+    clone.weight = None if frame.weight is None else alone(frame.weight, 1)
+    return clone

@@ -134,12 +134,12 @@ def _fastest_batch(plan: Compiled) -> Method:
     coupling, graph = plan.rough_coupling, plan.graph
     apart = banded(coupling, graph)
     shared = broadcast(coupling, graph, condensed, apart)
-    told = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
+    text = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
     # The condition number of a slender frame grows with the fourth power of its length, and bands are refined.
     patience = np.clip(left / max(1, graph.width - 6) / _SLENDER, 1.0, _PATIENCE)
     if shared * patience <= apart:
-        return Method(BROADCAST, f"broadcasting LDL^T, {told}")
-    return Method(BANDED, f"banded Cholesky of each entry, {told}")
+        return Method(BROADCAST, f"broadcasting LDL^T, {text}")
+    return Method(BANDED, f"banded Cholesky of each entry, {text}")
 
 
 def _fastest(plan: Compiled) -> Method:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..batch import Array, turned
+from ..batch import Array, rotated
 from ..batched.plan import Plan
 from ..clock import timed
 from ..error_bounds.equilibrium import Statics
@@ -91,36 +91,36 @@ class SparseSolver:
 
     def part(self, node: int) -> SparseSolver:
         """The same where loads count on that part of the frame alone which a node is in."""
-        islands = self.plan.islands
-        return self._with(self.excited & (islands[self.unknown // 6] == islands[node]))
+        connected_components = self.plan.connected_components
+        return self._with(self.excited & (connected_components[self.unknown // 6] == connected_components[node]))
 
     @cached_property
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
-        return len(np.unique(self.plan.islands[self.unknown[self.excited] // 6]))
+        return len(np.unique(self.plan.connected_components[self.unknown[self.excited] // 6]))
 
     def _with(self, excited: NDArray[np.bool_]) -> SparseSolver:
         """The same with other unknowns counting as loaded, (n,); itself where these do."""
         if np.array_equal(excited, self.excited):
             return self
-        twin = SparseSolver(self.plan, self.matrix)
-        twin._reached, twin._statics = excited, self._statics
+        clone = SparseSolver(self.plan, self.matrix)
+        clone._reached, clone._statics = excited, self._statics
         if self._units is None:
-            twin._units, twin.load = None, self.load
+            clone._units, clone.load = None, self.load
         else:
             solver, sizes = self._units
-            twin._units = solver._with(excited), sizes
-        return twin
+            clone._units = solver._with(excited), sizes
+        return clone
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
         where = self.excited if excited else ~self.excited
-        found = bool(where.any()) and (self.adrift(where).size > 0 or self._factor(where).singular)
+        found = bool(where.any()) and (self.unsupported_motions(where).size > 0 or self._factor(where).singular)
         return np.full(self.plan.frame.shape, found)
 
-    def adrift(self, where: NDArray[np.bool_]) -> Array:
+    def unsupported_motions(self, where: NDArray[np.bool_]) -> Array:
         """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
-        motions = self.matrix.adrift[where]
+        motions = self.matrix.unsupported_motions[where]
         found: Array = motions[:, motions.any(axis=0)]
         return found
 
@@ -132,7 +132,7 @@ class SparseSolver:
             return solver.unknowns @ sizes
         out = np.zeros_like(self.load)
         where = self.excited
-        if where.any() and not self.adrift(where).size:
+        if where.any() and not self.unsupported_motions(where).size:
             factor = self._factor(where)
             with timed(self.plan.times, "solution"):
                 out[where] = factor.solve(self.load[where])
@@ -157,10 +157,10 @@ class SparseSolver:
     def motions(self) -> Array:
         """Displacements of the unknowns that cost no energy, (n, motions): no more than a few are sought.
 
-        Where parts are adrift only theirs, as these are known at once.
+        Where parts are unsupported only theirs, as these are known at once.
         """
-        if self.matrix.adrift.size:
-            return self.matrix.adrift
+        if self.matrix.unsupported_motions.size:
+            return self.matrix.unsupported_motions
         parts = [(self.excited, self.freedom), (~self.excited, self._freedom(~self.excited))]
         out = []
         for where, free in parts:
@@ -198,8 +198,8 @@ class SparseSolver:
         found = by_units(self.plan)
         if found is None:
             return None
-        frame, grid, knowns, sizes = found
-        solver = SparseSolver(self.plan.under(frame, grid, knowns), self.matrix)
+        frame, grid, rhs_parameters, sizes = found
+        solver = SparseSolver(self.plan.under(frame, grid, rhs_parameters), self.matrix)
         solver._reached = self._reached
         return solver, sizes
 
@@ -216,7 +216,7 @@ class SparseSolver:
                 out[half : half + 3] += self._flat(local[None])[0].T
         for node, vector in mass_loads(topology):
             axes = topology.axes(node)
-            local = vector if axes is None else turned(np.swapaxes(axes, -1, -2), vector)
+            local = vector if axes is None else rotated(np.swapaxes(axes, -1, -2), vector)
             out[6 * node : 6 * node + 6] += self._flat(local[None])[0].T
         for group, positions, local in member_loads(topology):
             nodal = self._flat(group.nodal(positions, local))
@@ -247,7 +247,9 @@ class SparseSolver:
             return out
 
         return freedom(
-            self.adrift(where), lambda kept: self._factor(among(kept)), lambda kept: self.matrix.direct(among(kept))
+            self.unsupported_motions(where),
+            lambda kept: self._factor(among(kept)),
+            lambda kept: self.matrix.direct(among(kept)),
         )
 
     @property
@@ -275,15 +277,15 @@ class SparseSolver:
 
     @cached_property
     def _numbers(self) -> Array:
-        """Unknowns and known numbers, (n + knowns, load cases)."""
+        """Unknowns and right-hand-side parameters, (n + knowns, load cases)."""
         shape = self.plan.frame.shape
-        knowns = [np.broadcast_to(value, shape).reshape(-1) for value in self.plan.knowns.values]
-        return np.concatenate([self.unknowns, np.stack(knowns)])
+        rhs_parameters = [np.broadcast_to(value, shape).reshape(-1) for value in self.plan.rhs_parameters.values]
+        return np.concatenate([self.unknowns, np.stack(rhs_parameters)])
 
     def _known(self, rows: Sequence[Row]) -> Array:
         """The known part of rows, (rows, load cases)."""
         out = np.zeros((len(rows), self._cases))
-        values = self.plan.knowns.values
+        values = self.plan.rhs_parameters.values
         for r, row in enumerate(rows):
             for k, factor in row.items():
                 if k < 0:

@@ -1,8 +1,9 @@
 """Solver of batches of middle-sized frames: each entry a banded matrix of one pattern, assembled many at a time.
 
 What is found once for the batch is which number goes where, and the order of elimination. Where loads vary over more
-than the stiffness does, a unit of each known number is solved for, as far as these are fewer than the entries that
-share a factor. An entry of which a random load tells that rounding would show is refined in extended precision.
+than the stiffness does, a unit of each right-hand-side parameter is solved for, as far as these are fewer than the
+entries that share a factor. An entry of which a random load tells that rounding would show is refined in extended
+precision.
 """
 
 from __future__ import annotations
@@ -65,13 +66,13 @@ class StackedSolver:
 
     def part(self, node: int) -> StackedSolver:
         """The same where loads count on that part of the frame alone which a node is in."""
-        islands = self.plan.islands
-        return self._with(self.loaded & (islands[self.unknown // 6] == islands[node]))
+        connected_components = self.plan.connected_components
+        return self._with(self.loaded & (connected_components[self.unknown // 6] == connected_components[node]))
 
     @cached_property
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
-        return len(np.unique(self.plan.islands[self.unknown[self.loaded] // 6]))
+        return len(np.unique(self.plan.connected_components[self.unknown[self.loaded] // 6]))
 
     def _with(self, loaded: Mask) -> StackedSolver:
         """The same with other unknowns counting as loaded, (n,); itself where these do."""
@@ -84,7 +85,7 @@ class StackedSolver:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
-        knowns = self.plan.knowns.values
+        rhs_parameters = self.plan.rhs_parameters.values
         keys = np.unique([key for row in rows for key in row if key >= 0]).astype(np.int64)
         places = np.searchsorted(self.unknown, keys)
         reached = self.loaded[places]
@@ -93,7 +94,7 @@ class StackedSolver:
         value = dict(zip(keys[reached].tolist(), map(self._value, found), strict=True))
 
         def number(key: int) -> Value:
-            return knowns[-1 - key] if key < 0 else value.get(key, 0.0)
+            return rhs_parameters[-1 - key] if key < 0 else value.get(key, 0.0)
 
         return [combine([(factor, number(key)) for key, factor in row.items()]) for row in rows]
 
@@ -127,7 +128,7 @@ class StackedSolver:
 
     @cached_property
     def by_units(self) -> bool:
-        """Whether a unit of each known number is solved for, rather than each load case."""
+        """Whether a unit of each right-hand-side parameter is solved for, rather than each load case."""
         loads = self.coupling.blocks[-1].mask
         few = len(self.sources) < self.cases
         return few and not loads & ~self.coupling.mask and not self.coupling.imposed
@@ -174,9 +175,9 @@ class StackedSolver:
         """An unknown (matrices, right-hand sides), of as few batch axes as it varies over."""
         if not self.by_units:
             return np.ascontiguousarray(self._spread(found))
-        knowns = self.plan.knowns.values
+        rhs_parameters = self.plan.rhs_parameters.values
         each = zip(np.moveaxis(found, 1, 0), self.sources.tolist(), strict=True)
-        return combine([(self._spread(unit), knowns[source]) for unit, source in each])
+        return combine([(self._spread(unit), rhs_parameters[source]) for unit, source in each])
 
     @cached_property
     def _solved(self) -> _Solved:
@@ -282,8 +283,8 @@ class _Solved:
             vector = probe(self.bands.size)
             found = np.repeat(vector[None, None], len(matrices), axis=0)
             factor.solve(found)
-            told = factor.singularity(found[:, 0])
-            self.singular[matrices], self.rough[matrices] = told.singular, _EPS * told.growth
+            singularity = factor.singularity(found[:, 0])
+            self.singular[matrices], self.rough[matrices] = singularity.singular, _EPS * singularity.growth
 
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
         """Values (m, right-hand sides, size) of some matrices for some of their right-hand sides."""
@@ -309,21 +310,23 @@ class _Solved:
         found = (self._loads if imposed else self._forces).at(picked).reshape(len(solver.sources), size, -1)
         if solver.by_units:
             return np.ascontiguousarray(np.moveaxis(found, -1, 0)[:, columns])
-        knowns = picked.of_values([self.plan.knowns.values[source] for source in solver.sources.tolist()])
-        whole = np.einsum("snm,sm->mn", found, knowns)
+        rhs_parameters = picked.of_values(
+            [self.plan.rhs_parameters.values[source] for source in solver.sources.tolist()]
+        )
+        whole = np.einsum("snm,sm->mn", found, rhs_parameters)
         return np.ascontiguousarray(whole).reshape(len(matrices), len(columns), size)
 
     @cached_property
     def _loads(self) -> Sums:
-        """Loads for a unit of each known number, (known numbers, size)."""
-        return self._by_knowns(self.coupling.terms.high >= self.coupling.size)
+        """Loads for a unit of each right-hand-side parameter, (right-hand-side parameters, size)."""
+        return self._by_parameters(self.coupling.terms.high >= self.coupling.size)
 
     @cached_property
     def _forces(self) -> Sums:
         """The same without what known displacements call for."""
-        return self._by_knowns(self.coupling.terms.source >= self.coupling.blocks[-1].first)
+        return self._by_parameters(self.coupling.terms.source >= self.coupling.blocks[-1].first)
 
-    def _by_knowns(self, acting: Mask) -> Sums:
+    def _by_parameters(self, acting: Mask) -> Sums:
         terms, size = self.coupling.terms, self.coupling.size
         acting[acting] = self.solver.loaded[terms.low[acting]]
         own, sources = terms.at(acting), self.solver.sources
@@ -377,9 +380,9 @@ class _Solved:
         stiffness = deformations.stiffness(Picked.of(self.plan.frame.shape, self.coupling.mask, matrices))
         if not self.coupling.imposed:
             return SpringResidual(deformations, stiffness, right, None)
-        knowns = picked.of_values(self.plan.knowns.values).reshape(-1, len(matrices), len(columns))
+        rhs_parameters = picked.of_values(self.plan.rhs_parameters.values).reshape(-1, len(matrices), len(columns))
         forces = self._right(matrices, columns, imposed=False)[..., self.bands.place[solver.loaded]]
-        return SpringResidual(deformations, stiffness, forces, knowns)
+        return SpringResidual(deformations, stiffness, forces, rhs_parameters)
 
     @cached_property
     def _kinematics(self) -> FrameKinematics:

@@ -39,7 +39,7 @@ class Residual(Protocol):
 
 
 class Deformations:
-    """Deformations of all springs by the unknowns and the known numbers, the same at all entries.
+    """Deformations of all springs by the unknowns and the right-hand-side parameters, the same at all entries.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Deformations:
         size = self.coupling.size
         unknown, known = whole[:, :size][:, np.flatnonzero(loaded)], whole[:, size:]
         self.acting: Index = np.flatnonzero(np.diff(unknown.indptr))
-        self.by_unknowns, self.by_knowns = (
+        self.by_unknowns, self.by_parameters = (
             scipy.sparse.csr_matrix(unknown[self.acting]),
             scipy.sparse.csr_matrix(known[self.acting]),
         )
@@ -109,15 +109,17 @@ class SpringResidual:
         Of the springs, (springs, m).
     forces
         Loads without what known displacements call for, (m, k, size).
-    knowns
+    rhs_parameters
         Known displacements: the numbers (knowns, m, k); None where a unit of a load is solved for.
     """
 
-    def __init__(self, deformations: Deformations, stiffness: Array, forces: Array, knowns: Array | None) -> None:
+    def __init__(
+        self, deformations: Deformations, stiffness: Array, forces: Array, rhs_parameters: Array | None
+    ) -> None:
         self.deformations, self.stiffness, self.forces = deformations, stiffness, forces
         self.given: Real | float = 0.0
-        if knowns is not None and deformations.by_knowns.nnz:
-            self.given = deformations.by_knowns @ extended(knowns.reshape(len(knowns), -1))
+        if rhs_parameters is not None and deformations.by_parameters.nnz:
+            self.given = deformations.by_parameters @ extended(rhs_parameters.reshape(len(rhs_parameters), -1))
 
     def left(self, values: Real) -> Array:
         """Unbalanced load (m, k, size) of values (m, k, size), both by unknown."""
@@ -142,7 +144,7 @@ class StaticsResidual:
     names
         Numbers of the unknowns.
     units
-        Loads (m, k, size) where units of the known numbers are solved for; None where all that acts is.
+        Loads (m, k, size) where units of the right-hand-side parameters are solved for; None where all that acts is.
     """
 
     def __init__(

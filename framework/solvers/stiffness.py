@@ -17,7 +17,7 @@ from ..structure.topology import Index
 from .banded import BandedFactor
 from .cholesky import CholeskyFactor
 from .factor import Factor, NoFactor
-from .freedom import adrift
+from .freedom import unsupported_motions
 from .graph import Graph
 from .iterative import Iterative, Places
 from .lu import LUFactor
@@ -46,9 +46,9 @@ class SparseStiffness:
         return scipy.sparse.csgraph.connected_components(self.matrices.stiffness, directed=False)[1].astype(np.int64)
 
     @cached_property
-    def adrift(self) -> Array:
+    def unsupported_motions(self) -> Array:
         """Rigid motions (n, m) of parts that nothing supports."""
-        return adrift(self.unloaded)
+        return unsupported_motions(self.unloaded)
 
     def factor(self, where: NDArray[np.bool_], times: dict[str, float]) -> Factor:
         """Factor of the stiffness of the unknowns `where` (n,), made where there is none yet.

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, Shape, aligned, block_diagonal, turned
+from ..batch import Array, Shape, aligned, block_diagonal, rotated
 from ..batched.condensation import Condensation
 from ..batched.stage import Forces, Matrix
 from .member_loads import applied_forces, equivalent, strain_forces, weight_forces
-from .parts import Grid, Knowns, Value, add, combine, is_zero
+from .parts import Grid, RightHandSideParameters, Value, add, combine, is_zero
 from .topology import Group, Index, Topology
 from .varying import Varying
 
@@ -73,10 +73,11 @@ def _stacks(
     yield condensed.dofs, condensed.stiffness
 
 
-def force_entries(topology: Topology, knowns: Knowns) -> Forces:
-    """By DOF and known number: parts of the load for a unit of it; loads on members as equivalent nodal loads."""
+def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -> Forces:
+    """By DOF and right-hand-side parameter: parts of the load for a unit of it; loads on members as equivalent nodal
+    loads."""
     forces: Forces = {}
-    grid = knowns.grid
+    grid = rhs_parameters.grid
 
     def put(dof: int, source: int, value: Value) -> None:
         if not is_zero(value):
@@ -84,7 +85,7 @@ def force_entries(topology: Topology, knowns: Knowns) -> Forces:
 
     for node, k, value in component_loads(topology):
         global_axes = topology.axes(node) is None
-        for key, factor in knowns.row(grid.value(value)).items():
+        for key, factor in rhs_parameters.row(grid.value(value)).items():
             if global_axes:
                 put(6 * node + k, -1 - key, factor)
                 continue
@@ -138,7 +139,7 @@ def _in_node(topology: Topology, node: int, vector: Array) -> Array:
     """A global vector (..., 6) in the axes of a node."""
     axes = topology.axes(node)
     aligned_vector = aligned(vector, len(topology.frame.shape), 1)
-    return aligned_vector if axes is None else turned(np.swapaxes(axes, -1, -2), aligned_vector)
+    return aligned_vector if axes is None else rotated(np.swapaxes(axes, -1, -2), aligned_vector)
 
 
 def nodal_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
@@ -165,7 +166,7 @@ def mass_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
             yield topology.number[mass.node], aligned(force, len(frame.shape), 1)
 
 
-def hung_weights(topology: Topology) -> Iterator[tuple[int, Array, Array]]:
+def offset_weights(topology: Topology) -> Iterator[tuple[int, Array, Array]]:
     """Weights of masses: node number, force (..., 3), and arm (..., 3) from the node to where it acts."""
     frame = topology.frame
     if frame.weight is None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import FrameError
 from .edge import Edge
-from .parts import Knowns, Row, Value, add_row, combine, unknowns
+from .parts import RightHandSideParameters, Row, Value, add_row, combine, unknowns
 
 # A coefficient smaller than this share of what such coefficients are made of is rounding.
 _ROUNDING = 1e-11
@@ -21,7 +21,7 @@ class Constraint:
     Attributes
     ----------
     row
-        Over the unknowns and the known numbers.
+        Over the unknowns and the right-hand-side parameters.
     edge, component
         Where it comes from.
     size
@@ -45,7 +45,7 @@ class Elimination:
     Attributes
     ----------
     rows
-        By dependent unknown: its row over the free unknowns and the known numbers.
+        By dependent unknown: its row over the free unknowns and the right-hand-side parameters.
     sources
         By dependent unknown: the combination of the given constraints that determines it.
     given
@@ -66,7 +66,7 @@ class Elimination:
         return new
 
 
-def eliminate(knowns: Knowns, given: list[Constraint]) -> Elimination:
+def eliminate(rhs_parameters: RightHandSideParameters, given: list[Constraint]) -> Elimination:
     """Gauss-Jordan elimination of constraints, at each turn of the one with the largest coefficient left, for that.
 
     A coefficient counts by its least size over the batch. Constraints go in the order of their pivots, so that nearly
@@ -98,7 +98,7 @@ def eliminate(knowns: Knowns, given: list[Constraint]) -> Elimination:
                 other.look()
         out.rows[pivot], out.sources[pivot] = new, source
     for left in waiting.values():
-        _check_redundant(knowns, left.constraint, left.row)
+        _check_redundant(rhs_parameters, left.constraint, left.row)
     return out
 
 
@@ -127,7 +127,7 @@ def _substitute(row: Row, source: Row, pivot: int, new: Row, combination: Row) -
     return True
 
 
-def _check_redundant(knowns: Knowns, constraint: Constraint, row: Row) -> None:
+def _check_redundant(rhs_parameters: RightHandSideParameters, constraint: Constraint, row: Row) -> None:
     edge = constraint.edge
     what = f"{edge.kind} {edge.name!r}" if edge.name else edge.kind
     if any(_size(constraint.scaled(key, row[key])) > _ROUNDING for key in unknowns(row)):
@@ -135,7 +135,7 @@ def _check_redundant(knowns: Knowns, constraint: Constraint, row: Row) -> None:
             f"component {constraint.component} of {what} closes a loop of ideal joints that is singular at some "
             "batch entries only: solve those apart, or give the joint a finite stiffness"
         )
-    gaps = [(value, knowns.values[-1 - key]) for key, value in row.items() if key < 0]
+    gaps = [(value, rhs_parameters.values[-1 - key]) for key, value in row.items() if key < 0]
     if _size(combine(gaps)) > _ROUNDING * max((_size(combine([gap])) for gap in gaps), default=0.0):
         raise FrameError(
             f"component {constraint.component} of {what} contradicts the other supports and ideal joints "

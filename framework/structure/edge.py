@@ -34,7 +34,7 @@ class Edge:
     axes
         (..., 3, 3) as columns, None for the global ones.
     offset
-        Imposed relative displacement by component, over the known numbers.
+        Imposed relative displacement by component, over the right-hand-side parameters.
     pitch
         Advance along z per radian about z.
     """

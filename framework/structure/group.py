@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, block_diagonal, turned
+from ..batch import Array, block_diagonal, rotated
 from ..entries import Stretch
 from ..examined import Examined
 from ..protocol import LineElement
@@ -93,7 +93,7 @@ class Group:
         return length
 
     @cached_property
-    def turns(self) -> tuple[Array, Array]:
+    def end_axes(self) -> tuple[Array, Array]:
         """For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node."""
         start, end = (self.rows if axes is None else self.rows @ axes for axes in self.axes)
         return start, end
@@ -104,27 +104,27 @@ class Group:
         return self.dofs[:, ::6] // 6
 
     @cached_property
-    def level(self) -> Array:
+    def local_axes(self) -> Array:
         """The local axes as rows (n, ..., 3, 3) in global axes."""
         return self.rows if self.body is None else self.rows @ np.swapaxes(self.body, -1, -2)
 
     @cached_property
     def transform(self) -> Array:
         """From displacements in the nodes' axes to local ones, (n, ..., 12, 12)."""
-        start, end = self.turns
+        start, end = self.end_axes
         return block_diagonal((start, start, end, end))
 
     def local(self, position: int, nodal: Array) -> Array:
         """Displacements (..., 12) of the nodes of one piece, in their axes, as local ones."""
         start, end = (
-            turned(turn[position], part) for turn, part in zip(self.turns, np.split(nodal, 2, -1), strict=True)
+            rotated(turn[position], part) for turn, part in zip(self.end_axes, np.split(nodal, 2, -1), strict=True)
         )
         return np.concatenate([start, end], axis=-1)
 
     def nodal(self, positions: Index, local: Array) -> Array:
         """Local forces (n, ..., 12) of some pieces in the axes of their nodes."""
-        ends = zip(self.turns, np.split(local, 2, -1), strict=True)
-        return np.concatenate([turned(np.swapaxes(turn[positions], -1, -2), part) for turn, part in ends], axis=-1)
+        ends = zip(self.end_axes, np.split(local, 2, -1), strict=True)
+        return np.concatenate([rotated(np.swapaxes(turn[positions], -1, -2), part) for turn, part in ends], axis=-1)
 
     @property
     def stacked(self) -> bool:
@@ -146,15 +146,15 @@ class Group:
     @property
     def stiffness_shape(self) -> tuple[int, ...]:
         """Batch shape over which the stiffness of a piece varies."""
-        turned = (axes.shape[:-2] for axes in self.axes if axes is not None)
-        return np.broadcast_shapes(self.chord.shape[1:-1], *turned, self.shape)
+        rotated = (axes.shape[:-2] for axes in self.axes if axes is not None)
+        return np.broadcast_shapes(self.chord.shape[1:-1], *rotated, self.shape)
 
-    def turned(self, local: Array, turns: tuple[Array, Array] | None = None) -> Array:
+    def in_node_axes(self, local: Array, end_axes: tuple[Array, Array] | None = None) -> Array:
         """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero.
 
-        `turns` are those of the entries that the matrices are for, of all where None.
+        `end_axes` are those of the entries that the matrices are for, of all where None.
         """
-        ends = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in turns or self.turns]
+        ends = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in end_axes or self.end_axes]
         batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in ends))
         out = np.zeros((12, 12, *batch))
         used = (local != 0.0).reshape(-1, 12, 12).any(axis=0)
@@ -184,7 +184,7 @@ class Group:
         return resists_rigid(*self.element.springs(self.length), self.length, _PLAIN)
 
     @cached_property
-    def stands(self) -> bool:
+    def has_foundation(self) -> bool:
         """Whether something outside the frame holds its pieces between their ends, as a foundation does."""
         return isinstance(self.element, Examined) and self.resists
 
@@ -215,12 +215,12 @@ class Group:
     def stiffness(self, part: slice = ALL) -> Array:
         """Stiffness of the pieces, or of some of them, in the nodes' axes, (n, ..., 12, 12)."""
         some = self.part(part)
-        return some.turned(some.element.stiffness_matrix(some.length))
+        return some.in_node_axes(some.element.stiffness_matrix(some.length))
 
     def mass(self, part: slice = ALL) -> Array:
         """Mass of the pieces, or of some of them, in the nodes' axes, (n, ..., 12, 12)."""
         some = self.part(part)
-        return some.turned(some.element.mass_matrix(some.length))
+        return some.in_node_axes(some.element.mass_matrix(some.length))
 
     def extended_stiffness(self) -> NDArray[Any]:
         """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision where it is not a large stack.
@@ -229,7 +229,7 @@ class Group:
         """
         stiffness, rows = self.element.springs(self.length)
         kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
-        turned: NDArray[Any] = (rows @ self.transform).astype(kind)
-        weighed: NDArray[Any] = stiffness.astype(kind)[..., None] * turned
-        out: NDArray[Any] = np.swapaxes(turned, -1, -2) @ weighed
+        rotated: NDArray[Any] = (rows @ self.transform).astype(kind)
+        weighted: NDArray[Any] = stiffness.astype(kind)[..., None] * rotated
+        out: NDArray[Any] = np.swapaxes(rotated, -1, -2) @ weighted
         return out

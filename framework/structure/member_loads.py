@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..added_forms import FormLoad
-from ..batch import Array, aligned, turned
+from ..batch import Array, aligned, rotated
 from ..loads import LineLoad, MemberLoad
 from ..shape_rules import strain_rows
 from .topology import Group, Index, Topology
@@ -40,7 +40,7 @@ def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | Non
         return
     length = group.length[at]
     end = length if upto is None else upto
-    push = turned(group.level[at], aligned(weight, length.ndim - 1, 1)[None])
+    push = rotated(group.local_axes[at], aligned(weight, length.ndim - 1, 1)[None])
     points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
     for point, share in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
         mass = group.of(at).mass_per_length(end * point / length)
@@ -51,11 +51,11 @@ def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | Non
 def applied_forces(topology: Topology, group: Group, position: int, upto: Array | None = None) -> PointForces:
     """Point forces that stand for the line and point loads on one piece; see `weight_forces`."""
     piece = topology.pieces[group.pieces[position]]
-    length, level = group.length[position], group.level[position]
+    length, local_axes = group.length[position], group.local_axes[position]
     start = length * piece.index
     end = start + (length if upto is None else upto)
     for load in topology.frame.member_loads.get(piece.member, []):
-        for x, force in _local(load, level).points(start, end, length * piece.count, group.element.quadrature):
+        for x, force in _local(load, local_axes).points(start, end, length * piece.count, group.element.quadrature):
             yield (x - start)[None], force[None]
 
 
@@ -108,22 +108,22 @@ def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
     out: Array = np.zeros((*length.shape, 12))
     fractions, weights = group.element.integration_points
     lead = (slice(None), *(None,) * (length.ndim + 1 - fractions.ndim))
-    held = group.element.held_forces(fractions[lead])
-    if held is not None:
+    forces = group.element.held_forces(fractions[lead])
+    if forces is not None:
         rows = strain_rows(*group.element.shape_rows(length, fractions[lead]))
-        rows, held = (np.abs(rows), np.abs(held)) if sizes else (rows, held)
-        out = out + np.sum((weights[lead] * length)[..., None] * np.einsum("...ij,...i->...j", rows, held), axis=0)
+        rows, forces = (np.abs(rows), np.abs(forces)) if sizes else (rows, forces)
+        out = out + np.sum((weights[lead] * length)[..., None] * np.einsum("...ij,...i->...j", rows, forces), axis=0)
     return out
 
 
-def _local(load: MemberLoad, level: Array) -> MemberLoad:
-    """The load with its components in the local axes `level` (..., 3, 3), given as rows."""
+def _local(load: MemberLoad, local_axes: Array) -> MemberLoad:
+    """The load with its components in the local axes `local_axes` (..., 3, 3), given as rows."""
     if load.local:
         return load
-    ndim = level.ndim - 2
+    ndim = local_axes.ndim - 2
     if isinstance(load, FormLoad):
         raise TypeError("a form acts in the member's own axes")
     if isinstance(load, LineLoad):
-        start, end = (turned(level, aligned(side, ndim, 1)) for side in (load.start, load.end))
+        start, end = (rotated(local_axes, aligned(side, ndim, 1)) for side in (load.start, load.end))
         return replace(load, start=start, end=end, local=True)
-    return replace(load, force=turned(level, aligned(load.force, ndim, 1)), local=True)
+    return replace(load, force=rotated(local_axes, aligned(load.force, ndim, 1)), local=True)

@@ -24,9 +24,9 @@ from ..batch import Array, Shape, aligned
 Extended = np.longdouble
 Value = float | np.floating[Any] | NDArray[np.floating[Any]]
 Parts = dict[int, Value]
-# A combination of numbers: factors by unknown (0, 1, ...) and by known number (-1, -2, ...).
+# A combination of numbers: factors by unknown (0, 1, ...) and by right-hand-side parameter (-1, -2, ...).
 Row = dict[int, Value]
-# The known number one.
+# The right-hand-side parameter one.
 ONE = -1
 
 
@@ -124,7 +124,7 @@ def unknowns(row: Row) -> list[int]:
 
 
 @dataclass
-class Knowns:
+class RightHandSideParameters:
     """Given numbers of a frame: loads, offsets, prescribed displacements.
 
     What is linear in them is computed once for a unit of each, as long as they vary over more than the geometry does.
@@ -136,19 +136,19 @@ class Knowns:
     geometry
         Mask of the axes over which the geometry varies.
     values
-        The numbers; known number -1 - k is ``values[k]``.
+        The numbers; right-hand-side parameter -1 - k is ``values[k]``.
     """
 
     grid: Grid
     geometry: int
     values: list[Value] = field(default_factory=lambda: [1.0])
 
-    def copy(self) -> Knowns:
+    def copy(self) -> RightHandSideParameters:
         """The same numbers; what is added to the one is not in the other."""
-        return Knowns(self.grid, self.geometry, list(self.values))
+        return RightHandSideParameters(self.grid, self.geometry, list(self.values))
 
     def row(self, value: Value) -> Row:
-        """`value` as a combination of known numbers."""
+        """`value` as a combination of right-hand-side parameters."""
         if not np.any(value):
             return {}
         if not self.grid.mask(value) & ~self.geometry:

@@ -162,15 +162,15 @@ class Topology:
         frame.member_loads = {
             member: [changed(load, change) for load in loads] for member, loads in frame.member_loads.items()
         }
-        twin = self.loaded(frame)
-        twin.groups = [group.cut(axis, indices) for group in self.groups]
-        return twin
+        clone = self.loaded(frame)
+        clone.groups = [group.cut(axis, indices) for group in self.groups]
+        return clone
 
     def loaded(self, frame: Description) -> Topology:
         """The same members under the loads of another description, with all that is known of them."""
-        twin = copy.copy(self)
-        twin.frame = frame
-        return twin
+        clone = copy.copy(self)
+        clone.frame = frame
+        return clone
 
     @cached_property
     def _plain(self) -> Array | None:

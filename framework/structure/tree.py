@@ -18,7 +18,7 @@ from ..batch import Array, aligned
 from ..description import Description, Tie
 from .constraints import Constraint, Elimination, eliminate
 from .edge import ABOUT, ALONG, GROUND, Edge
-from .parts import Grid, Knowns, Row, Value, add_row, combine, is_zero
+from .parts import Grid, RightHandSideParameters, Row, Value, add_row, combine, is_zero
 from .topology import Topology
 
 # Columns are axes; None stands for the global ones.
@@ -51,10 +51,10 @@ class JointTree:
 
     Attributes
     ----------
-    knowns
-        The known numbers.
+    rhs_parameters
+        The right-hand-side parameters.
     rows
-        For each node on an edge: six rows over the unknowns and the known numbers, in the node's axes.
+        For each node on an edge: six rows over the unknowns and the right-hand-side parameters, in the node's axes.
     branches
         Tree edges, parents before children.
     closing
@@ -67,7 +67,7 @@ class JointTree:
 
     topology: Topology
     grid: Grid
-    knowns: Knowns
+    rhs_parameters: RightHandSideParameters
     edges: list[Edge]
     rows: dict[int, list[Row]] = field(default_factory=dict)
     branches: list[TreeEdge] = field(default_factory=list)
@@ -76,9 +76,9 @@ class JointTree:
     elimination: Elimination = field(default_factory=Elimination)
 
     @classmethod
-    def of(cls, topology: Topology, knowns: Knowns) -> JointTree:
+    def of(cls, topology: Topology, rhs_parameters: RightHandSideParameters) -> JointTree:
         """Choose the tree and express all nodes by it."""
-        tree = cls(topology, knowns.grid, knowns, edges_of(topology, knowns))
+        tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
         tree.grow(*spanning(tree.edges))
         return tree
 
@@ -175,34 +175,34 @@ class JointTree:
         """Eliminate the ideal components of the edges that close a loop."""
         elastic = [(edge, edge.elastic(between)) for edge, between in self.closing]
         size = self.topology.frame.size
-        held = [Constraint(rows[k], edge, k, size) for edge, rows in elastic for k in edge.ideal]
-        if not held:
+        constrained = [Constraint(rows[k], edge, k, size) for edge, rows in elastic for k in edge.ideal]
+        if not constrained:
             return
-        self.elimination = eliminate(self.knowns, held)
+        self.elimination = eliminate(self.rhs_parameters, constrained)
         change = self.elimination.substituted
         self.rows = {node: [change(row) for row in rows] for node, rows in self.rows.items()}
         self.springs = [TreeSpring(change(spring.row), spring.stiffness) for spring in self.springs]
         self.closing = [(edge, [change(row) for row in rows]) for edge, rows in self.closing]
 
 
-def edges_of(topology: Topology, knowns: Knowns) -> list[Edge]:
+def edges_of(topology: Topology, rhs_parameters: RightHandSideParameters) -> list[Edge]:
     """Joints, rigid links, ties and supports of a frame."""
     frame, number = topology.frame, topology.number
-    joints = _joints(frame, knowns, number)
+    joints = _joints(frame, rhs_parameters, number)
     ties = [_tie(tie, number) for tie in frame.ties]
-    return joints + ties + [_support(frame, knowns, node, number) for node in frame.supports]
+    return joints + ties + [_support(frame, rhs_parameters, node, number) for node in frame.supports]
 
 
-def _joints(frame: Description, knowns: Knowns, number: dict[str, int]) -> list[Edge]:
+def _joints(frame: Description, rhs_parameters: RightHandSideParameters, number: dict[str, int]) -> list[Edge]:
     links = frame.joints.values()
     ideal = np.array([np.isinf(link.element.stiffness.reshape(-1, 6)[:1]).any(axis=0) for link in links])
-    held = [tuple(k for k in _SIX if row[k]) for row in ideal.tolist()]
+    constrained = [tuple(k for k in _SIX if row[k]) for row in ideal.tolist()]
     edges = []
-    for (name, link), components in zip(frame.joints.items(), held, strict=True):
+    for (name, link), components in zip(frame.joints.items(), constrained, strict=True):
         axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
-        springs = _springs(knowns.grid, link.element.stiffness)
-        offset = _offset(knowns, frame.offsets.get(name, {}))
-        pitch = knowns.grid.value(link.element.pitch / (2.0 * np.pi))
+        springs = _springs(rhs_parameters.grid, link.element.stiffness)
+        offset = _offset(rhs_parameters, frame.offsets.get(name, {}))
+        pitch = rhs_parameters.grid.value(link.element.pitch / (2.0 * np.pi))
         ends = number[link.first], number[link.second]
         edges.append(Edge(name, "joint", *ends, components, springs, axes, offset, pitch))
     return edges
@@ -220,16 +220,16 @@ def _tie(tie: Tie, number: dict[str, int]) -> Edge:
     return Edge(None, kind, number[tie.master], number[tie.slave], tie.components, (0.0,) * 6, None, _NONE)
 
 
-def _support(frame: Description, knowns: Knowns, node: str, number: dict[str, int]) -> Edge:
-    held = frame.supports[node]
-    ideal = tuple(sorted(held))
-    return Edge(node, "support", GROUND, number[node], ideal, (0.0,) * 6, None, _offset(knowns, held))
+def _support(frame: Description, rhs_parameters: RightHandSideParameters, node: str, number: dict[str, int]) -> Edge:
+    constrained = frame.supports[node]
+    ideal = tuple(sorted(constrained))
+    return Edge(node, "support", GROUND, number[node], ideal, (0.0,) * 6, None, _offset(rhs_parameters, constrained))
 
 
-def _offset(knowns: Knowns, given: dict[int, Array]) -> tuple[Row, ...]:
+def _offset(rhs_parameters: RightHandSideParameters, given: dict[int, Array]) -> tuple[Row, ...]:
     if not given:
         return _NONE
-    return tuple(knowns.row(knowns.grid.value(given[k])) if k in given else {} for k in _SIX)
+    return tuple(rhs_parameters.row(rhs_parameters.grid.value(given[k])) if k in given else {} for k in _SIX)
 
 
 def spanning(edges: list[Edge], *, ordered: bool = False) -> tuple[list[Edge], list[Edge]]:

@@ -113,12 +113,12 @@ class Varying:
         """All entries."""
         return (entry for _, pieces in self.groups for piece in pieces for entry in piece.entries)
 
-    def within(self, own: set[int], held: set[int]) -> Varying | None:
-        """Those of one component: between DOFs `held`, one at least its `own`; None where there are none."""
+    def within(self, own: set[int], coupled: set[int]) -> Varying | None:
+        """Those of one component: between DOFs `coupled`, one at least its `own`; None where there are none."""
         groups = []
         for group, pieces in self.groups:
             kept = [
-                [e for e in piece.entries if held.issuperset(e.at) and not own.isdisjoint(e.at)] for piece in pieces
+                [e for e in piece.entries if coupled.issuperset(e.at) and not own.isdisjoint(e.at)] for piece in pieces
             ]
             at = [k for k, entries in enumerate(kept) if entries]
             if at:
@@ -166,7 +166,7 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
 def _given(group: Group) -> list[list[Array]]:
     """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end: each (n, ...)."""
     stiffness, rows = group.element.springs(group.length)
-    start, end = group.turns
+    start, end = group.end_axes
     matrices = [rows, start] if end is start else [rows, start, end]
     return [
         [stiffness[..., i] for i in range(stiffness.shape[-1])],
@@ -176,10 +176,12 @@ def _given(group: Group) -> list[list[Array]]:
 
 def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
     """By spring, its deformation for a unit of each of the twelve displacements in the nodes' axes."""
-    stiffness, local, *turns = each
+    stiffness, local, *end_axes = each
     return [
         [
-            combine([(local[12 * i + 3 * block + k], turns[block // 2 % len(turns)][3 * k + c]) for k in range(3)])
+            combine(
+                [(local[12 * i + 3 * block + k], end_axes[block // 2 % len(end_axes)][3 * k + c]) for k in range(3)]
+            )
             for block in range(4)
             for c in range(3)
         ]
@@ -215,11 +217,11 @@ def _codes(number: Array, grid: Grid) -> NDArray[np.int64]:
     return np.where(used, 1 + 2 * mask, 0)
 
 
-def _pairs(dofs: list[int], stiffness: list[int], local: list[int], *turns: list[int]) -> list[Entry]:
+def _pairs(dofs: list[int], stiffness: list[int], local: list[int], *end_axes: list[int]) -> list[Entry]:
     code = [[0] * 12 for _ in stiffness]
     for i, row in enumerate(code):
         for a in range(12):
-            turn = turns[a // 6 % len(turns)]
+            turn = end_axes[a // 6 % len(end_axes)]
             for k in range(3):
                 one, other = local[12 * i + 3 * (a // 3) + k], turn[3 * k + a % 3]
                 row[a] |= one | other if one and other else 0

@@ -131,9 +131,9 @@ class Accuracy:
     @cached_property
     def status(self) -> NDArray[np.str_]:
         """``"regular"``, ``"singular: coupler and rocker in line"``, or the frame's ``"mechanism"``, (...)."""
-        loose = np.broadcast_to(self._cases.movable, (2, *self.shape)).any(axis=0)
+        free = np.broadcast_to(self._cases.movable, (2, *self.shape)).any(axis=0)
         singular = np.broadcast_to(self.motion.singular, self.shape)
-        return np.where(singular, SINGULAR, np.where(loose, "mechanism", "regular"))
+        return np.where(singular, SINGULAR, np.where(free, "mechanism", "regular"))
 
     @cached_property
     def exact_status(self) -> NDArray[np.str_]:
@@ -213,7 +213,7 @@ class Accuracy:
         if self.contacts is not None:
             return {joint: offset(self.clearances[joint], self.contacts[joint]) for joint in JOINTS}
         if self.equilibrium:
-            return {joint: self._resting(joint) for joint in JOINTS}
+            return {joint: self._contact_offsets(joint) for joint in JOINTS}
         with warnings.catch_warnings():
             # Singular poses have no forces; the displacements tell of them when they are read.
             warnings.simplefilter("ignore", MechanismWarning)
@@ -222,7 +222,7 @@ class Accuracy:
         largest = np.max(np.abs(list(force.values())), axis=0)
         return {joint: pressed(self.clearances[joint], force[joint], largest) for joint in JOINTS}
 
-    def _resting(self, joint: str) -> Complex:
+    def _contact_offsets(self, joint: str) -> Complex:
         if not self.clearances[joint].any():
             return np.zeros(self.shape, dtype=np.complex128)
         place = self._in_equilibrium.contact(joint).offset

@@ -36,9 +36,9 @@ def clearance_displacement(motion: FourBarKinematics, offsets: Mapping[str, Comp
     x, y = motion.four_bar.point
     chord = loop.diagonal - (offsets["B"] + offsets["D"] + offsets["E"])
     side = np.where(loop.singular, np.nan, np.sign(loop.area))
-    turned = dyad(chord, loop.coupler, loop.rocker, side) - loop.coupler_vector
+    rotated = dyad(chord, loop.coupler, loop.rocker, side) - loop.coupler_vector
     arm = (np.asarray(x) + 1j * np.asarray(y)) / loop.coupler
-    return vector(offsets["B"] + arm * turned)
+    return vector(offsets["B"] + arm * rotated)
 
 
 def clearance_map(motion: FourBarKinematics) -> dict[str, Array]:
@@ -66,7 +66,7 @@ def clearance_map(motion: FourBarKinematics) -> dict[str, Array]:
     for offset in (1.0 + 0.0j, 1.0j):
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = -(offset * np.conj(rocker)).real / (1j * loop.coupler_vector * np.conj(rocker)).real
-            turned = 1j * turn * arm
+            rotated = 1j * turn * arm
         for joint, found in columns.items():
-            found.append(vector((offset if joint == "B" else 0.0) + turned)[..., :2])
+            found.append(vector((offset if joint == "B" else 0.0) + rotated)[..., :2])
     return {joint: np.stack(found, axis=-1) for joint, found in columns.items()}

@@ -120,9 +120,9 @@ class Closure:
     def gap(self) -> Array:
         """Distance that coupler and rocker lack to close the loop, (...); 0 where it closes."""
         s = np.sqrt(self._square)
-        reach = np.maximum(s - (self.coupler + self.rocker), np.abs(self.coupler - self.rocker) - s)
+        excess = np.maximum(s - (self.coupler + self.rocker), np.abs(self.coupler - self.rocker) - s)
         closes = np.logical_and(*(f >= -r for f, r in zip(self._factors, self._resolution, strict=True)))
-        return np.where(closes, 0.0, np.maximum(reach, EPS * self._total))
+        return np.where(closes, 0.0, np.maximum(excess, EPS * self._total))
 
     @cached_property
     def singular(self) -> Mask:

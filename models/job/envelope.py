@@ -28,28 +28,31 @@ def swept(places: Array) -> list[Array]:
         Corners (k, 2) of each outline, in order; that of a pose alone where neither neighbour has positions.
     """
     there = np.asarray(np.isfinite(places).all(axis=-1).any(axis=-1))
-    reach = _reach(places)
+    support_function = _support_function(places)
     pairs = np.flatnonzero(there[:-1] & there[1:])
     beside = np.append(False, there[:-1]) | np.append(there[1:], False)
     alone = np.flatnonzero(there & ~beside)
-    return [*_corners(np.maximum(reach[pairs], reach[pairs + 1])), *_corners(reach[alone])]
+    return [
+        *_corners(np.maximum(support_function[pairs], support_function[pairs + 1])),
+        *_corners(support_function[alone]),
+    ]
 
 
 def _angles() -> Array:
     return np.asarray(2.0 * np.pi / DIRECTIONS * np.arange(DIRECTIONS))
 
 
-def _reach(places: Array) -> Array:
+def _support_function(places: Array) -> Array:
     """How far the samples reach in each direction, (poses, directions); -inf where there are none."""
     along = (places[..., 0] * np.cos(angle) + places[..., 1] * np.sin(angle) for angle in _angles())
     return np.stack([np.where(np.isnan(each), -np.inf, each).max(axis=1) for each in along], axis=1)
 
 
-def _corners(reach: Array) -> Array:
+def _corners(support_function: Array) -> Array:
     """Where each tangent meets the next, (..., directions, 2)."""
     angles = _angles()
     cos, sin = np.cos(angles), np.sin(angles)
-    after = np.roll(reach, -1, axis=-1)
-    x = reach * np.roll(sin, -1) - after * sin
-    y = after * cos - reach * np.roll(cos, -1)
+    after = np.roll(support_function, -1, axis=-1)
+    x = support_function * np.roll(sin, -1) - after * sin
+    y = after * cos - support_function * np.roll(cos, -1)
     return np.asarray(np.stack([x, y], axis=-1) / np.sin(2.0 * np.pi / DIRECTIONS))

@@ -92,8 +92,8 @@ def draw_histogram(axes: Axes, values: Array, label: str, unit: str, where: str 
     where
         What stands first in the title.
     """
-    told = f"{label} [{unit}]" if unit else label
-    axes.set_xlabel(told, parse_math=True)
+    text = f"{label} [{unit}]" if unit else label
+    axes.set_xlabel(text, parse_math=True)
     first = f"{where}, " if where else ""
     if np.ptp(values) <= SAME * np.abs(values).max():
         axes.axvline(float(values[0]), color=BLUE, lw=1.6)

@@ -17,7 +17,7 @@ standard error of the last digits. Large displacement takes each sample's links,
 equilibrium to which its load leads; `{file}` holds it for all poses."""
 
 
-def told(outcome: Outcome) -> list[str]:
+def failed_samples(outcome: Outcome) -> list[str]:
     """Sentences where large displacement is not that of all samples."""
     return [*_first(outcome), *_lost(outcome)]
 
@@ -49,9 +49,11 @@ def rows(outcome: Outcome) -> Iterator[tuple[str, list[float], list[float], str]
     numbers = (outcome.mean, outcome.std, outcome.rigid + large.mean, large.std)[::step]
     errors = (outcome.standard_error, outcome.std_standard_error, large.standard_error, large.std_standard_error)
     needed = np.flatnonzero(outcome.assembled & (outcome.marked_status != "regular"))
-    values, doubts = (np.hstack([each[needed][:, shown] for each in columns]) for columns in (numbers, errors[::step]))
+    values, uncertainties = (
+        np.hstack([each[needed][:, shown] for each in columns]) for columns in (numbers, errors[::step])
+    )
     for row, pose in enumerate(needed):
-        yield outcome.drives[pose], values[row].tolist(), doubts[row].tolist(), str(outcome.marked_status[pose])
+        yield outcome.drives[pose], values[row].tolist(), uncertainties[row].tolist(), str(outcome.marked_status[pose])
 
 
 def as_text(outcome: Outcome, width: int | None = None) -> str:
@@ -81,6 +83,6 @@ def _cells(outcome: Outcome) -> list[list[str]]:
     width = len(outcome.axes)
     forms = (*["z.6f"] * width, *[".2e"] * width * (outcome.count > 1)) * 2
     return [
-        [drive, *(with_error(*each) for each in zip(values, doubts, forms, strict=True)), status]
-        for drive, values, doubts, status in rows(outcome)
+        [drive, *(with_error(*each) for each in zip(values, uncertainties, forms, strict=True)), status]
+        for drive, values, uncertainties, status in rows(outcome)
     ]

@@ -83,7 +83,7 @@ def folder(text: str) -> Path:
     return Path(text)
 
 
-def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, told: str = "") -> None:
+def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, text: str = "") -> None:
     """Add the options that say where results go, and which figures are drawn.
 
     Parameters
@@ -92,10 +92,10 @@ def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, told: 
         Where to add them.
     out
         Directory by default.
-    told
+    text
         It in words, where `out` does not say it.
     """
-    parser.add_argument("--out", type=folder, metavar="DIR", default=out, help=f"directory for the results{told}")
+    parser.add_argument("--out", type=folder, metavar="DIR", default=out, help=f"directory for the results{text}")
     parser.add_argument(
         "--figures", choices=FIGURES, default="all",
         help="which are drawn: none, those in the plane, or these and the picture in space",

@@ -73,15 +73,15 @@ class Parts:
 
     def _put(self, out: dict[str, Array], name: str, cut: slice, found: Array) -> None:
         """Put the results of a part where they belong; what does not vary with the samples is held once."""
-        behind = found.shape[2:]
+        after = found.shape[2:]
         if name in self.greatest:
-            most = np.broadcast_to(found.max(axis=1, keepdims=True), (self.shape[0], 1, *behind))
+            most = np.broadcast_to(found.max(axis=1, keepdims=True), (self.shape[0], 1, *after))
             out[name] = np.maximum(out[name], most) if name in out else most
         elif found.shape[1] == 1:
-            out[name] = np.broadcast_to(found, (self.shape[0], 1, *behind))
+            out[name] = np.broadcast_to(found, (self.shape[0], 1, *after))
         else:
             if name not in out:
-                out[name] = np.empty((*self.shape, *behind), dtype=found.dtype)
+                out[name] = np.empty((*self.shape, *after), dtype=found.dtype)
             out[name][:, cut] = found
 
 

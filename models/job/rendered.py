@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ...framework.paraview.entries import Entry
-    from ...framework.pictures.apart import Artist
+    from ...framework.pictures.drawing_process import Artist
     from ...framework.solution import Solution
 
 
@@ -53,7 +53,7 @@ def picture(wanted: bool) -> Iterator[Picture]:
     if not wanted:
         yield Picture(None)
         return
-    from ...framework.pictures.apart import Artist
+    from ...framework.pictures.drawing_process import Artist
 
     with Artist() as artist:
         yield Picture(artist)

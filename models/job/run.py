@@ -164,8 +164,8 @@ def _write(figure: Figure, path: Path, formats: Sequence[str]) -> None:
     for form in dict.fromkeys(formats):
         # Two runs of the same inputs write the same bytes: without dates, and with the same names inside.
         with rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem, "pdf.fonttype": 42}):
-            told: dict[str, Any] = {"pil_kwargs": {"compress_level": FAST}} if form == "png" else {}
-            figure.savefig(path.with_suffix(f".{form}"), metadata=UNDATED.get(form), **told)
+            text: dict[str, Any] = {"pil_kwargs": {"compress_level": FAST}} if form == "png" else {}
+            figure.savefig(path.with_suffix(f".{form}"), metadata=UNDATED.get(form), **text)
 
 
 def _pictures(folder: Path, captions: Mapping[str, str], formats: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError
+from .continuation.drives import by_joint
 from .description.linkage_description import LinkageDescription
 from .graphics.plots import SI, Units, html_of, plot_linkage
 from .motion import Motion
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
-from .way.drives import by_joint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -204,20 +204,20 @@ def _calibration(model: _Model, changes: Array, target: Array, *, known: bool) -
     names = tuple(model.start)
     _, size, rows = np.linalg.svd(model.slopes(changes), full_matrices=True)
     size = np.concatenate([size, np.zeros(len(names) - len(size))])
-    told = size > LEAST * max(float(size[0]), 1e-300)
+    text = size > LEAST * max(float(size[0]), 1e-300)
     values, off = model.values(changes), model.off(changes, target)
-    freedom = int(off.size - told.sum())
+    freedom = int(off.size - text.sum())
     chi_squared = float(off @ off)
     variance = 1.0 if known else chi_squared / freedom if freedom else np.nan
-    directions = rows[told] * model.sizes
-    covariance = variance * (directions.T / size[told] ** 2) @ directions
-    lost = np.abs(rows[~told]).max(axis=0, initial=0.0) > PART
+    directions = rows[text] * model.sizes
+    covariance = variance * (directions.T / size[text] ** 2) @ directions
+    lost = np.abs(rows[~text]).max(axis=0, initial=0.0) > PART
     covariance[lost] = covariance[:, lost] = np.nan
     covariance[lost, lost] = np.inf
     residual = np.full(target.shape, np.nan)
     residual[model.there] = -off / model.weight
     undetermined = tuple(
-        {name: float(share) for name, share in zip(names, row, strict=True) if abs(share) > PART} for row in rows[~told]
+        {name: float(share) for name, share in zip(names, row, strict=True) if abs(share) > PART} for row in rows[~text]
     )
     by_name = dict(zip(names, values.tolist(), strict=True))
     return Calibration(by_name, covariance, residual, chi_squared, freedom, known, undetermined)

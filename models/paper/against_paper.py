@@ -146,7 +146,7 @@ def _offsets(result: Result, table: Printed) -> Iterable[str]:
             " chance does not explain it."
         )
     if (np.abs(turn) > TURNED).any():
-        yield _turned(degrees, theirs, turn, radial)
+        yield _rotated(degrees, theirs, turn, radial)
 
 
 def _on_the_circle(places: NDArray[np.float64], degrees: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
@@ -155,7 +155,7 @@ def _on_the_circle(places: NDArray[np.float64], degrees: NDArray[np.float64]) ->
     return np.degrees(np.angle(end / start)), 1e3 * (np.abs(end) - np.abs(start))
 
 
-def _turned(
+def _rotated(
     degrees: NDArray[np.float64],
     moved: NDArray[np.float64],
     turn: NDArray[np.float64],

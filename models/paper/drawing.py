@@ -100,5 +100,5 @@ def _name_link(axes: Axes, name: str, start: Array, end: Array) -> None:
     along = unit(end - start)
     slope = np.pi / 2 - (np.pi / 2 - np.arctan2(along[1], along[0])) % np.pi
     shift = 9.0 * np.array([-np.sin(slope), np.cos(slope)])
-    turned = {"rotation": np.degrees(slope), "rotation_mode": "anchor", "ha": "center", "va": "center"}
-    note(axes, name, (start + end) / 2, shift, color=GREY, **turned)
+    text_style = {"rotation": np.degrees(slope), "rotation_mode": "anchor", "ha": "center", "va": "center"}
+    note(axes, name, (start + end) / 2, shift, color=GREY, **text_style)

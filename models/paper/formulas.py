@@ -31,9 +31,9 @@ class EndMatrix:
 
     def rigid_turn(self, angle: float) -> float:
         """Largest force or moment after a small rigid turn about z of the start; 0 for a beam."""
-        turned = np.zeros(12)
-        turned[[5, 11]], turned[7] = angle, angle * self.length
-        return float(np.abs(self.matrix @ turned).max())
+        rotated = np.zeros(12)
+        rotated[[5, 11]], rotated[7] = angle, angle * self.length
+        return float(np.abs(self.matrix @ rotated).max())
 
     def exchange(self) -> float:
         """Largest change when the ends are exchanged, relative to the largest entry; 0 for a beam.

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...framework.errors import MechanismWarning
 from ..four_bar.accuracy import accuracy
-from ..job.large_table import told
+from ..job.large_table import failed_samples
 from ..job.remarks import beyond_size, without_result
 from .result import four_bar
 
@@ -28,7 +28,7 @@ def remarks(result: Result) -> list[str]:
         f"--{name.replace('_', '-')} {getattr(inputs, name)} has no effect: {why}."
         for name, why in inputs.without_effect.items()
     ]
-    found += told(result)
+    found += failed_samples(result)
     found += beyond_size("P", study.nominal.compliance, _size(inputs), where)
     return found + without_result(lost(study), len(where), study.n, study.nan_policy)
 

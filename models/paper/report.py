@@ -97,9 +97,9 @@ def _summary(result: Result) -> Iterable[str]:
 
 def _irregular(result: Result) -> Iterable[str]:
     """Which poses have no statistics, and why."""
-    told = np.where(result.assembled, result.status, "not assembled: coupler and rocker do not reach each other")
-    for status in sorted(set(told[~result.regular])):
-        angles = ", ".join(f"{angle:g}°" for angle in result.degrees[told == status])
+    text = np.where(result.assembled, result.status, "not assembled: coupler and rocker do not reach each other")
+    for status in sorted(set(text[~result.regular])):
+        angles = ", ".join(f"{angle:g}°" for angle in result.degrees[text == status])
         yield f"At {angles}: {status}."
 
 

@@ -158,10 +158,10 @@ class Checkpoint:
 def _payload(path: Path) -> bytes | None:
     """Content of a chunk's file; None where it is not what was written."""
     try:
-        told, _, payload = path.read_bytes().partition(b"\n")
+        text, _, payload = path.read_bytes().partition(b"\n")
     except OSError:
         return None
-    return payload if hashlib.sha256(payload).hexdigest().encode() == told else None
+    return payload if hashlib.sha256(payload).hexdigest().encode() == text else None
 
 
 def first_results(results: Array) -> dict[str, Any]:

@@ -182,15 +182,15 @@ class ChunkTask:
 
 def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:
     """Status with the samples first and the other axes, those of the result but some of the last, as one, (m, s)."""
-    told = np.asarray(given, dtype=np.str_)
-    if -told.ndim <= axis < told.ndim:
-        told = np.moveaxis(told, axis, 0)
-    if told.ndim < 1 or told.shape != results.shape[: told.ndim]:
+    text = np.asarray(given, dtype=np.str_)
+    if -text.ndim <= axis < text.ndim:
+        text = np.moveaxis(text, axis, 0)
+    if text.ndim < 1 or text.shape != results.shape[: text.ndim]:
         raise FrameError(
             f"the function returned a status of shape {np.shape(given)} beside results {results.shape}, samples first: "
             "it must have their axes, or the first of them"
         )
-    return told.reshape(len(told), -1)
+    return text.reshape(len(text), -1)
 
 
 def _pickled(parts: tuple[Any, ...]) -> bytes:

@@ -85,7 +85,7 @@ def _parts(block: Array, nan_policy: str) -> Iterator[Comoments]:
         few = n[..., None, None] > 1
         own = second / np.where(few, n[..., None, None] - 1, 1)
         nothing = np.zeros(second.shape)
-        told = np.where(np.broadcast_to(few, second.shape), 1, 0)
+        text = np.where(np.broadcast_to(few, second.shape), 1, 0)
         yield Comoments(
-            np.asarray(n), mean, second, Moments(told, np.where(few, own, np.nan), nothing, nothing, nothing)
+            np.asarray(n), mean, second, Moments(text, np.where(few, own, np.nan), nothing, nothing, nothing)
         )

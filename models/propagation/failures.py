@@ -175,8 +175,8 @@ class FailureCount:
         if self.nan_policy == "raise":
             found = self.found()
             if found.count:
-                told = in_words(found, str(self.n) if self.seen == self.n else f"the first {self.seen}")
-                raise FrameError(f"{told}: find why, or choose the nan_policy 'omit' or 'propagate'")
+                text = in_words(found, str(self.n) if self.seen == self.n else f"the first {self.seen}")
+                raise FrameError(f"{text}: find why, or choose the nan_policy 'omit' or 'propagate'")
 
     def found(self) -> Failures:
         """All of them so far."""

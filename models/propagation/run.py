@@ -252,24 +252,24 @@ def _taken_up(task: ChunkTask, checkpoint: str | os.PathLike[str], *, fresh: boo
 
 def about(task: ChunkTask) -> dict[str, Any]:
     """By what the results of a run depend on, what tells it from another run."""
-    told: dict[str, Any] = {"the order of the inputs": list(task.inputs.names)} | task.inputs.told()
+    text: dict[str, Any] = {"the order of the inputs": list(task.inputs.names)} | task.inputs.told()
     entropy = task.root.entropy
-    told["the seed"] = {
+    text["the seed"] = {
         "entropy": entropy if entropy is None or isinstance(entropy, int) else [int(each) for each in entropy],
         "spawn_key": [int(each) for each in task.root.spawn_key],
     }
     if isinstance(task.sampler, str):
-        told["the sampler"] = task.sampler
+        text["the sampler"] = task.sampler
     else:
         first = points_of(task.inputs.names, task.n, task.root, task.sampler).take(0, 16)
-        told["the sampler"] = check_sum(first)
+        text["the sampler"] = check_sum(first)
     if not goes_on(task.sampler):
         # These points are balanced for so many of them.
-        told["the number of samples"] = task.n
-    told |= {"axis": task.axis, "nan_policy": task.nan_policy, "also": sorted(task.also), "keep_samples": task.keep}
-    told[FUNCTION] = first_results(task.results(0, 2)[0])
-    return told
+        text["the number of samples"] = task.n
+    text |= {"axis": task.axis, "nan_policy": task.nan_policy, "also": sorted(task.also), "keep_samples": task.keep}
+    text[FUNCTION] = first_results(task.results(0, 2)[0])
+    return text
 
 
-def _seed_of(told: Mapping[str, Any]) -> np.random.SeedSequence:
-    return np.random.SeedSequence(told["entropy"], spawn_key=told["spawn_key"])
+def _seed_of(text: Mapping[str, Any]) -> np.random.SeedSequence:
+    return np.random.SeedSequence(text["entropy"], spawn_key=text["spawn_key"])

@@ -66,11 +66,11 @@ class TaylorMoments:
             return np.asarray(parts / parts.sum(axis=-1, keepdims=True))
 
     def __repr__(self) -> str:
-        told = f"TaylorMoments of order {self.order}: mean {self.mean}, std {self.std}"
+        text = f"TaylorMoments of order {self.order}: mean {self.mean}, std {self.std}"
         if self.mean.ndim:
-            return told
+            return text
         rows = [f"{name:>16}{100 * share:>8.1f} %" for name, share in zip(self.inputs, self.shares, strict=True)]
-        return "\n".join([told, *rows])
+        return "\n".join([text, *rows])
 
 
 def taylor_moments(
@@ -158,8 +158,8 @@ def _moments(
     if h is None:
         return value, variance
     mean = value + 0.5 * np.einsum("...ij,ij->...", h, covariance)
-    turned = h @ covariance
-    both = 0.5 * np.einsum("...ij,...ji->...", turned, turned)
+    rotated = h @ covariance
+    both = 0.5 * np.einsum("...ij,...ji->...", rotated, rotated)
     if independent:
         # The sum over i = j of what holds for normal inputs, ½ H_ii² σ_i⁴, is replaced.
         own = np.diagonal(h, axis1=-2, axis2=-1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from linkframe.framework.clearances.balls import resting_points
+from linkframe.framework.clearances.ball_qp import minimise_in_balls
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import minimize
 
@@ -21,7 +21,7 @@ def problems(size: float, rank: int, count: int, seed: int = 0, n: int = 6) -> t
 
 def conditions(stiffness: np.ndarray, force: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Imbalance by entry; length and multiplier by ball."""
-    x, multiplier = resting_points(stiffness, force, own)
+    x, multiplier = minimise_in_balls(stiffness, force, own)
     rest = force - np.einsum("ijn,jn->in", stiffness, x) - multiplier[own] * x
     lengths = np.stack([np.linalg.norm(x[own == ball], axis=0) for ball in range(own[-1] + 1)])
     return np.abs(rest).max(axis=0), lengths, multiplier
@@ -54,7 +54,7 @@ def test_any_number_of_balls(seed: int, sizes: list[int], power: float) -> None:
 def test_against_sequential_quadratic_programming(seed: int) -> None:
     stiffness, force = problems(0.5, 4, 1, seed)
     S, f = stiffness[..., 0], force[:, 0]
-    x, _ = resting_points(stiffness, force, THREE_PAIRS)
+    x, _ = minimise_in_balls(stiffness, force, THREE_PAIRS)
     spheres = [
         {"type": "ineq", "fun": lambda y, b=b: 1.0 - y[2 * b : 2 * b + 2] @ y[2 * b : 2 * b + 2]} for b in range(3)
     ]
@@ -67,16 +67,16 @@ def test_against_sequential_quadratic_programming(seed: int) -> None:
 def test_entries_do_not_know_of_each_other() -> None:
     """The same bits alone and in a batch of any size."""
     stiffness, force = problems(1.0, 4, 3000)
-    whole, multiplier = resting_points(stiffness, force, THREE_PAIRS)
+    whole, multiplier = minimise_in_balls(stiffness, force, THREE_PAIRS)
     for entry in (0, 700, 1500, 2047, 2048, 2999):
-        one, own = resting_points(stiffness[..., [entry]], force[:, [entry]], THREE_PAIRS)
+        one, own = minimise_in_balls(stiffness[..., [entry]], force[:, [entry]], THREE_PAIRS)
         assert_array_equal(whole[:, entry], one[:, 0])
         assert_array_equal(multiplier[:, entry], own[:, 0])
 
 
 def test_without_force_nothing_moves() -> None:
     stiffness, force = problems(1.0, 6, 3)
-    x, multiplier = resting_points(stiffness, 0.0 * force, THREE_PAIRS)
+    x, multiplier = minimise_in_balls(stiffness, 0.0 * force, THREE_PAIRS)
     assert not x.any()
     assert not multiplier.any()
 
@@ -84,7 +84,7 @@ def test_without_force_nothing_moves() -> None:
 @pytest.mark.parametrize("push", [1.0 - 1e-9, 1.0, 1.0 + 1e-9])
 def test_force_that_just_reaches_the_sphere(push: float) -> None:
     """Where the sphere is touched without force, and just before and after that."""
-    x, multiplier = resting_points(np.eye(2)[..., None], np.array([[0.6 * push], [0.8 * push]]), np.array([0, 0]))
+    x, multiplier = minimise_in_balls(np.eye(2)[..., None], np.array([[0.6 * push], [0.8 * push]]), np.array([0, 0]))
     assert_allclose(x[:, 0], min(push, 1.0) * np.array([0.6, 0.8]), atol=1e-12)
     assert_allclose(multiplier[0, 0], max(push - 1.0, 0.0), atol=1e-12)
 
@@ -103,4 +103,4 @@ def test_spheres_touched_without_force(rank: int) -> None:
     assert np.quantile(rest, 0.95) < 1e-12
     assert length.max() <= 1.0 + 1e-15
     if rank == 6:
-        assert_allclose(resting_points(stiffness, force, THREE_PAIRS)[0], known, atol=1e-8)
+        assert_allclose(minimise_in_balls(stiffness, force, THREE_PAIRS)[0], known, atol=1e-8)

@@ -459,7 +459,7 @@ def test_the_same_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(5)
     given = (rng.uniform(0.0, 1e-3, (4, 1)), 10 ** rng.uniform(5, 11, (4, 1)), np.linspace(0.0, 6.0, 7))
     whole = batch_frame(*given).solve().displacement("P1")
-    monkeypatch.setattr("linkframe.framework.clearances.resting._MOST", 5)
+    monkeypatch.setattr("linkframe.framework.clearances.contact_state._MOST", 5)
     assert_array_equal(batch_frame(*given).solve().displacement("P1"), whole)
 
 

@@ -16,7 +16,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework.batched import unloaded
-from linkframe.framework.cache import COMPILED, ORDERS, PROGRAMS, SOLVED, Bounded, Leases, alike
+from linkframe.framework.cache import COMPILED, ORDERS, PROGRAMS, SOLVED, Bounded, LimitedCache, alike
 from linkframe.models import Linkage
 
 TOP = Path(__file__).parents[2]
@@ -208,7 +208,7 @@ def test_what_is_kept_is_bounded() -> None:
     assert few.found(3, lambda: "made anew") == "made anew"
     few.found(10, lambda: "heavy", 4)
     assert len(few) == 0
-    leases: Leases[int] = Leases()
+    leases: LimitedCache[int] = LimitedCache()
     frames = [Frame() for _ in range(300)]
     for number, frame in enumerate(frames):
         leases.put(frame, number)

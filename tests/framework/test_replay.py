@@ -25,7 +25,7 @@ def answers(frame: Frame) -> list[bytes]:
     arrays = [solution.displacement(node) for node in frame.nodes]
     arrays += [solution.reaction(node) for node in frame.supports]
     arrays += [solution.joint_force(joint) for joint in frame.joints]
-    arrays += [solution.solver.factor(name).margin() for name in sorted(solution.plan.excited)]  # type: ignore[union-attr]
+    arrays += [solution.solver.factor(name).pivot_ratio() for name in sorted(solution.plan.excited)]  # type: ignore[union-attr]
     # a zero of either sign is one and the same
     return [(array + 0.0).tobytes() for array in arrays]
 

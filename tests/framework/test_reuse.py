@@ -13,7 +13,7 @@ from linkframe.framework import Frame
 from linkframe.framework.batched import block as block_module
 from linkframe.framework.batched import unloaded as unloaded_module
 from linkframe.framework.batched.broadcast import BroadcastSolver
-from linkframe.framework.batched.progress import PartialFactorisation
+from linkframe.framework.batched.partial_factorisation import PartialFactorisation
 from linkframe.framework.cache import SOLVED
 from linkframe.framework.solvers.lu import LUFactor
 from linkframe.framework.solvers.sparse import SparseSolver

@@ -61,10 +61,10 @@ def watched(frame: Frame) -> tuple[float, float]:
     """Least ratio of a pivot to its scale: as it is bounded beforehand, and as it comes out where it is watched."""
     plan = frame.solve().plan
     factors = [BlockFactor(plan.block(name)) for name in plan.excited]
-    before = min(factor._rest.margin for factor in factors)
+    before = min(factor._rest.pivot_ratio for factor in factors)
     for factor in factors:
-        factor.__dict__["_rest"] = replace(factor._rest, margin=0.0)
-        factor.margin()
+        factor.__dict__["_rest"] = replace(factor._rest, pivot_ratio=0.0)
+        factor.pivot_ratio()
     return before, float(min(np.min(np.asarray(factor._least)) for factor in factors))
 
 

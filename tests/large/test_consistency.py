@@ -8,9 +8,9 @@ from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle, Spri
 from linkframe.framework import Frame, FrameError
 from linkframe.framework.batched.plan import Plan
 from linkframe.framework.large.equations import EquilibriumEquations
-from linkframe.framework.large.flat_model import FlatModel
 from linkframe.framework.large.model import Model
-from linkframe.framework.large.planar import FlatEquations
+from linkframe.framework.large.planar import PlanarEquations
+from linkframe.framework.large.planar_model import PlanarModel
 from linkframe.framework.large.state import DisplacedState
 
 STEEL = Material(E=200e3, nu=0.3, density=1.0)
@@ -174,15 +174,18 @@ def test_a_plane_gives_what_space_gives(normal: int) -> None:
     flat.load("B", **{f"m{names[2]}": 3.0})
     model = Model(Plan(flat, cut=True))
     assert len(model.components) == 3
-    assert FlatModel.suits(model)
-    space, plane = EquilibriumEquations(model, (np.arange(2),), 2), FlatEquations(FlatModel(model), (np.arange(2),), 2)
+    assert PlanarModel.suits(model)
+    space, plane = (
+        EquilibriumEquations(model, (np.arange(2),), 2),
+        PlanarEquations(PlanarModel(model), (np.arange(2),), 2),
+    )
     step = 0.2 * np.random.default_rng(2).standard_normal((model.size, 2))
     there = space.advanced(DisplacedState.start(model, 2), step)
-    here = plane.advanced(FlatEquations.start(model, 2), step)
-    in_space = plane.flat.space(here)
+    here = plane.advanced(PlanarEquations.start(model, 2), step)
+    in_space = plane.planar_model.space(here)
     for one, other in zip(
-        (there.moved, np.abs(there.turned), there.own),
-        (in_space.moved, np.abs(in_space.turned), in_space.own),
+        (there.displacements, np.abs(there.rotations), there.own),
+        (in_space.displacements, np.abs(in_space.rotations), in_space.own),
         strict=True,
     ):
         assert one == pytest.approx(other, abs=1e-14)
@@ -190,7 +193,7 @@ def test_a_plane_gives_what_space_gives(normal: int) -> None:
     assert second.forces == pytest.approx(first.forces, abs=1e-12 * np.abs(first.forces).max())
     tangents = np.zeros((2, model.size, model.size, 2))
     tangents[0][model.pattern[1:]] = first.values
-    tangents[1][plane.flat.pattern[1:]] = tangents[1][plane.flat.pattern[:0:-1]] = second.values
+    tangents[1][plane.planar_model.pattern[1:]] = tangents[1][plane.planar_model.pattern[:0:-1]] = second.values
     assert tangents[1] == pytest.approx(tangents[0], abs=1e-12 * np.abs(first.values).max())
 
 

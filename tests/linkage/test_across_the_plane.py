@@ -89,7 +89,7 @@ def test_tables_show_the_displacement_across(tmp_path: Path) -> None:
     result = arm(tmp_path)
     found = columns(as_text(result))
     assert_allclose(np.array(found["u_z"], float), 100.0 * PER_FORCE, rtol=1e-3)
-    force = drawn(result.inputs.laws, 40, 0)["load"]
+    force = drawn(result.inputs.distributions, 40, 0)["load"]
     assert_allclose(np.array(found["σ_z"], float), 100.0 * force.std(ddof=1) * PER_FORCE, rtol=1e-2)
     text = report(result).text({}, [], {})
     assert "| part | u_x | u_y | u_z |" in text

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
 from linkframe.models.linkage.poses.configuration import Configurations
-from linkframe.models.linkage.poses.curve import MotionPath
+from linkframe.models.linkage.poses.motion_path import MotionPath
 from numpy.testing import assert_allclose
 from reference.linkages import bennett, four_bar, loop, n_four_bar, rssr
 
@@ -152,7 +152,7 @@ def test_way_closes_although_a_rod_has_spun() -> None:
     """After a turn of the crank the rod of an RSSR need not have come back about its own line."""
     space = Configurations(rssr(0.1, 0.4, 0.25, (0.15, 0.1, 0.3), 0.3))
     curve = MotionPath(space, ("O", "rz"))
-    way = curve.walk(curve.start)
+    way = curve.trace(curve.start)
     assert way.closes
     assert abs(abs(curve.coordinate(way.places[-1].state) - 0.3) - 2.0 * np.pi) < 0.1
 

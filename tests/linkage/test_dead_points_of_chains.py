@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.models import Linkage
-from linkframe.models.linkage.poses.curve import MotionPath
+from linkframe.models.linkage.poses.motion_path import MotionPath
 
 from .test_long_chains import scissor
 

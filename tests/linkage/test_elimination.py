@@ -56,9 +56,9 @@ def test_solutions_and_determinants_are_those_of_the_matrix(seed: int, size: int
 def test_small_pivots_are_not_relied_on(monkeypatch: pytest.MonkeyPatch) -> None:
     linkage, drives = stewart(12)
     plain = linkage.move(drives)
-    monkeypatch.setattr(equations, "MARGIN", 0.9)
+    monkeypatch.setattr(equations, "LEAST_PIVOT_RATIO", 0.9)
     mended = linkage.move(drives)
-    monkeypatch.setattr(equations, "MARGIN", np.inf)
+    monkeypatch.setattr(equations, "LEAST_PIVOT_RATIO", np.inf)
     for motion in (mended, linkage.move(drives)):
         np.testing.assert_allclose(motion.position("P"), plain.position("P"), rtol=0.0, atol=1e-14)
         assert motion.is_assembled.all()

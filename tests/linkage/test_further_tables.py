@@ -11,8 +11,8 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError
 from linkframe.models.job import digits
-from linkframe.models.linkage.job.further import columns, sections
 from linkframe.models.linkage.job.inputs import RunInputs, read_inputs
+from linkframe.models.linkage.job.optional_tables import columns, sections
 from linkframe.models.linkage.job.result import RunResult, compute, work
 from linkframe.models.linkage.job.table import as_csv
 from linkframe.models.paper import inputs as paper

@@ -55,7 +55,7 @@ def drive(linkage: Linkage, free: list[tuple[str, str]]) -> int:
         before = dict(linkage.drives)
         linkage.drive(name, *before.get(name, ()), coordinate)
         space = Configurations(linkage)
-        now = space.free(space.drawn, tuple(space.mechanism.driven)).shape[1]
+        now = space.free(space.reference_state, tuple(space.mechanism.driven)).shape[1]
         if now < left:
             left = now
         else:

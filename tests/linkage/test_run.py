@@ -189,7 +189,7 @@ def test_samples_are_those_of_the_linkage_with_other_numbers(results: Path) -> N
     saved = np.load(results / "out" / "samples.npz")
     assert_array_equal(saved["displacement"], result.propagation.samples)
     assert saved["displacement"].shape == (40, 2, 8, 3)
-    drawn = draw({name: t.law for name, t in inputs.tolerances.items()}, 40, 7)
+    drawn = draw({name: t.distribution for name, t in inputs.tolerances.items()}, 40, 7)
     text = LINKAGE.replace(
         "C = [0.4, 0.0]", f"C = [{drawn['rod'][3]!r}, 0.0]".replace("np.float64(", "").replace(")", "")
     )

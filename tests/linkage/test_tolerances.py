@@ -171,9 +171,9 @@ def test_a_percentage_of_a_list_scales_each_number_by_itself(tmp_path: Path) -> 
 def test_a_percentage_in_space_and_sign(tmp_path: Path) -> None:
     for scale, wanted in (("5 %", 0.05), ("± 5%", 0.05), (" 1e1 % ", 0.1), (".5 %", 0.005)):
         given = inputs(tmp_path, LINKAGE + tolerance('["loads.0.fy"]', f'distribution = "norm"\nscale = "{scale}"'))
-        law: Any = given.tolerances["t"].law
+        law: Any = given.tolerances["t"].distribution
         assert law.std() == pytest.approx(wanted)
-        assert f"scale={100 * wanted:g} %" in given.tolerances["t"].told
+        assert f"scale={100 * wanted:g} %" in given.tolerances["t"].description
 
 
 def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:

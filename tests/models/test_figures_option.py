@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linkframe.framework.pictures import apart
-from linkframe.framework.pictures.apart import Artist
+from linkframe.framework.pictures import drawing_process
 from linkframe.framework.pictures.drawing import Drawing
+from linkframe.framework.pictures.drawing_process import Artist
 from linkframe.framework.pictures.rendering import RenderingError
 from linkframe.models.command_line import main
 from linkframe.models.sampling import Normal
@@ -76,7 +76,7 @@ TAKEN = "import sys; print('ready'); sys.stdin.buffer.read(); "
 def test_a_process_that_cannot_draw_is_told(
     program: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(apart, "PROGRAM", program)
+    monkeypatch.setattr(drawing_process, "PROGRAM", program)
     with Artist() as artist:
         artist.draw(NOTHING, tmp_path / "here.png")
         with pytest.raises(RenderingError, match=f"^here.png was not made: .*{told}"):
@@ -84,7 +84,7 @@ def test_a_process_that_cannot_draw_is_told(
 
 
 def test_a_process_that_can_is_believed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(apart, "PROGRAM", TAKEN)
+    monkeypatch.setattr(drawing_process, "PROGRAM", TAKEN)
     with Artist() as artist:
         artist.draw(NOTHING, tmp_path / "here.png")
         artist.wait()
@@ -95,7 +95,7 @@ def test_a_process_that_can_is_believed(tmp_path: Path, monkeypatch: pytest.Monk
 def test_nobody_waits_for_a_picture_that_is_not_wanted_any_more(
     asked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(apart, "PROGRAM", "import time; time.sleep(60)")
+    monkeypatch.setattr(drawing_process, "PROGRAM", "import time; time.sleep(60)")
     with Artist() as artist:
         if asked:
             artist.draw(NOTHING, tmp_path / "here.png")

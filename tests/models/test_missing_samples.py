@@ -205,14 +205,14 @@ def job(folder: Path, policy: str):
 def test_a_job_counts_names_and_leaves_out_samples_without_result(tmp_path):
     """Rods shorter than the crank cannot follow it when it stands upright."""
     result = job(tmp_path, "omit")
-    drawn = draw(result.inputs.laws, 60, 0)["rod"]
+    drawn = draw(result.inputs.distributions, 60, 0)["rod"]
     lost = int(np.count_nonzero(0.05 * 2 * np.sqrt(5.0) * (1 + drawn) < 0.1))
     assert 0 < lost < 60
     spread = result.spread["B"]
     assert_array_equal(spread.missing[:, 0], [lost, 0])
     assert np.isfinite(spread.mean).all()
-    assert result.told_status[0].endswith(f"; no result in {lost} of 60 samples")
-    assert "samples" not in result.told_status[1]
+    assert result.reported_status[0].endswith(f"; no result in {lost} of 60 samples")
+    assert "samples" not in result.reported_status[1]
     assert result.lost == {"not assembled": lost}
     told = (
         f"{lost} of 2 × 60 samples have no result (not assembled {lost} times): mean and standard deviation are those"

@@ -11,7 +11,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from linkframe.framework.pictures import apart
+from linkframe.framework.pictures import drawing_process
 from linkframe.models.command_line import main
 from linkframe.models.four_bar import FourBar
 from linkframe.models.job.figures import draw_histograms, draw_trajectory
@@ -30,7 +30,7 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The default job on a machine that cannot render, and what it prints."""
     out = tmp_path_factory.mktemp("job") / "results"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(apart, "PROGRAM", "raise SystemExit(1)")
+        patch.setattr(drawing_process, "PROGRAM", "raise SystemExit(1)")
         with redirect_stdout(StringIO()) as text:
             assert main(["four-bar", "--out", str(out)]) == 0
     return out, text.getvalue()

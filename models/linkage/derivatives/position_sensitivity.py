@@ -82,7 +82,7 @@ class PositionSensitivity:
         out: dict[Place, Array | float] = dict(points)
         for pair in self.linkage.joints.values():
             for link, sign in ((pair.first, 1.0), (pair.second, -1.0)):
-                by = sign * self.joints[pair.name][..., :3] @ self._turned(pair, link)
+                by = sign * self.joints[pair.name][..., :3] @ self._rotated(pair, link)
                 out[link, pair.point] = out.get((link, pair.point), 0.0) + by
         none = np.zeros((*self.motion.shape, self.rows, 3))
         own = (self.link, self.point)
@@ -131,8 +131,8 @@ class PositionSensitivity:
             here, there = (self.motion.position(pair.point, link) for link in (pair.first, pair.second))
             # Turned on the first link, the joint carries the second around the joint's point on the first.
             arm = np.cross(self._to_joint(pair, there - here)[..., None, :], by[..., :3])
-            out[pair.first, pair.name] = (by[..., 3:] + arm) @ self._turned(pair, pair.first)
-            out[pair.second, pair.name] = -by[..., 3:] @ self._turned(pair, pair.second)
+            out[pair.first, pair.name] = (by[..., 3:] + arm) @ self._rotated(pair, pair.first)
+            out[pair.second, pair.name] = -by[..., 3:] @ self._rotated(pair, pair.second)
         return out
 
     @cached_property
@@ -141,8 +141,8 @@ class PositionSensitivity:
         out = {}
         for name, pair in self.linkage.joints.items():
             if pair.pitch is not None:
-                turned = self.motion.assembly.state[self.motion.mechanism.states[name].start]
-                turns = np.broadcast_to(turned, self.motion.shape) / (2.0 * np.pi)
+                rotated = self.motion.assembly.state[self.motion.mechanism.states[name].start]
+                turns = np.broadcast_to(rotated, self.motion.shape) / (2.0 * np.pi)
                 out[name] = self.joints[name][..., 2] * turns[..., None]
         return out
 
@@ -194,7 +194,7 @@ class PositionSensitivity:
             raise FrameError(f"points {start!r} and {end!r} of link {link!r} coincide: name two that are apart")
         return chord / distance[..., None], distance
 
-    def _turned(self, pair: Pair, link: str) -> Array:
+    def _rotated(self, pair: Pair, link: str) -> Array:
         """From the reference configuration of a link to the axes of a joint, (..., 3, 3)."""
         return np.asarray(np.swapaxes(self.motion.joint_axes(pair.name), -1, -2) @ self.motion.axes(link))
 

@@ -57,7 +57,7 @@ class VirtualWork:
         self.regular = motion.is_assembled & ~(motion.conditioning < SINGULAR)
         self.origin = self.mechanism.bodies[GROUND].place
         tree = self.mechanism.tree
-        self.signs = {branch.pair.name: -1.0 if branch.turned else 1.0 for branch in tree.branches}
+        self.signs = {branch.pair.name: -1.0 if branch.is_reversed else 1.0 for branch in tree.branches}
         self.ways: dict[str, dict[str, float]] = {GROUND: {}}
         for branch in tree.branches:
             self.ways[branch.child] = self.ways[branch.parent] | {branch.pair.name: self.signs[branch.pair.name]}
@@ -69,11 +69,11 @@ class VirtualWork:
     @cached_property
     def places(self) -> dict[str, JointPlace]:
         """Place of each joint, by name."""
-        motion, turned = self.motion, self.regular[..., None, None]
+        motion, regular = self.motion, self.regular[..., None, None]
         return {
             name: JointPlace(
                 self.place(motion.position(pair.point, pair.second)),
-                np.where(turned, motion.joint_axes(name), np.eye(3)),
+                np.where(regular, motion.joint_axes(name), np.eye(3)),
             )
             for name, pair in motion.linkage.joints.items()
         }
@@ -157,7 +157,7 @@ class VirtualWork:
             axes = np.where(self.regular[..., None, None], self.motion.axes(pair.second), np.eye(3)) @ pair.axes
         forces = axes
         if sum(name[0] == "u" for name in held) == 3:
-            forces = np.broadcast_to(self.mechanism.bodies[GROUND].drawn_axes, axes.shape)
+            forces = np.broadcast_to(self.mechanism.bodies[GROUND].reference_axes, axes.shape)
         wrenches = np.zeros((*self.regular.shape, len(held), 6))
         for row, name in enumerate(held):
             part, k = divmod(COMPONENTS.index(name), 3)

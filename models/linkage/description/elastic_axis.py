@@ -53,17 +53,17 @@ def _in_order(
     link: str, points: Sequence[str], places: Mapping[str, Array], along: Array, beam: object
 ) -> Sequence[str]:
     """The points of a straight stretch in their order on it."""
-    told = ", ".join(points)
+    text = ", ".join(points)
     if isinstance(beam, LineElement) and (beam.releases or (isinstance(beam, Beam) and beam.end is not None)):
         raise FrameError(
-            f"link {link!r}: its line runs back over itself along {told}, and its beam tapers or has releases: name "
+            f"link {link!r}: its line runs back over itself along {text}, and its beam tapers or has releases: name "
             "the points in their order along the link, or give beam= by pairs of points"
         )
     where = {point: np.sum((places[point] - places[points[0]]) * along, axis=-1) for point in points}
     ordered = sorted(points, key=lambda point: float(np.min(where[point])))
     if any(np.any(where[here] >= where[there]) for here, there in pairwise(ordered)):
         raise FrameError(
-            f"link {link!r}: the order of {told} along it changes within the batch, or two of them coincide: give "
+            f"link {link!r}: the order of {text} along it changes within the batch, or two of them coincide: give "
             "beam= by pairs of points"
         )
     return ordered

@@ -565,11 +565,12 @@ class Joining(Sketch):
         choices = [point, f"{point}.{kind.name}"] if name is None else [name]
         if replace and name is not None:
             return name
-        if name is None and (twin := self._between(kind, point, links)) is not None:
+        if name is None and (existing := self._between(kind, point, links)) is not None:
             if replace:
-                return twin.name
+                return existing.name
             raise FrameError(
-                f"joint {twin.name!r} joins {twin.first!r} and {twin.second!r} by a {kind.name} joint at {point!r} "
+                f"joint {existing.name!r} joins {existing.first!r} and {existing.second!r} by a {kind.name} joint at "
+                f"{point!r} "
                 "already: give replace=True to put this one in its place, or name= to have both"
             )
         for choice in choices:

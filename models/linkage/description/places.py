@@ -13,9 +13,9 @@ def place(linkage: Sketch, link: str, point: str) -> Array:
 
     It is that of the reference configuration, but for the second point of a link that was given its true length.
     """
-    drawn, given = linkage.points[point], linkage.links.get(link)
+    reference_place, given = linkage.points[point], linkage.links.get(link)
     if given is None or given.length is None or point == given.points[0]:
-        return drawn
+        return reference_place
     start = linkage.points[given.points[0]]
-    chord = drawn - start
+    chord = reference_place - start
     return np.asarray(start + chord * (given.length / np.linalg.norm(chord, axis=-1))[..., None])

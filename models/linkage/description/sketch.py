@@ -463,5 +463,5 @@ def _six(what: str, *components: ArrayLike) -> Array:
 
 def _known(names: Iterable[str], kind: str) -> str:
     """The remedy where a name is unknown."""
-    told = ", ".join(names)
-    return f"choose one of {told}" if told else f"no {kind} are defined yet"
+    text = ", ".join(names)
+    return f"choose one of {text}" if text else f"no {kind} are defined yet"

@@ -13,7 +13,7 @@ from ....framework.dofs import FORCES
 from ..description.joints import KINDS
 from ..description.parts import GROUND
 from ..linkage import Linkage
-from .source import Source, told
+from .source import Source, shown_value
 
 SECTIONS: dict[str, type[CrossSection]] = {
     "rectangle": Rectangle,
@@ -195,7 +195,8 @@ def _beam(source: Source, name: str, sections: Mapping[str, CrossSection], mater
         if key in table:
             if type(table[key]) is not kind:
                 source.fail(
-                    (*path, key), f"is {told(table[key])}: give {'true or false' if kind is bool else 'a number'}"
+                    (*path, key),
+                    f"is {shown_value(table[key])}: give {'true or false' if kind is bool else 'a number'}",
                 )
             given[key] = table[key]
     with source.at(*path):
@@ -214,7 +215,7 @@ def _link(source: Source, linkage: Linkage, name: str, beams: Mapping[str, Beam]
         given["beam"] = {}
         for index, entry in enumerate(table["beams"] if isinstance(table["beams"], list) else [None]):
             if not isinstance(entry, list) or len(entry) != 3:
-                source.fail((*path, "beams"), f"has {told(entry)}: give lists of two points and a beam")
+                source.fail((*path, "beams"), f"has {shown_value(entry)}: give lists of two points and a beam")
             beam = source.text_at((*path, "beams", index, 2), beams)
             given["beam"][entry[0], entry[1]] = beams[beam]
     with source.at(*path):
@@ -270,11 +271,13 @@ def _spring(source: Source, linkage: Linkage, index: int) -> None:
     table = source.table(path, ("between", "stiffness", "length"), ("damping",))
     ends = table["between"]
     if not isinstance(ends, list) or len(ends) != 2:
-        source.fail((*path, "between"), f"is {told(ends)}: give two ends, each a point or a list of link and point")
+        source.fail(
+            (*path, "between"), f"is {shown_value(ends)}: give two ends, each a point or a list of link and point"
+        )
     both = [end if isinstance(end, str) else tuple(source.texts((*path, "between", k))) for k, end in enumerate(ends)]
     for end in both:
         if len(end) != 2 and not isinstance(end, str):
-            source.fail((*path, "between"), f"has {told(list(end))}: give a point, or a list of link and point")
+            source.fail((*path, "between"), f"has {shown_value(list(end))}: give a point, or a list of link and point")
     with source.at(*path, "between"):
         first, second = (linkage.end(end, "spring") for end in both)  # type: ignore[arg-type]
     numbers: dict[str, Any] = {key: source.numbers((*path, key)) for key in table if key != "between"}
@@ -288,7 +291,7 @@ def _load(source: Source, linkage: Linkage, index: int) -> None:
     force: dict[str, Any] = {key: source.numbers((*path, key)) for key in table if key in FORCES}
     if "follower" in table:
         if not isinstance(table["follower"], bool):
-            source.fail((*path, "follower"), f"is {told(table['follower'])}: give true or false")
+            source.fail((*path, "follower"), f"is {shown_value(table['follower'])}: give true or false")
         force["follower"] = table["follower"]
     if "point" not in table and "link" not in table:
         source.fail(path, "is nowhere: give a point, a link, or both")

@@ -50,7 +50,7 @@ class Source:
         self.samples: Mapping[Path, Array] = {}
         self.by: Mapping[Path, Path] = {}
 
-    def drawn(self, samples: Mapping[Path, Array], by: Mapping[Path, Path]) -> Self:
+    def with_samples(self, samples: Mapping[Path, Array], by: Mapping[Path, Path]) -> Self:
         """The file with samples (n,) in place of numbers; what is wrong with them is blamed on what drew them.
 
         Parameters
@@ -60,9 +60,9 @@ class Source:
         by
             Where the tolerance stands that drew them, by where the number stands.
         """
-        twin = self.changed(samples)
-        twin.samples, twin.by = samples, by
-        return twin
+        clone = self.changed(samples)
+        clone.samples, clone.by = samples, by
+        return clone
 
     def changed(self, values: Mapping[Path, float | Array]) -> Self:
         """The file with other values in place of some of its numbers.
@@ -72,15 +72,15 @@ class Source:
         values
             By where the number stands.
         """
-        twin = copy.copy(self)
-        twin.data = copy.deepcopy(self.data)
+        clone = copy.copy(self)
+        clone.data = copy.deepcopy(self.data)
         for place, value in values.items():
             *above, last = place
-            here: Any = twin.data
+            here: Any = clone.data
             for key in above:
                 here = here[key]
             here[last] = value
-        return twin
+        return clone
 
     def fail(self, path: Path, message: str) -> NoReturn:
         """Refuse the file because of what stands at `path`."""
@@ -129,7 +129,7 @@ class Source:
         """A table with its keys checked: none unknown, none missing."""
         found = self.get(path)
         if not isinstance(found, dict):
-            self.fail(path, f"is {told(found)}: give a table")
+            self.fail(path, f"is {shown_value(found)}: give a table")
         known = (*required, *optional)
         for key in found:
             if key not in known:
@@ -149,31 +149,31 @@ class Source:
         except OverflowError:
             self.fail(path, "has a number beyond the range of floats: give at most 1e308")
         if array is None:
-            self.fail(path, f"is {told(value)}: give a number, or a list of numbers")
+            self.fail(path, f"is {shown_value(value)}: give a number, or a list of numbers")
         return array
 
     def number(self, path: Path) -> float:
         """One number."""
         array = self.numbers(path)
         if array.ndim:
-            self.fail(path, f"is {told(self.get(path))}: give one number")
+            self.fail(path, f"is {shown_value(self.get(path))}: give one number")
         return float(array)
 
     def text_at(self, path: Path, among: Mapping[str, object] | tuple[str, ...] | None = None) -> str:
         """A string, one of `among`."""
         value = self.get(path)
         if not isinstance(value, str):
-            self.fail(path, f"is {told(value)}: give a name in quotes")
+            self.fail(path, f"is {shown_value(value)}: give a name in quotes")
         if among is not None and value not in among:
             known = ", ".join(among)
-            self.fail(path, f"is {told(value)}: {f'choose one of {known}' if known else 'none is defined yet'}")
+            self.fail(path, f"is {shown_value(value)}: {f'choose one of {known}' if known else 'none is defined yet'}")
         return value
 
     def texts(self, path: Path) -> list[str]:
         """A list of strings."""
         value = self.get(path)
         if not isinstance(value, list) or not value or not all(isinstance(entry, str) for entry in value):
-            self.fail(path, f"is {told(value)}: give a list of names in quotes")
+            self.fail(path, f"is {shown_value(value)}: give a list of names in quotes")
         return value
 
     def names(self, path: Path) -> list[str]:
@@ -182,7 +182,7 @@ class Source:
         if found is None:
             return []
         if not isinstance(found, dict):
-            self.fail(path, f"is {told(found)}: give a table of tables, such as [{path[0]}.name]")
+            self.fail(path, f"is {shown_value(found)}: give a table of tables, such as [{path[0]}.name]")
         return list(found)
 
     def count(self, path: Path) -> int:
@@ -191,11 +191,11 @@ class Source:
         if found is None:
             return 0
         if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
-            self.fail(path, f"is {told(found)}: give a list of tables, [[{path[0]}]]")
+            self.fail(path, f"is {shown_value(found)}: give a list of tables, [[{path[0]}]]")
         return len(found)
 
 
-def told(value: object) -> str:
+def shown_value(value: object) -> str:
     """A value as a message shows it, without the tail of a long one."""
     try:
         text = " ".join(repr(value).split())

@@ -128,9 +128,9 @@ class MotionBodies:
                 continue
             drawn = self.motion.linkage.points
             rows = places.value(np.asarray(beam.axes(drawn[second] - drawn[first]), dtype=float), 2)
-            turned = rows @ places.value(self.motion.axes(link.name), 2).T
+            rotated = rows @ places.value(self.motion.axes(link.name), 2).T
             for part in outlines(section):
-                yield prism(part, at[first], at[second], turned)
+                yield prism(part, at[first], at[second], rotated)
         if not link.beams and len(at) > 1:
             corners, closed = outline(np.array(list(at.values())))
             yield self._tube(np.concatenate([corners, corners[:1]]) if closed else corners, 0.6)

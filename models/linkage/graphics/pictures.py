@@ -137,5 +137,5 @@ def _texts(plotter: Any, bodies: MotionBodies, number: int) -> None:
         plotter.add_point_labels(places, texts, font_size=font, text_color=INK, name="names", render=False, **look)
     if scene.arrows:
         tips = np.array([each.at + 1.06 * bodies.arrow(scene, each.force) for each in scene.arrows])
-        told = [each.text for each in scene.arrows]
-        plotter.add_point_labels(tips, told, font_size=font, text_color="#c8352b", name="sizes", render=False, **look)
+        text = [each.text for each in scene.arrows]
+        plotter.add_point_labels(tips, text, font_size=font, text_color="#c8352b", name="sizes", render=False, **look)

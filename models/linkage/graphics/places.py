@@ -29,7 +29,7 @@ class DrawnPlaces(Protocol):
     def axes(self, joint: str) -> Array:
         """Axes of a joint as columns, (3, 3)."""
 
-    def turned(self, link: str, vector: Array) -> Array:
+    def rotated(self, link: str, vector: Array) -> Array:
         """A vector (..., 3) of the reference configuration that turns with a link, (3,)."""
 
     def value(self, array: Array, trailing: int) -> Array:
@@ -51,7 +51,7 @@ class ReferencePlaces:
         """See `DrawnPlaces`."""
         return self.value(self.linkage.joints[joint].axes, 2)
 
-    def turned(self, link: str, vector: Array) -> Array:
+    def rotated(self, link: str, vector: Array) -> Array:
         """See `DrawnPlaces`."""
         return self.value(vector, 1)
 
@@ -93,7 +93,7 @@ class PosePlaces:
         """See `DrawnPlaces`."""
         return self.value(self.motion.joint_axes(joint), 2)
 
-    def turned(self, link: str, vector: Array) -> Array:
+    def rotated(self, link: str, vector: Array) -> Array:
         """See `DrawnPlaces`."""
         return np.asarray(self.value(self.motion.axes(link), 2) @ self.value(vector, 1))
 

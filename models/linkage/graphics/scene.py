@@ -115,7 +115,7 @@ def _arrows(places: DrawnPlaces, unit: str) -> Iterator[LoadArrow]:
     """Forces at points that are drawn; torques have no place of their own."""
     for load in places.linkage.loads:
         given = load.value[..., :3]
-        force = places.turned(load.link, given) if load.follower else places.value(given, 1)
+        force = places.rotated(load.link, given) if load.follower else places.value(given, 1)
         size = float(np.linalg.norm(force))
         if load.point is not None and size > 0.0:
             yield LoadArrow(places.position(load.point, load.link), force, quantity(size, unit))

@@ -114,8 +114,8 @@ class Computed:
         frame = np.broadcast_to(self.main.status, self.motion.shape)
         moved = np.where(self.motion.is_regular, frame, self.motion.status)
         off = np.broadcast_to(self.solution.nonlinearity(), self.motion.shape)
-        told = np.array([beyond_linear(each) for each in off.flat]).reshape(off.shape)
-        marked = np.where(moved == "regular", told, np.char.add(np.char.add(moved, "; "), told))
+        text = np.array([beyond_linear(each) for each in off.flat]).reshape(off.shape)
+        marked = np.where(moved == "regular", text, np.char.add(np.char.add(moved, "; "), text))
         solved = (frame == "regular") | (frame == self.motion.status)
         return np.where(solved & ~(off < LINEAR), marked, moved)
 
@@ -185,7 +185,7 @@ class Computed:
             warnings.simplefilter("ignore", SampleWarning)  # the tables count them
             found = propagate(
                 displaced,
-                inputs.laws,
+                inputs.distributions,
                 n=inputs.samples,
                 rng=inputs.rng,
                 sampler=inputs.sampler,
@@ -243,7 +243,7 @@ class Computed:
         return {point: Spread(samples[index], policy) for index, point in enumerate(self.inputs.points)}
 
     @cached_property
-    def told_status(self) -> NDArray[np.str_]:
+    def reported_status(self) -> NDArray[np.str_]:
         """`status`, and of how many samples there is no result where the nominal linkage has one, (poses,)."""
         missing = np.max([spread.missing.max(axis=-1) for spread in self.spread.values()] or [np.zeros(1, int)], axis=0)
         there = np.isfinite(np.broadcast_to(self.main.total, (self.poses, 6))).all(axis=-1)

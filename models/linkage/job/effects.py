@@ -20,7 +20,7 @@ OF_SAMPLES = ("samples", "rng", "sampler", "nan_policy")
 TRIED = 0.31
 
 
-def check_effects(source: Source, linkage: Linkage, laws: Mapping[str, Tolerance]) -> None:
+def check_effects(source: Source, linkage: Linkage, distributions: Mapping[str, Tolerance]) -> None:
     """Refuse options and tolerances that change nothing, and tolerances of what takes no samples.
 
     Raises
@@ -28,17 +28,17 @@ def check_effects(source: Source, linkage: Linkage, laws: Mapping[str, Tolerance
     FrameError
         With the line of the option or tolerance.
     """
-    if not laws:
+    if not distributions:
         for key in OF_SAMPLES:
             if source.get(("run", key)) is not None:
                 source.fail(("run", key), "has no effect, as the file has no tolerances: give [tolerances.name]")
         return
-    tried = {name: np.full(2, tolerance.law.ppf(np.array(TRIED))) for name, tolerance in laws.items()}
-    varied(source, laws, tried)
-    as_drawn = _described(linkage)
+    tried = {name: np.full(2, tolerance.distribution.ppf(np.array(TRIED))) for name, tolerance in distributions.items()}
+    varied(source, distributions, tried)
+    as_written = _described(linkage)
     for name, values in tried.items():
-        if _described(varied(source, laws, {name: values[0]})) == as_drawn:
-            what = ", ".join(map(dotted, laws[name].of))
+        if _described(varied(source, distributions, {name: values[0]})) == as_written:
+            what = ", ".join(map(dotted, distributions[name].of))
             source.fail(("tolerances", name), f"has no effect, as the linkage does not use {what}: leave it out")
 
 

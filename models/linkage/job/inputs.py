@@ -14,7 +14,7 @@ from ....framework.errors import FrameError
 from ...moments import NAN_POLICIES
 from ...sampling import SAMPLERS, Distribution
 from ..files.read import linkage_of
-from ..files.source import Source, told
+from ..files.source import Source, shown_value
 from ..files.toml import Path as Place
 from ..linkage import Linkage
 from .effects import check_clearances, check_effects, check_single
@@ -135,9 +135,9 @@ class RunInputs:
         return any(np.any(drive.rate) or np.any(drive.acceleration) for drive in self.drives.values())
 
     @property
-    def laws(self) -> dict[str, Distribution]:
+    def distributions(self) -> dict[str, Distribution]:
         """Distributions of the tolerances, by name."""
-        return {name: tolerance.law for name, tolerance in self.tolerances.items()}
+        return {name: tolerance.distribution for name, tolerance in self.tolerances.items()}
 
     @property
     def driven(self) -> list[tuple[str, str, str]]:
@@ -212,10 +212,10 @@ def inputs_of(source: Source) -> RunInputs:
             if each not in ALSO:
                 source.fail(("run", "also", index), f"there is no further table {each!r}: choose of {', '.join(ALSO)}")
     given["choices"] = _choices(source)
-    laws = tolerances(source)
-    check_effects(source, linkage, laws)
+    distributions = tolerances(source)
+    check_effects(source, linkage, distributions)
     check_clearances(source, linkage)
-    return RunInputs(source, linkage, drives, points, tolerances=laws, **given)
+    return RunInputs(source, linkage, drives, points, tolerances=distributions, **given)
 
 
 def _drives(source: Source, linkage: Linkage, joint: str) -> dict[str, Drive]:
@@ -237,7 +237,7 @@ def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
     if "values" in table:
         values = np.atleast_1d(source.numbers((*path, "values")))
         if values.ndim > 1 or not values.size or not np.isfinite(values).all():
-            source.fail((*path, "values"), f"is {told(table['values'])}: give finite numbers, one a pose")
+            source.fail((*path, "values"), f"is {shown_value(table['values'])}: give finite numbers, one a pose")
         for key in ("start", "stop", "steps"):
             if key in table:
                 source.fail((*path, key), "has no effect beside values: give values, or start, stop and steps")
@@ -252,7 +252,7 @@ def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
     for key in ("rate", "acceleration"):
         speeds.append(source.numbers((*path, key)) if key in table else np.zeros(()))
         if not np.isfinite(speeds[-1]).all():
-            source.fail((*path, key), f"is {told(table[key])}: give finite numbers")
+            source.fail((*path, key), f"is {shown_value(table[key])}: give finite numbers")
         if speeds[-1].shape not in ((), values.shape):
             source.fail((*path, key), f"has shape {speeds[-1].shape}: give one number, or {len(values)}, one a pose")
     return Drive(values, unit, *speeds)
@@ -279,7 +279,7 @@ def _number(source: Source, path: tuple[str | int, ...], kind: type, wanted: str
     if path[-1] == "steps" and good and value > MOST_POSES:
         source.fail(path, f"is {value}: give at most {MOST_POSES} poses")
     if not good or (path[-1] == "magnify" and value <= 0.0) or (path[-1] == "tolerance" and value < 0.0):
-        source.fail(path, f"is {told(value)}: give {wanted}")
+        source.fail(path, f"is {shown_value(value)}: give {wanted}")
     return kind(value)  # type: ignore[no-any-return]
 
 

@@ -81,7 +81,7 @@ class PointOutcome(Outcome):
     @property
     def status(self) -> NDArray[np.str_]:
         """Why a pose has no result, or ``"regular"``."""
-        return np.where(self.regular, "regular", self.result.told_status)
+        return np.where(self.regular, "regular", self.result.reported_status)
 
     @property
     def nonlinearity(self) -> Array:
@@ -173,7 +173,7 @@ class PointOutcome(Outcome):
         """Displacements at large displacement and rigid positions of the first samples, (poses, m, 3) each."""
         inputs = self.result.inputs
         point, m = inputs.points[0], taken(self.count)
-        draws = draw(inputs.laws, inputs.samples, inputs.rng, inputs.sampler) if inputs.tolerances else {}
+        draws = draw(inputs.distributions, inputs.samples, inputs.rng, inputs.sampler) if inputs.tolerances else {}
         moved, places = np.empty((2, self.result.poses, m, 3))
         for cut in one_by_one(cuts(self.result.poses, m, soon=True) if m > 1 else [slice(0, 1)]):
             self.result.advance(LARGE_WAY, 0)

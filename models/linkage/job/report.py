@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ...job.report import Report
 from ...job.tables import drawn_by, markdown
 from ..statics.reactions import NONE
-from .further import sections
+from .optional_tables import sections
 from .table import as_markdown
 
 if TYPE_CHECKING:
@@ -57,14 +57,14 @@ def _summary(result: RunResult) -> Iterable[str]:
     inputs = result.inputs
     drawn = f" × {inputs.samples} samples{drawn_by(inputs.sampler)}, seed {inputs.rng}" if inputs.tolerances else ""
     yield f"{result.poses} poses{drawn}, from `{inputs.source.file.name}`."
-    found = result.told_status
-    told = [status for status in dict.fromkeys(found.tolist()) if status != "regular"]
-    for status in told[:20]:
+    found = result.reported_status
+    statuses = [status for status in dict.fromkeys(found.tolist()) if status != "regular"]
+    for status in statuses[:20]:
         at = np.flatnonzero(found == status)
         places = ", ".join(result.where(int(k)) for k in at[:8]) + (" ..." if len(at) > 8 else "")
         yield f"At {places}: {status}."
-    if len(told) > 20:
-        yield f"{len(told) - 20} more in `table.csv`."
+    if len(statuses) > 20:
+        yield f"{len(statuses) - 20} more in `table.csv`."
     methods = sorted(set(np.atleast_1d(result.reactions.method).tolist()) - {NONE})
     yield f"Joint reactions: {', '.join(methods)}."
     yield from _contacts(inputs.linkage)
@@ -80,15 +80,15 @@ def _summary(result: RunResult) -> Iterable[str]:
         }
         for name, both in sampled.items():
             value, error = (_millimetres(result, each) for each in both)
-            rows.append([name, *(f"{mean} ± {doubt}" for mean, doubt in zip(value, error, strict=True))])
+            rows.append([name, *(f"{mean} ± {bound}" for mean, bound in zip(value, error, strict=True))])
     yield markdown(["part", *(f"u_{'xyz'[k]}" for k in result.shown)], rows, left=1)
 
 
 def _contacts(linkage: Linkage) -> Iterable[str]:
     """Where the journals with clearance lie, and why."""
-    loose = [pair for pair in linkage.joints.values() if pair.clearance is not None]
-    given = [f"{pair.name} {_degrees(pair.contact)}" for pair in loose if pair.contact is not None]
-    free = [pair.name for pair in loose if pair.contact is None]
+    with_clearance = [pair for pair in linkage.joints.values() if pair.clearance is not None]
+    given = [f"{pair.name} {_degrees(pair.contact)}" for pair in with_clearance if pair.contact is not None]
+    free = [pair.name for pair in with_clearance if pair.contact is None]
     if given:
         yield f"Contact angles of the clearances as the file gives them: {', '.join(given)}."
     if free:
@@ -119,7 +119,7 @@ def _linkage(result: RunResult) -> Iterable[str]:
         yield markdown(
             ["tolerance", "distribution", "of"],
             [
-                [name, tolerance.told, ", ".join(".".join(map(str, path)) for path in tolerance.of)]
+                [name, tolerance.description, ", ".join(".".join(map(str, path)) for path in tolerance.of)]
                 for name, tolerance in result.inputs.tolerances.items()
             ],
             left=3,

@@ -46,7 +46,7 @@ def compute(inputs: RunInputs, advance: Advance | None = None) -> RunResult:
     """
     if inputs.tolerances:
         _check_memory(inputs)
-        for draws in sample_blocks(inputs.laws, inputs.samples, inputs.rng, inputs.sampler):
+        for draws in sample_blocks(inputs.distributions, inputs.samples, inputs.rng, inputs.sampler):
             # Samples that describe no linkage are told before anything is computed.
             inputs.varied(draws)
     for _ in inputs.chosen(0, 2):

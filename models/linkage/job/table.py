@@ -10,7 +10,7 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ...job.tables import aligned, markdown, separated, with_error
-from .further import columns as further
+from .optional_tables import columns as further
 
 if TYPE_CHECKING:
     from .result import RunResult
@@ -25,7 +25,7 @@ def as_csv(result: RunResult) -> str:
         names.append(name)
         columns.append(values)
     numbers = np.column_stack(columns).tolist()
-    rows = ([*row, status] for row, status in zip(numbers, result.told_status.tolist(), strict=True))
+    rows = ([*row, status] for row, status in zip(numbers, result.reported_status.tolist(), strict=True))
     return separated([*names, "status"], rows)
 
 
@@ -60,10 +60,10 @@ def legend(result: RunResult) -> str:
     spread = "; mean and σ of its samples" if result.spread else ""
     point = result.inputs.points[0]
     others = ", ".join(result.inputs.points[1:])
-    told = f" Of {others}: table.csv." if others else ""
+    text = f" Of {others}: table.csv." if others else ""
     return (
         f"Drives {', '.join(drives)}; position {ways} of {point} [m]; displacement u of {point} by compliance and"
-        f" clearance [m]{spread}; {', '.join(pushes)}.{told}"
+        f" clearance [m]{spread}; {', '.join(pushes)}.{text}"
     )
 
 
@@ -115,8 +115,8 @@ def _cells(result: RunResult) -> Iterator[list[str]]:
     errors += [np.full(result.poses, np.nan)] * len(forces)
     yield [*heads, "status"]
     numbers = (np.column_stack(each).tolist() for each in (columns, errors))
-    for row, doubts, status in zip(*numbers, result.told_status.tolist(), strict=True):
-        yield [*(with_error(*each) for each in zip(row, doubts, forms, strict=True)), status]
+    for row, uncertainties, status in zip(*numbers, result.reported_status.tolist(), strict=True):
+        yield [*(with_error(*each) for each in zip(row, uncertainties, forms, strict=True)), status]
 
 
 def _spread(result: RunResult, values: Array) -> Array:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..description.joints import COMPONENTS, KINDS
-from ..files.source import Source, told
+from ..files.source import Source, shown_value
 from ..files.toml import Path
 
 AXES = ("x", "y", "z")
@@ -41,7 +41,7 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
         source.fail(path, f"{text!r} is no part of the linkage")
     numbers = dict(_numbers(value, place))
     if not numbers or any(isinstance(entry, bool) or not isinstance(entry, int | float) for entry in numbers.values()):
-        source.fail(path, f"{text!r} is {told(value)} in this file: name a number, or a list of numbers")
+        source.fail(path, f"{text!r} is {shown_value(value)} in this file: name a number, or a list of numbers")
     if isinstance(value, list) and place[-1] in DIRECTIONS:
         source.fail(path, f"{text!r} is a direction, which has no size: name one number of it, such as {text}.x")
     if isinstance(value, list):
@@ -50,7 +50,9 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     else:
         varied = {place: float(value)}
     if not varied or not all(map(math.isfinite, varied.values())):
-        source.fail(path, f"{text!r} is {told(value)}: 0 and inf stay as they are in a list, and inf alone cannot vary")
+        source.fail(
+            path, f"{text!r} is {shown_value(value)}: 0 and inf stay as they are in a list, and inf alone cannot vary"
+        )
     if relative and 0.0 in varied.values():
         source.fail(path, f"{text!r} is 0, of which a percentage is 0: give loc and scale as numbers")
     return place, varied

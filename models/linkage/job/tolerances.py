@@ -35,19 +35,19 @@ class Tolerance:
         Where the entries stand that the file names.
     nominal
         The numbers that vary, by where they stand.
-    law
+    distribution
         Their distribution; where `relative`, that of the deviation as a share of the nominal value.
     relative
         Whether the draw is a deviation that scales each number, rather than the number itself.
-    told
+    description
         The law in words.
     """
 
     of: tuple[Path, ...]
     nominal: Mapping[Path, float]
-    law: Distribution
+    distribution: Distribution
     relative: bool
-    told: str
+    description: str
 
     def samples(self, place: Path, draws: Array) -> Array:
         """Samples (n,) of the number at a place, from the draws (n,)."""
@@ -70,15 +70,15 @@ def tolerances(source: Source) -> dict[str, Tolerance]:
     return found
 
 
-def varied(source: Source, laws: Mapping[str, Tolerance], draws: Mapping[str, Array]) -> Linkage:
+def varied(source: Source, distributions: Mapping[str, Tolerance], draws: Mapping[str, Array]) -> Linkage:
     """The linkage of a file with samples (n,) in place of the numbers that the tolerances name."""
     samples: dict[Path, Array] = {}
     by: dict[Path, Path] = {}
     for name, values in draws.items():
-        for place in laws[name].nominal:
-            samples[place] = laws[name].samples(place, values)
+        for place in distributions[name].nominal:
+            samples[place] = distributions[name].samples(place, values)
             by[place] = ("tolerances", name)
-    return linkage_of(source.drawn(samples, by))
+    return linkage_of(source.with_samples(samples, by))
 
 
 def tolerance(source: Source, name: str) -> Tolerance:
@@ -87,7 +87,7 @@ def tolerance(source: Source, name: str) -> Tolerance:
     found = source.get(path)
     if not isinstance(found, dict) or "of" not in found or "distribution" not in found:
         source.fail(path, "give a table with of, distribution and its numbers")
-    law, relative, told = _law(source, path)
+    distribution, relative, description = _distribution(source, path)
     of: list[Path] = []
     nominal: dict[Path, float] = {}
     for index, text in enumerate(source.texts((*path, "of"))):
@@ -97,9 +97,9 @@ def tolerance(source: Source, name: str) -> Tolerance:
         of.append(place)
         nominal |= numbers
     if not relative:
-        _check_equal(source, path, nominal, told)
-    _check_middle(source, path, nominal, law, relative, told)
-    return Tolerance(tuple(of), nominal, law, relative, told)
+        _check_equal(source, path, nominal, description)
+    _check_middle(source, path, nominal, distribution, relative, description)
+    return Tolerance(tuple(of), nominal, distribution, relative, description)
 
 
 def dotted(place: Path) -> str:
@@ -107,16 +107,16 @@ def dotted(place: Path) -> str:
     return ".".join(map(str, place))
 
 
-def _law(source: Source, path: tuple[str, str]) -> tuple[Distribution, bool, str]:
+def _distribution(source: Source, path: tuple[str, str]) -> tuple[Distribution, bool, str]:
     """The distribution, whether it is relative, and how it reads."""
     from scipy import stats
 
-    law = source.text_at((*path, "distribution"))
-    kind = getattr(stats, law, None)
+    distribution = source.text_at((*path, "distribution"))
+    kind = getattr(stats, distribution, None)
     if not isinstance(kind, stats.rv_continuous):
         source.fail(
             (*path, "distribution"),
-            f"is {law!r}: give a continuous distribution of scipy.stats, such as norm or uniform",
+            f"is {distribution!r}: give a continuous distribution of scipy.stats, such as norm or uniform",
         )
     numbers, relative = _numbers(source, path)
     try:
@@ -124,13 +124,15 @@ def _law(source: Source, path: tuple[str, str]) -> tuple[Distribution, bool, str
             frozen: Distribution = kind(**numbers)
             middle = float(frozen.ppf(np.float64(0.5)))  # type: ignore[arg-type]
     except (TypeError, ValueError) as error:
-        source.fail(path, f"{law} does not take {', '.join(numbers) or 'nothing'}: {error}")
+        source.fail(path, f"{distribution} does not take {', '.join(numbers) or 'nothing'}: {error}")
     if not np.isfinite(middle):
-        source.fail(path, f"{law} with {numbers} is no distribution: check its numbers")
+        source.fail(path, f"{distribution} with {numbers} is no distribution: check its numbers")
     if "scale" not in numbers:
-        source.fail(path, f'has no scale: give one, such as the standard deviation of norm, or scale = "5 %" ({law})')
+        source.fail(
+            path, f'has no scale: give one, such as the standard deviation of norm, or scale = "5 %" ({distribution})'
+        )
     shown = [f"{key}={100.0 * value:g} %" if key in relative else f"{key}={value:g}" for key, value in numbers.items()]
-    return frozen, bool(relative), f"{law}({', '.join(shown)})"
+    return frozen, bool(relative), f"{distribution}({', '.join(shown)})"
 
 
 def _numbers(source: Source, path: tuple[str, str]) -> tuple[dict[str, float], tuple[str, ...]]:
@@ -159,27 +161,33 @@ def _numbers(source: Source, path: tuple[str, str]) -> tuple[dict[str, float], t
     return numbers, tuple(relative)
 
 
-def _check_equal(source: Source, path: tuple[str, str], nominal: Mapping[Path, float], told: str) -> None:
+def _check_equal(source: Source, path: tuple[str, str], nominal: Mapping[Path, float], description: str) -> None:
     """Refuse one draw in place of different numbers: it would overwrite them by each other."""
     (first, value), *others = nominal.items()
     for place, other in others:
         if other != value:
             source.fail(
                 (*path, "of"),
-                f"{dotted(first)} is {value:g} and {dotted(place)} is {other:g}: one draw of {told} would stand in "
+                f"{dotted(first)} is {value:g} and {dotted(place)} is {other:g}: one draw of {description} would "
+                "stand in "
                 'place of both; give loc and scale in percent, such as scale = "5 %", to vary each about its own '
                 "value, or give each a tolerance of its own",
             )
 
 
 def _check_middle(
-    source: Source, path: tuple[str, str], nominal: Mapping[Path, float], law: Distribution, relative: bool, told: str
+    source: Source,
+    path: tuple[str, str],
+    nominal: Mapping[Path, float],
+    distribution: Distribution,
+    relative: bool,
+    description: str,
 ) -> None:
     """Refuse a distribution whose mean is further from the nominal value than it spreads."""
     place, value = next(iter(nominal.items()))
     if relative:
         value = 0.0
-    mean, spread, limits = _shape(law)
+    mean, spread, limits = _shape(distribution)
     off = abs(value - mean)
     within = limits[0] - ROUNDING * spread <= value <= limits[1] + ROUNDING * spread
     if off <= (1.0 + ROUNDING) * spread or (np.isfinite(limits).all() and within and off <= MOST_DEVIATIONS * spread):
@@ -187,21 +195,23 @@ def _check_middle(
     if relative:
         source.fail(
             path,
-            f"{told} deviates by {100.0 * mean:g} % on average, which is more than it spreads ({100.0 * spread:g} %): "
+            f"{description} deviates by {100.0 * mean:g} % on average, which is more than it spreads "
+            f"({100.0 * spread:g} %): "
             "percentages are deviations from the nominal value, so that their mean should be near 0",
         )
     source.fail(
         path,
-        f"{told} has the mean {mean:g} and spreads by {spread:g}, but {dotted(place)} is {value:g}: give the file the "
+        f"{description} has the mean {mean:g} and spreads by {spread:g}, but {dotted(place)} is {value:g}: give the "
+        "file the "
         "value about which it spreads, or loc and scale in percent, which are deviations from the nominal value",
     )
 
 
-def _shape(law: Any) -> tuple[float, float, Array]:
+def _shape(distribution: Any) -> tuple[float, float, Array]:
     """Mean, standard deviation, and limits of a distribution; of one without moments, median and half quartiles."""
     with np.errstate(all="ignore"):
-        mean, spread = float(law.mean()), float(law.std())
+        mean, spread = float(distribution.mean()), float(distribution.std())
         if not np.isfinite([mean, spread]).all():
-            low, mean, high = (float(value) for value in law.ppf(np.array([0.25, 0.5, 0.75])))
+            low, mean, high = (float(value) for value in distribution.ppf(np.array([0.25, 0.5, 0.75])))
             spread = 0.5 * (high - low)
-        return mean, spread, np.asarray(law.support(), dtype=np.float64)
+        return mean, spread, np.asarray(distribution.support(), dtype=np.float64)

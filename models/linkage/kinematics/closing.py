@@ -20,7 +20,7 @@ from ....framework.program.calculation import Choice, choose
 from ....framework.program.program import Operation, Program
 from ....framework.program.recording import Recording, done
 from ....framework.program.source import Functions, Places, calculation
-from .equations import MARGIN, Equations
+from .equations import LEAST_PIVOT_RATIO, Equations
 from .linear import Linear
 from .mechanism import Mechanism
 from .terms import Value
@@ -37,9 +37,9 @@ class ClosingArithmetic(Protocol):
     columns: int
     iterations: int
     singles: list[tuple[int, int]]
-    balls: list[tuple[int, int]]
+    spherical: list[tuple[int, int]]
     driven_states: list[int]
-    driven_balls: list[int]
+    driven_spherical: list[int]
 
     @property
     def equations(self) -> Equations:
@@ -139,7 +139,7 @@ class Closing:
         self.residual = loops.mechanism.residual
         self.step = loops.equations.written(0)
         # All that the programs depend on.
-        states = loops.singles, loops.balls, loops.driven_balls, loops.driven_states
+        states = loops.singles, loops.spherical, loops.driven_spherical, loops.driven_states
         columns = loops.mechanism.unknown, loops.mechanism.driven, loops.linear.pattern.tobytes()
         self._layout = len(loops.mechanism.state_names), repr(states), repr(columns)
 
@@ -356,4 +356,4 @@ def _firm(shares: Sequence[Any], pivots: Sequence[Any]) -> Any:
     least = abs(shares[0] * pivots[0])
     for share, pivot in zip(shares[1:], pivots[1:], strict=True):
         least = np.minimum(least, abs(share * pivot))
-    return least >= MARGIN
+    return least >= LEAST_PIVOT_RATIO

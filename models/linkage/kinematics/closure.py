@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ..description.parts import Pair
-from .bodies import Column
+from .moving_links import Column
 from .rates import Rates
 from .terms import Scalar, Vector, cross, dot, minus, plus, times
 
@@ -25,7 +25,7 @@ class Row:
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class ComponentConstraint:
     """A component that a joint holds: direction of force or moment, and by how much it is off.
 
     The direction turns with the joint's links as the product of `on_first` and `on_second`, or with the first alone.
@@ -36,7 +36,7 @@ class Held:
     off: Scalar
 
 
-def held(pair: Pair, joined: Joined) -> Iterator[Held]:
+def constraints(pair: Pair, joined: Joined) -> Iterator[ComponentConstraint]:
     """Components that a joint holds: those of position, then those of rotation.
 
     Where all three components of position are held, they are taken along the axes of the ground, else along the
@@ -48,17 +48,17 @@ def held(pair: Pair, joined: Joined) -> Iterator[Held]:
     places = [name for name in kind.held if name[0] == "u"]
     for name in places:
         axis = (GLOBAL if len(places) == 3 else first)["xyz".index(name[1])]
-        yield Held(name, axis, dot(axis, gap))
+        yield ComponentConstraint(name, axis, dot(axis, gap))
     turns = [name for name in kind.held if name[0] == "r"]
     if kind.name == "universal":
-        yield Held("ry", cross(first[2], second[0]), -dot(first[2], second[0]))
+        yield ComponentConstraint("ry", cross(first[2], second[0]), -dot(first[2], second[0]))
     elif len(turns) == 2:
-        yield Held("rx", first[0], -dot(first[1], second[2]))
-        yield Held("ry", first[1], dot(first[0], second[2]))
+        yield ComponentConstraint("rx", first[0], -dot(first[1], second[2]))
+        yield ComponentConstraint("ry", first[1], dot(first[0], second[2]))
     elif len(turns) == 3:
         for k, name in enumerate(turns):
             a, b = (k + 1) % 3, (k + 2) % 3
-            yield Held(name, first[k], 0.5 * (dot(first[b], second[a]) - dot(first[a], second[b])))
+            yield ComponentConstraint(name, first[k], 0.5 * (dot(first[b], second[a]) - dot(first[a], second[b])))
 
 
 def closing_rows(
@@ -70,7 +70,7 @@ def closing_rows(
     residual by as much as the loop is open, so that Newton's method keeps its order.
     """
     there = joined[3]
-    for one in held(pair, joined):
+    for one in constraints(pair, joined):
         entries: list[Scalar] = [0.0] * len(columns)
         for k in first ^ second:
             column = columns[k]
@@ -87,11 +87,11 @@ def closing_bias(pair: Pair, joined: Joined, first: Rates, second: Rates) -> Ite
     """Second time derivative of the rows of a joint, given the motion of its links."""
     axes, _, others, there = joined
     away = minus(second.velocity(there), first.velocity(there))
-    apart = minus(second.acceleration(there), first.acceleration(there))
-    relative = minus(apart, times(2.0, cross(first.omega, away)))
+    difference = minus(second.acceleration(there), first.acceleration(there))
+    relative = minus(difference, times(2.0, cross(first.omega, away)))
     spin = minus(second.omega, first.omega)
     spin_up = minus(second.alpha, first.alpha)
-    for one in held(pair, joined):
+    for one in constraints(pair, joined):
         if one.component[0] == "u":
             yield dot(one.direction, relative)
             continue

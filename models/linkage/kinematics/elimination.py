@@ -137,8 +137,8 @@ class Eliminated:
         for right in known:
             x: list[Scalar] = [0.0] * len(a)
             for place, (i, j, inverse) in reversed(list(enumerate(kept))):
-                behind = columns[place + 1 :]
-                x[j] = (right[i] - _dot([a[i][k] for k in behind], [x[k] for k in behind])) * inverse
+                after = columns[place + 1 :]
+                x[j] = (right[i] - _dot([a[i][k] for k in after], [x[k] for k in after])) * inverse
             out.append(x)
         return out
 

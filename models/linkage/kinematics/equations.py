@@ -16,7 +16,7 @@ from .mechanism import Mechanism
 from .terms import Scalar, Value
 
 # An elimination is taken whose pivots are at least this share of what they were where their order was chosen.
-MARGIN = 1e-3
+LEAST_PIVOT_RATIO = 1e-3
 
 
 class Equations:
@@ -78,7 +78,7 @@ class Equations:
         if self.linear.order is not None and compiled:
             found, pivots = self._eliminated(0)
             numbers = found[0](state, parameters)
-            if all(abs(x * p) >= MARGIN for x, p in zip(self.shares, numbers[-pivots:], strict=True)):
+            if all(abs(x * p) >= LEAST_PIVOT_RATIO for x, p in zip(self.shares, numbers[-pivots:], strict=True)):
                 return list(numbers[:-pivots])
         m = self.linear.rows
         entries = self.mechanism.newton[0](state, parameters)
@@ -155,7 +155,7 @@ class Equations:
         for share, pivot in zip(self.shares[1:], pivots[1:], strict=True):
             # NaN counts as small.
             least = np.minimum(least, np.abs(share * pivot))
-        bad = ~(least >= MARGIN)
+        bad = ~(least >= LEAST_PIVOT_RATIO)
         if not np.any(bad):
             return found
         shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))

@@ -118,19 +118,19 @@ class Linear:
         if not self.square:
             return self._least(entries, rights)
         n = self.columns
-        outs: list[list[Any]] = [[0.0] * n for _ in rights]
+        outputs: list[list[Any]] = [[0.0] * n for _ in rights]
         solved: list[int] = []
         for rows, columns in self.blocks:
             block = [[entries[i * n + j] for j in columns] for i in rows]
             known = [
                 [self._known(entries, right, out, solved, i) for i in rows]
-                for right, out in zip(rights, outs, strict=True)
+                for right, out in zip(rights, outputs, strict=True)
             ]
-            for out, found in zip(outs, _block(block, known), strict=True):
+            for out, found in zip(outputs, _block(block, known), strict=True):
                 for j, x in zip(columns, found, strict=True):
                     out[j] = x
             solved += columns
-        return outs
+        return outputs
 
     def solve_one(self, entries: Sequence[float], right: Sequence[float]) -> list[float]:
         """x of J x = r and the determinants, of one matrix, in the sums in which `solve` takes a stack of them.
@@ -249,11 +249,11 @@ def least_squares(a: Array, b: Array, rank: int) -> Array:
     Where the rank is full, by the normal equations of either kind: their error is mended by Newton's method.
     """
     m, n = a.shape[-2:]
-    turned = np.swapaxes(a, -1, -2)
+    transposed = np.swapaxes(a, -1, -2)
     if rank == n:
-        return stacked_solve(turned @ a, turned @ b)
+        return stacked_solve(transposed @ a, transposed @ b)
     if rank == m:
-        return np.asarray(turned @ stacked_solve(a @ turned, b))
+        return np.asarray(transposed @ stacked_solve(a @ transposed, b))
     ok = np.isfinite(a).all(axis=(-1, -2), keepdims=True)
     u, s, vt = np.linalg.svd(np.where(ok, a, 0.0), full_matrices=False)
     with np.errstate(divide="ignore", invalid="ignore"):

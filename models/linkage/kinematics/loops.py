@@ -112,19 +112,19 @@ class Loops:
         self.guide: tuple[object, Any] | None = None
         self.derivatives: tuple[Pose, Any] | None = None
         self.singles: list[tuple[int, int]] = []
-        self.balls: list[tuple[int, int]] = []
+        self.spherical: list[tuple[int, int]] = []
         self.driven_states: list[int] = []
-        self.driven_balls: list[int] = []
+        self.driven_spherical: list[int] = []
         order = {k: position for position, k in enumerate(mechanism.driven)}
         self._driven: dict[int, int] = {}
         for name, those in mechanism.velocities.items():
             place = mechanism.states[name].start
             if mechanism.linkage.joint(name).kind.name == "spherical":
                 if those.start in mechanism.driven:
-                    self.driven_balls.append(place)
+                    self.driven_spherical.append(place)
                     self._driven[place] = order[those.start]
                 else:
-                    self.balls.append((place, mechanism.unknown.index(those.start)))
+                    self.spherical.append((place, mechanism.unknown.index(those.start)))
                 continue
             for offset, k in enumerate(range(those.start, those.stop)):
                 if k in mechanism.driven:
@@ -133,7 +133,7 @@ class Loops:
                     self.singles.append((place + offset, mechanism.unknown.index(k)))
 
         for place in sorted(self._driven, key=self._driven.__getitem__):
-            self.driven_states += range(place, place + (4 if place in self.driven_balls else 1))
+            self.driven_states += range(place, place + (4 if place in self.driven_spherical else 1))
 
     def anew(self) -> Loops:
         """The same loops, of which no path is known."""
@@ -152,7 +152,7 @@ class Loops:
         return [place for place in range(len(self.mechanism.state_names)) if place not in self.driven_states]
 
     @cached_property
-    def drawn(self) -> list[float]:
+    def reference_state(self) -> list[float]:
         """State of the drawing."""
         state = [0.0] * len(self.mechanism.state_names)
         for name, those in self.mechanism.states.items():
@@ -165,14 +165,14 @@ class Loops:
         out = list(state)
         for place, k in self.singles:
             out[place] = state[place] + sign * step[k]
-        for place, k in self.balls:
-            change = ball_rate(state[place : place + 4], [sign * x for x in step[k : k + 3]])
+        for place, k in self.spherical:
+            change = euler_parameter_rate(state[place : place + 4], [sign * x for x in step[k : k + 3]])
             out[place : place + 4] = _unit([x + y for x, y in zip(state[place : place + 4], change, strict=True)])
         return out
 
     def unit(self, state: list[Value]) -> list[Value]:
         """`state` with unit Euler parameters of all balls."""
-        for place in self.driven_balls + [place for place, _ in self.balls]:
+        for place in self.driven_spherical + [place for place, _ in self.spherical]:
             state[place : place + 4] = _unit(state[place : place + 4])
         return state
 
@@ -181,8 +181,8 @@ class Loops:
         out: list[Value] = [0.0] * len(state)
         for place, k in self.singles:
             out[place] = unknown[k]
-        for place, k in self.balls:
-            out[place : place + 4] = ball_rate(state[place : place + 4], unknown[k : k + 3])
+        for place, k in self.spherical:
+            out[place : place + 4] = euler_parameter_rate(state[place : place + 4], unknown[k : k + 3])
         return out
 
     def state_bend(self, state: Sequence[Value], velocity: Sequence[Value], change: Sequence[Value]) -> list[Value]:
@@ -192,10 +192,12 @@ class Loops:
         out: list[Value] = [0.0] * len(state)
         for place, k in self.singles:
             out[place] = w[k]
-        for place, k in self.balls:
+        for place, k in self.spherical:
             e = state[place : place + 4]
-            turning = ball_rate(ball_rate(e, v[k : k + 3]), v[k : k + 3])
-            out[place : place + 4] = [x + y for x, y in zip(turning, ball_rate(e, w[k : k + 3]), strict=True)]
+            turning = euler_parameter_rate(euler_parameter_rate(e, v[k : k + 3]), v[k : k + 3])
+            out[place : place + 4] = [
+                x + y for x, y in zip(turning, euler_parameter_rate(e, w[k : k + 3]), strict=True)
+            ]
         return out
 
     def drive_velocities(self, state: Sequence[Value], rates: Sequence[Value]) -> list[Value]:
@@ -203,8 +205,8 @@ class Loops:
         out: list[Value] = [0.0] * len(self.mechanism.driven)
         rate = dict(zip(self.driven_states, rates, strict=True))
         for place, k in self._driven.items():
-            if place in self.driven_balls:
-                out[k : k + 3] = ball_velocity(state[place : place + 4], [rate[place + i] for i in range(4)])
+            if place in self.driven_spherical:
+                out[k : k + 3] = angular_velocity_of(state[place : place + 4], [rate[place + i] for i in range(4)])
             else:
                 out[k] = rate[place]
         return out
@@ -236,7 +238,7 @@ class Loops:
         """Programs of the Newton step."""
         return Equations(self.mechanism, self.linear)
 
-    def turns(self, drive: int) -> bool:
+    def is_rotation(self, drive: int) -> bool:
         """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
         return self.is_angle(self.driven_states[drive])
 
@@ -536,7 +538,7 @@ def _unit(e: Sequence[Value]) -> list[Value]:
     return [x / norm for x in e]
 
 
-def ball_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:
+def euler_parameter_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:
     """Rate of Euler parameters at an angular velocity along the axes on the first link: half of (0, ω) times e."""
     a, b, c, d = e
     x, y, z = omega
@@ -548,8 +550,9 @@ def ball_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:
     ]
 
 
-def ball_velocity(e: Sequence[Value], rate: Sequence[Value]) -> list[Value]:
-    """Angular velocity, along the axes on the first link, at a rate of the Euler parameters: inverse of `ball_rate`."""
+def angular_velocity_of(e: Sequence[Value], rate: Sequence[Value]) -> list[Value]:
+    """Angular velocity, along the axes on the first link, at a rate of the Euler parameters: inverse of
+    `euler_parameter_rate`."""
     (a, b, c, d), (p, q, r, s) = e, rate
     return [
         2.0 * (q * a - p * b - r * d + s * c),

@@ -16,13 +16,13 @@ from ....framework.program.source import Functions
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.places import place as place_of
-from .bodies import Column, MovingLink
 from .closure import closing_bias, closing_rows
+from .joint_motion import motion_at
 from .linear import Pattern
+from .moving_links import Column, MovingLink
 from .rates import Rates, rates_of
 from .terms import Scalar, Value, Vector, combine, minus, plus, times
 from .tree import Branch, Tree, spanning_tree
-from .turning import moved
 
 # Groups of numbers that programs take.
 _STATE, _PARAMETERS, _VELOCITIES, _CHANGES = range(4)
@@ -53,8 +53,8 @@ class Mechanism:
         Joint and component of each velocity coordinate: angular velocity, in the joint's axes on its first link, for
         a ball; rate of the coordinate otherwise.
     states, velocities
-        Where each joint's numbers lie in the state, zero as drawn (four Euler parameters for a ball), and among the
-        velocity coordinates, by joint.
+        Where each joint's numbers lie in the state, zero in the reference configuration (four Euler parameters for a
+        ball), and among the velocity coordinates, by joint.
     driven, unknown
         Indices of the driven velocity coordinates, in the order of ``linkage.drives``, and of the others.
     rows
@@ -102,7 +102,7 @@ class Mechanism:
         self.state_names: list[str] = []
         self._ground()
         for branch in self.tree.branches:
-            self._hang(branch)
+            self._attach(branch)
         for pair in self.tree.cuts:
             self.frames[pair.name if pair.first not in self.tree.twins else pair.first] = self._joined(pair)
         self.columns = [(column.joint, column.component) for column in self._columns]
@@ -154,7 +154,7 @@ class Mechanism:
         if key in self._arms:
             return self._arms[key]
         body = self.bodies[link]
-        arm = _along(body.drawn_axes, place - body.place) / self.size
+        arm = _along(body.reference_axes, place - body.place) / self.size
         components: list[Value] = [arm[..., k] if np.any(arm[..., k]) else 0.0 for k in range(3)]
         if arm.ndim == 1:
             components = arm.tolist()
@@ -165,7 +165,7 @@ class Mechanism:
     @cached_property
     def upright(self) -> bool:
         """Whether the ground's axes are the global ones."""
-        return np.array_equal(self.bodies[GROUND].drawn_axes, np.eye(3))
+        return np.array_equal(self.bodies[GROUND].reference_axes, np.eye(3))
 
     def constant(self, value: Array) -> list[Scalar]:
         """Numbers (..., 3) of the drawing, written down: those that are always 0, 1 or -1 as such."""
@@ -200,17 +200,17 @@ class Mechanism:
 
     def point_on(self, body: MovingLink, place: Array) -> Vector:
         """A point fixed on a body that was drawn at `place`."""
-        arm = _along(body.drawn_axes, place - body.place) / self.size
+        arm = _along(body.reference_axes, place - body.place) / self.size
         return plus(body.origin, combine(body.axes, self.constant(arm)))
 
-    def axes_on(self, body: MovingLink, drawn: Array) -> list[Vector]:
-        """Axes fixed on a body that were the columns of `drawn`."""
-        if drawn is body.drawn_axes or np.array_equal(drawn, body.drawn_axes):
+    def axes_on(self, body: MovingLink, reference_axes: Array) -> list[Vector]:
+        """Axes fixed on a body that were the columns of `reference_axes`."""
+        if reference_axes is body.reference_axes or np.array_equal(reference_axes, body.reference_axes):
             return body.axes
-        turned = np.einsum("...ji,...jk->...ik", body.drawn_axes, drawn)
-        return [combine(body.axes, self.constant(turned[..., k])) for k in range(3)]
+        rotated = np.einsum("...ji,...jk->...ik", body.reference_axes, reference_axes)
+        return [combine(body.axes, self.constant(rotated[..., k])) for k in range(3)]
 
-    def _hang(self, branch: Branch) -> None:
+    def _attach(self, branch: Branch) -> None:
         pair, parent = branch.pair, self.bodies[branch.parent]
         names = [
             f"s{len(self.state_names) + k}" for k in range(4 if pair.kind.name == "spherical" else pair.kind.freedom)
@@ -220,23 +220,23 @@ class Mechanism:
         self.state_names += names
         axes = self.axes_on(parent, pair.axes)
         here = self.point_on(parent, self.place(branch.parent, pair.point))
-        step = moved(pair.kind.name, own, self._pitch(pair))
+        step = motion_at(pair.kind.name, own, self._pitch(pair))
         first_point: Vector
         second_point: Vector
-        if branch.turned:
+        if branch.is_reversed:
             second, second_point = axes, here
-            first = step.turned_back(second)
+            first = step.rotated_back(second)
             first_point = minus(here, combine(first, step.shift))
         else:
             first, first_point = axes, here
-            second = step.turned(first)
+            second = step.rotated(first)
             second_point = plus(here, combine(first, step.shift))
         self.frames[pair.name] = first, first_point, second, second_point
-        own_axes, own_point = (first, first_point) if branch.turned else (second, second_point)
+        own_axes, own_point = (first, first_point) if branch.is_reversed else (second, second_point)
         place = self.place(branch.child, pair.point)
         self.bodies[branch.child] = MovingLink(own_point, own_axes, place, pair.axes)
         start = len(self._columns)
-        sign = -1.0 if branch.turned else 1.0
+        sign = -1.0 if branch.is_reversed else 1.0
         for component in pair.kind.coordinates:
             carrier = 1 if (pair.kind.name, component) == ("universal", "rx") else 0
             axis = (second if carrier else first)["xyz".index(component[1])]

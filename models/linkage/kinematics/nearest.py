@@ -58,9 +58,9 @@ def nearest(
     damping = np.full(at.norm.shape, 1e-4)
     moving = np.ones(at.norm.shape, dtype=bool)
     for _ in range(ITERATIONS if m and n else 0):
-        turned = np.swapaxes(at.jacobian, -1, -2)
-        normal = turned @ at.jacobian + damping[..., None, None] * np.eye(n)
-        step = -stacked_solve(normal, turned @ at.residual[..., None])[..., 0]
+        transposed = np.swapaxes(at.jacobian, -1, -2)
+        normal = transposed @ at.jacobian + damping[..., None, None] * np.eye(n)
+        step = -stacked_solve(normal, transposed @ at.residual[..., None])[..., 0]
         better = at.moved(step, moving)
         damping = np.clip(np.where(better, 0.1 * damping, 4.0 * damping), 1e-15, 1e6)
         moving = moving & ~((at.norm < EXACT) | (damping >= 1e6) | (np.abs(step).max(axis=-1) < 1e-15))

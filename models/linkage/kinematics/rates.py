@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..description.parts import GROUND
-from .bodies import Column, MovingLink
+from .moving_links import Column, MovingLink
 from .terms import Scalar, Vector, cross, minus, plus, times
 from .tree import Tree
 
@@ -55,24 +55,24 @@ def rates_of(
         pair, base = branch.pair, out[branch.parent]
         _, here, _, there = frames[pair.name]
         own = list(range(len(columns)))[velocities[pair.name]]
-        sign = -1.0 if branch.turned else 1.0
+        sign = -1.0 if branch.is_reversed else 1.0
         spin: Vector = combine_many([(v[k], columns[k].angular) for k in own])
         omega = plus(base.omega, times(sign, spin))
-        first, second = (omega, base.omega) if branch.turned else (base.omega, omega)
+        first, second = (omega, base.omega) if branch.is_reversed else (base.omega, omega)
         # A universal joint's second axis is carried by the second link, each other by the first.
         carried = [cross(second if columns[k].carrier else first, columns[k].angular) for k in own]
         spin_up = combine_many(
             [(w[k], columns[k].angular) for k in own] + [(v[k], c) for k, c in zip(own, carried, strict=True)]
         )
         alpha = plus(base.alpha, times(sign, spin_up))
-        alpha_first = alpha if branch.turned else base.alpha
+        alpha_first = alpha if branch.is_reversed else base.alpha
         shift = minus(there, here)
         slide = combine_many([(v[k], columns[k].linear) for k in own])
         slide_up = combine_many([(w[k], columns[k].linear) for k in own])
         moves = plus(cross(first, shift), slide)
         speeds_up = plus(cross(alpha_first, shift), cross(first, cross(first, shift)))
         speeds_up = plus(speeds_up, plus(times(2.0, cross(first, slide)), slide_up))
-        point = there if branch.turned else here
+        point = there if branch.is_reversed else here
         out[branch.child] = Rates(
             bodies[branch.child].origin,
             omega,

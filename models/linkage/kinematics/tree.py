@@ -13,12 +13,13 @@ from ..description.parts import GROUND, Pair
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A joint of the spanning tree: `child` hangs on `parent` by `pair`; `turned` where the child is its first link."""
+    """A joint of the spanning tree: `child` is attached to `parent` by `pair`; `is_reversed` where the child is its
+    first link."""
 
     pair: Pair
     parent: str
     child: str
-    turned: bool
+    is_reversed: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tr
     heap: list[tuple[int, int, int, int, str, str]] = []
     depth, branches = {GROUND: 0}, []
 
-    def reach(link: str) -> None:
+    def visit(link: str) -> None:
         for name in names:
             pair = linkage.joints[name]
             if link in (pair.first, pair.second):
@@ -61,14 +62,14 @@ def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tr
                 rank = 0 if carried(linkage, pair, counted) else 1
                 heapq.heappush(heap, (rank, pair.kind.freedom, depth[link], order[pair.name], link, other))
 
-    reach(GROUND)
+    visit(GROUND)
     while heap:
         _, _, _, index, parent, child = heapq.heappop(heap)
         if child not in depth:
             pair = linkage.joints[names[index]]
-            branches.append(Branch(pair, parent, child, turned=child == pair.first))
+            branches.append(Branch(pair, parent, child, is_reversed=child == pair.first))
             depth[child] = depth[parent] + 1
-            reach(child)
+            visit(child)
     loose = [name for name in linkage.links if name not in depth]
     if loose:
         links, are, them = ("links", "are", "them") if len(loose) > 1 else ("link", "is", "it")
@@ -96,7 +97,7 @@ def _with_twins(linkage: LinkageDescription, branches: list[Branch], counted: st
             continue
         twin = f"{pair.second} at {pair.name}"
         twins[twin] = pair.second
-        branches.append(Branch(replace(pair, second=twin), pair.first, twin, turned=False))
+        branches.append(Branch(replace(pair, second=twin), pair.first, twin, is_reversed=False))
         cuts.append(
             replace(pair, kind=KINDS["fixed"], first=twin, stiffness=None, clearance=None, pitch=None, contact=None)
         )

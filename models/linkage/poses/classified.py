@@ -35,12 +35,12 @@ class ClassifiedPoses(Kinematics):
           ``other_modes=True`` those of the position that was found.
         * ``"not assembled: gap ... at joint ..."``: results are NaN.
         """
-        return np.broadcast_to(self._told[1], self.shape)
+        return np.broadcast_to(self._states[1], self.shape)
 
     @cached_property
     def state(self) -> States:
         """The same as numbers, (...): see `linkframe.models.PoseState`."""
-        return np.broadcast_to(self._told[0], self.shape)
+        return np.broadcast_to(self._states[0], self.shape)
 
     @property
     def is_regular(self) -> NDArray[np.bool_]:
@@ -53,8 +53,8 @@ class ClassifiedPoses(Kinematics):
         return among(self.state, PoseState.SINGULAR_DIRECT, PoseState.SINGULAR_INVERSE)
 
     @cached_property
-    def _told(self) -> tuple[States, NDArray[np.str_]]:
-        return pose_states(self, self.held)
+    def _states(self) -> tuple[States, NDArray[np.str_]]:
+        return pose_states(self, self.conditioned)
 
     @property
     def conditioning(self) -> Array:
@@ -63,9 +63,9 @@ class ClassifiedPoses(Kinematics):
         Least over greatest singular value of the loop closure by the coordinates that are not driven, with lengths in
         units of the linkage's extent; idle (passive) degrees of freedom do not count.
         """
-        return np.broadcast_to(self.held[0], self.shape)
+        return np.broadcast_to(self.conditioned[0], self.shape)
 
     @cached_property
-    def held(self) -> tuple[Array, Array]:
+    def conditioned(self) -> tuple[Array, Array]:
         """Conditioning, (...), and at singular poses the motions of unknown velocity coordinates that nothing holds."""
         return conditioning(self)

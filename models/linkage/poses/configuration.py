@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, one_entry
+from ..continuation.start import not_assembled
 from ..description.linkage_description import LinkageDescription
-from ..kinematics.loops import Loops, ball_rate
+from ..kinematics.loops import Loops, euler_parameter_rate
 from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.terms import Value
-from ..way.start import not_assembled
 
 # Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a
 # singular one, where they are least certain, to 1e-8.
@@ -69,10 +69,10 @@ class Configurations:
         return number if np.ndim(number) == 0 else np.broadcast_to(number, self.mechanism.linkage.shape)[self.entry]
 
     @cached_property
-    def drawn(self) -> Array:
+    def reference_state(self) -> Array:
         """State in the reference configuration, (s,)."""
         state = np.zeros(len(self.mechanism.state_names))
-        state[[start for start, _ in self._balls]] = 1.0
+        state[[start for start, _ in self._spherical]] = 1.0
         closed = self.closed(state)
         if closed is None:
             parameters = [np.array(number) for number in self.parameters]
@@ -93,15 +93,15 @@ class Configurations:
         off = np.array(self.mechanism.residual[0](state.tolist(), self.parameters), dtype=np.float64)
         return np.asarray(off * self.row_units)
 
-    def moved(self, state: Array, step: Array) -> Array:
+    def advanced(self, state: Array, step: Array) -> Array:
         """State after a step (n,) of the joint coordinates."""
         out, change = state.copy(), step / self.units
         out[self._single_states] += change[self._single_columns]
-        for start, column in self._balls:
+        for start, column in self._spherical:
             turn = change[column : column + 3]
             angle = float(np.linalg.norm(turn))
             # Along the great circle of the unit Euler parameters, so that a finite step turns by its length.
-            rate = np.array(ball_rate(state[start : start + 4].tolist(), turn.tolist()))
+            rate = np.array(euler_parameter_rate(state[start : start + 4].tolist(), turn.tolist()))
             part = np.cos(angle / 2) * state[start : start + 4] + np.sinc(angle / (2 * np.pi)) * rate
             out[start : start + 4] = part / np.linalg.norm(part)
         return out
@@ -109,7 +109,7 @@ class Configurations:
     def unit(self, state: Array) -> Array:
         """State with unit Euler parameters of all balls."""
         out = state.copy()
-        for start, _ in self._balls:
+        for start, _ in self._spherical:
             out[start : start + 4] /= np.linalg.norm(out[start : start + 4])
         return out
 
@@ -122,19 +122,19 @@ class Configurations:
             gap = self.gap(state)
             if not gap.size or np.abs(gap).max() < 1e-15:
                 return state
-            matrix, gap = self.held(state, locked), gap[self.mechanism.acting]
+            matrix, gap = self.locked_equations(state, locked), gap[self.mechanism.acting]
             inverse: Array = np.asarray(np.linalg.pinv(matrix, rcond=self.dependent), dtype=np.float64)
             step = -inverse @ np.append(gap, np.zeros(len(locked)))
-            state = self.moved(state, step)
+            state = self.advanced(state, step)
             if np.abs(step).max() < 1e-14 or not np.abs(step).max() < 1.0:
                 break
         return state if np.abs(self.gap(state)).max() < max(CLOSED, self.tolerance, tolerance) else None
 
     def free(self, state: Array, locked: tuple[int, ...] = ()) -> Array:
         """Motions (n, k) that the closing equations let pass, orthonormal; the columns `locked` stand still."""
-        return null_space(self.held(state, locked), share=self.dependent)
+        return null_space(self.locked_equations(state, locked), share=self.dependent)
 
-    def held(self, state: Array, locked: tuple[int, ...]) -> Array:
+    def locked_equations(self, state: Array, locked: tuple[int, ...]) -> Array:
         """The equations that anything acts on, and one for each column that stands still, (m + l, n)."""
         jacobian = self.jacobian(state)[self.mechanism.acting]
         return np.vstack([jacobian, np.eye(jacobian.shape[1])[list(locked)]])
@@ -180,7 +180,7 @@ class Configurations:
         return jacobian
 
     @cached_property
-    def _balls(self) -> list[tuple[int, int]]:
+    def _spherical(self) -> list[tuple[int, int]]:
         kinds = {name: self.mechanism.linkage.joint(name).kind.name for name in self.mechanism.states}
         return [
             (self.mechanism.states[name].start, self.mechanism.velocities[name].start)
@@ -190,7 +190,7 @@ class Configurations:
 
     @cached_property
     def _singles(self) -> list[tuple[int, int]]:
-        balls = {start for start, _ in self._balls}
+        balls = {start for start, _ in self._spherical}
         return [
             (state, column)
             for name, those in self.mechanism.states.items()

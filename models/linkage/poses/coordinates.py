@@ -20,22 +20,22 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
         columns = [np.where(motion.is_assembled, x * scale, np.nan) for x, scale in zip(moved, scales, strict=True)]
         return np.stack(columns, axis=-1) + pair.reference if columns else np.zeros((*shape, 0))
     first, second = motion.axes(pair.first) @ pair.axes, motion.axes(pair.second) @ pair.axes
-    turned = np.swapaxes(first, -1, -2) @ second
+    rotated = np.swapaxes(first, -1, -2) @ second
     if kind.name == "spherical":
         before = rotation.exponential(_first(pair.reference, 1))
-        now = rotation.of_matrix(_first(turned @ np.moveaxis(rotation.matrix(before), (0, 1), (-2, -1)), 2))
+        now = rotation.of_matrix(_first(rotated @ np.moveaxis(rotation.matrix(before), (0, 1), (-2, -1)), 2))
         return np.moveaxis(rotation.logarithm(now), 0, -1)
-    apart = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
-    shift = np.einsum("...ji,...j->...i", first, apart)
+    difference = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
+    shift = np.einsum("...ji,...j->...i", first, difference)
     out = []
     for offset, name in enumerate(kind.coordinates):
         if name[0] == "u":
             out.append(shift[..., "xyz".index(name[1])])
         elif name == "rx":
             # about the second axis of a cross, seen from the second link
-            out.append(_continued(motion, pair, offset, np.arctan2(turned[..., 2, 1], turned[..., 2, 2])))
+            out.append(_continued(motion, pair, offset, np.arctan2(rotated[..., 2, 1], rotated[..., 2, 2])))
         else:
-            out.append(_continued(motion, pair, offset, np.arctan2(turned[..., 1, 0], turned[..., 0, 0])))
+            out.append(_continued(motion, pair, offset, np.arctan2(rotated[..., 1, 0], rotated[..., 0, 0])))
     return np.stack(out, axis=-1) + pair.reference if out else np.zeros((*shape, 0))
 
 

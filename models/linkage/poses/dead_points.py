@@ -9,11 +9,11 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ..continuation.interpolation import at_zero
 from ..description.linkage_description import LinkageDescription
-from ..way.interpolation import at_zero
 from .configuration import Configurations, Entry
-from .curve import STEP, MotionPath, PathPoint, Way
-from .held import moving_joints
+from .motion_path import STEP, MotionPath, PathPoint, TracedPath
+from .moving_joints import moving_joints
 
 # Below this share of the drive in the motion, the drive is at rest.
 AT_REST = 1e-6
@@ -172,40 +172,41 @@ def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> Link
 
 def _singular_places(curve: MotionPath) -> list[PathPoint]:
     """All places of the curve at which something moves with the drive locked."""
-    found = map(curve.singular_place, curve.near_singular(curve.both_ways()))
+    found = map(curve.singular_place, curve.near_singular(curve.traced_both_ways()))
     return [place for place in found if place is not None]
 
 
 def _end(curve: MotionPath, sign: float) -> tuple[DeadPoint | None, bool]:
     """The dead point at which the drive turns back, begun from the drawing in one direction; None if it does not.
 
-    And whether the way has come round to the drawing without one, so that there is none in the other direction either.
+    And whether the way has come round to the reference configuration without one, so that there is none in the other
+    direction either.
     """
     start = curve.start
-    way = curve.walk(start.turned(sign), until=lambda place: bool(sign * place.tangent[curve.drive] < 0.0))
-    forwards = np.array([sign * place.tangent[curve.drive] for place in way.places])
+    traced = curve.trace(start.reversed(sign), until=lambda place: bool(sign * place.tangent[curve.drive] < 0.0))
+    forwards = np.array([sign * place.tangent[curve.drive] for place in traced.places])
     if forwards[0] < AT_REST and np.all(forwards[1:2] <= 0.0):
         # Drawn in a dead point: the drive goes one way only, by either motion.
         return _dead_point(curve, start), False
     back = np.flatnonzero(forwards[1:] < 0.0)
     if not back.size:
-        return _dead_point(curve, way.places[-1]) if way.stuck else _asymptote(curve, way), way.closes
-    before, after = way.places[back[0]], way.places[back[0] + 1]
+        return _dead_point(curve, traced.places[-1]) if traced.stalled else _asymptote(curve, traced), traced.closes
+    before, after = traced.places[back[0]], traced.places[back[0] + 1]
     near = min((before, after), key=lambda place: abs(place.tangent[curve.drive]))
     return _dead_point(curve, curve.singular_place(near) or near), False
 
 
-def _asymptote(curve: MotionPath, way: Way) -> DeadPoint | None:
+def _asymptote(curve: MotionPath, traced: TracedPath) -> DeadPoint | None:
     """The value that the drive comes near to but never to, as the linkage runs away to infinity; None if it does not.
 
     The coordinate is taken as a polynomial of the way's inverse, at zero.
     """
-    count, last = len(way.places), way.places[-1]
-    if way.closes or np.abs(curve.space.places(last.state)).max() < AWAY:
+    count, last = len(traced.places), traced.places[-1]
+    if traced.closes or np.abs(curve.space.places(last.state)).max() < AWAY:
         return None
     knots = [count // k for k in range(1, 9)]
-    values = [curve.coordinate(way.places[knot - 1].state) for knot in knots]
-    if abs(values[0] - values[1]) > SLOW * abs(values[1] - curve.coordinate(way.places[0].state)):
+    values = [curve.coordinate(traced.places[knot - 1].state) for knot in knots]
+    if abs(values[0] - values[1]) > SLOW * abs(values[1] - curve.coordinate(traced.places[0].state)):
         return None
     joint = _moving_joint(curve, last.state, last.tangent.copy())
     return DeadPoint(float(at_zero(values, [1.0 / knot for knot in knots])), joint, change_point=False)
@@ -214,8 +215,8 @@ def _asymptote(curve: MotionPath, way: Way) -> DeadPoint | None:
 def _dead_point(curve: MotionPath, place: PathPoint) -> DeadPoint:
     """The dead point at a singular place."""
     # Beside the place itself, the motion is told from those that move nothing else by a small singular value.
-    beside = curve.space.moved(place.state, 1e-4 * place.tangent)
-    motion = np.linalg.svd(curve.held(beside))[2][curve.rank - 1]
+    beside = curve.space.advanced(place.state, 1e-4 * place.tangent)
+    motion = np.linalg.svd(curve.locked_equations(beside))[2][curve.rank - 1]
     crossing = bool(abs(place.tangent[curve.drive]) > AT_REST)
     value = curve.coordinate(place.state)
     if crossing and abs(between := curve.crossing_value(place) - value) < STEP * curve.unit:

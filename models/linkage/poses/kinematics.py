@@ -16,15 +16,15 @@ from ....framework.errors import FrameError
 from ....framework.program.calculation import worth_compiling
 from ....framework.program.sines import FARTHEST
 from ....framework.program.source import Functions
+from ..continuation.assemble import Assembly, assembled
+from ..continuation.driven import remedy
+from ..continuation.drives import Drives, given_drives
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
 from ..kinematics.blocks import blocks, cut_all, parts
 from ..kinematics.entries import combined, cross
 from ..kinematics.mechanism import Mechanism, compiled
 from ..kinematics.terms import Value
-from ..way.assemble import Assembly, assembled
-from ..way.driven import remedy
-from ..way.drives import Drives, given_drives
 
 BRANCHES = ("keep", "switch")
 OTHER_MODE = "other assembly mode; not reachable from the reference configuration"
@@ -257,7 +257,7 @@ class Kinematics:
         ndarray
             Global coordinates, (..., 3).
         """
-        return self._position(link, _drawn(place))
+        return self._position(link, _reference_place(place))
 
     def velocity_on(self, link: str, place: ArrayLike) -> Array:
         """Velocity of a place of a link, (..., 3).
@@ -274,7 +274,7 @@ class Kinematics:
         ndarray
             Global components, (..., 3).
         """
-        return self._velocity_at(link, _drawn(place))
+        return self._velocity_at(link, _reference_place(place))
 
     def acceleration_on(self, link: str, place: ArrayLike) -> Array:
         """Acceleration of a place of a link, (..., 3).
@@ -291,7 +291,7 @@ class Kinematics:
         ndarray
             Global components, (..., 3).
         """
-        return self._acceleration_at(link, _drawn(place))
+        return self._acceleration_at(link, _reference_place(place))
 
     # -- links ------------------------------------------------------------------------------------------------------
 
@@ -329,7 +329,7 @@ class Kinematics:
             return np.broadcast_to(np.eye(3), (*self.shape, 3, 3))
         body = self.mechanism.bodies[self._known(link)]
         now = np.stack([self._global(v) for v in self._pose(link)[1]], axis=-1)
-        return np.asarray(np.einsum("...ij,...kj->...ik", now, body.drawn_axes))
+        return np.asarray(np.einsum("...ij,...kj->...ik", now, body.reference_axes))
 
     def angular_velocity(self, link: str) -> Array:
         """Angular velocity of a link.
@@ -455,7 +455,7 @@ class Kinematics:
             for k, x in enumerate(made):
                 whole[..., k] = x
             if not mechanism.upright:
-                whole[...] = np.einsum("...ij,...j->...i", ground.drawn_axes, whole)
+                whole[...] = np.einsum("...ij,...j->...i", ground.reference_axes, whole)
             whole += ground.place
         if not self.assembly.all_closed:
             out[~np.broadcast_to(self.assembly.closed, shape)] = np.nan
@@ -493,7 +493,7 @@ class Kinematics:
             out[..., k] = x * scale
         if self.mechanism.upright:
             return out
-        return np.asarray(np.einsum("...ij,...j->...i", self.mechanism.bodies[GROUND].drawn_axes, out))
+        return np.asarray(np.einsum("...ij,...j->...i", self.mechanism.bodies[GROUND].reference_axes, out))
 
     # -- look-up ----------------------------------------------------------------------------------------------------
 
@@ -507,7 +507,7 @@ class Kinematics:
         return name, self.mechanism.place(name, point)
 
 
-def _drawn(place: ArrayLike) -> Array:
+def _reference_place(place: ArrayLike) -> Array:
     given = np.asarray(place, dtype=np.float64)
     if given.shape[-1:] == (2,):
         given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)

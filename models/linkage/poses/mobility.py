@@ -113,9 +113,9 @@ def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry =
         kutzbach_spatial=count(linkage, 6),
         planar=planar,
         actual=true,
-        instantaneous=space.free(space.drawn).shape[1],
+        instantaneous=space.free(space.reference_state).shape[1],
         idle=space.idle(state),
-        nearly=null_space(space.jacobian(space.drawn), share=ALIKE).shape[1],
+        nearly=null_space(space.jacobian(space.reference_state), share=ALIKE).shape[1],
         redundant=redundant(space, state),
     )
 
@@ -125,12 +125,12 @@ def generic(space: Configurations) -> tuple[int, Array]:
 
     Where several motions cross at the reference configuration, it is the mobility of the largest.
     """
-    drawn = space.drawn
-    freedoms = space.free(drawn).shape[1]
-    near = [state for state, _ in neighbours(space, drawn, FAR, TRIALS)]
+    reference_state = space.reference_state
+    freedoms = space.free(reference_state).shape[1]
+    near = [state for state, _ in neighbours(space, reference_state, FAR, TRIALS)]
     each = [space.free(state).shape[1] for state in near]
     if not near or all(freedom == freedoms for freedom in each):
-        return dimension(space, drawn), drawn
+        return dimension(space, reference_state), reference_state
     best = max(zip(near, each, strict=True), key=lambda one: (dimension(space, one[0]), -one[1]))
     return dimension(space, best[0]), best[0]
 
@@ -151,7 +151,7 @@ def neighbours(space: Configurations, state: Array, step: float, trials: int) ->
     draws = np.random.default_rng(0).normal(size=(trials, free.shape[1]))
     found = []
     for draw in draws if free.shape[1] else ():
-        aim = space.moved(state, step * (free @ draw) / np.linalg.norm(draw))
+        aim = space.advanced(state, step * (free @ draw) / np.linalg.norm(draw))
         there = space.closed(aim)
         if there is not None:
             move = (space.places(there) - start).ravel()

@@ -14,8 +14,8 @@ from ....framework.states import States, words
 from ..description.parts import GROUND
 from ..kinematics.linear import matrices
 from .configuration import extent
-from .held import MOVES, moving_joints
 from .kinematics import Kinematics
+from .moving_joints import MOVES, moving_joints
 from .states import PoseState, closure_states, singular_states
 
 Bools = NDArray[np.bool_]
@@ -51,7 +51,7 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     columns = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in mechanism.unknown]
     there = motion.assembly.closed[..., None, None]
     matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / np.array(columns)
-    ratio = np.where(motion.assembly.closed, _firmness(motion, matrix), np.nan)
+    ratio = np.where(motion.assembly.closed, _constraint_stiffness(motion, matrix), np.nan)
     bad = np.broadcast_to(ratio < SINGULAR, shape)
     free = _free(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad], rank)
     least = np.zeros((*shape, n, free.shape[-1]))
@@ -69,7 +69,7 @@ def _free(matrix: Array, rank: int) -> Array:
     return np.asarray(np.swapaxes(chosen, 1, 2))
 
 
-def _firmness(motion: Kinematics, matrix: Array) -> Array:
+def _constraint_stiffness(motion: Kinematics, matrix: Array) -> Array:
     """Least over greatest singular value of the closing equations (..., m, n), the least of those of sets of loops that
     close one after the other, (...)."""
     mechanism, linear = motion.mechanism, motion.assembly.loops.linear
@@ -98,12 +98,12 @@ def _span(motion: Kinematics, joints: Iterable[str]) -> float:
     return float(np.ptp(places, axis=0).max())
 
 
-def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, NDArray[np.str_]]:
+def pose_states(motion: Kinematics, conditioned: tuple[Array, Array]) -> tuple[States, NDArray[np.str_]]:
     """State of each pose and its words, (...) of the assembly; see `PoseState` and `Motion.status`.
 
-    `held` is what `conditioning` tells of the motion.
+    `conditioned` is what `conditioning` tells of the motion.
     """
-    ratio, least = held
+    ratio, least = conditioned
     still = standing_still(motion)
     none = np.zeros(motion.assembly.shape, dtype=bool)
     state = singular_states(ratio, NEAR, SINGULAR, np.any([none, *still.values()], axis=0))
@@ -113,18 +113,18 @@ def pose_states(motion: Kinematics, held: tuple[Array, Array]) -> tuple[States, 
         status[where & (state == PoseState.SINGULAR_INVERSE)] = (
             f"singular (inverse-kinematic, type I; joint {joint} {lost})"
         )
-    loose = state == PoseState.SINGULAR_DIRECT
-    if loose.any():
-        status[loose] = [
+    released = state == PoseState.SINGULAR_DIRECT
+    if released.any():
+        status[released] = [
             f"singular (direct-kinematic, type II; dead point of {joint})"
-            for joint in loose_joints(motion, loose, least)
+            for joint in released_joints(motion, released, least)
         ]
     closure = closure_states(motion.assembly.reached, motion.assembly.other)
-    told = closure == PoseState.REGULAR
-    return np.where(told, state, closure), np.where(told, status, motion.closure_status)
+    text = closure == PoseState.REGULAR
+    return np.where(text, state, closure), np.where(text, status, motion.closure_status)
 
 
-def loose_joints(motion: Kinematics, chosen: Bools, least: Array) -> NDArray[np.str_]:
+def released_joints(motion: Kinematics, chosen: Bools, least: Array) -> NDArray[np.str_]:
     """The joint that moves with the drives locked at each of the chosen poses, (k,)."""
     mechanism, shape = motion.mechanism, motion.assembly.shape
     state, parameters = (

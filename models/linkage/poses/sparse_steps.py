@@ -68,16 +68,16 @@ class SparseSteps:
         order = coo_matrix((np.arange(1.0, len(rows) + 1.0), (rows, columns)), (self.count, self.count)).tocsc()
         self._take = order.data.astype(np.intp) - 1
         self._pattern = order.indices, order.indptr
-        held = np.zeros((self.count, self.count), dtype=bool)
-        held[self.rows, self.columns] = True
-        held[range(equations, self.count), [*self.locked, drive]] = True
-        self._held = Linear(held)
-        self.regular = self._held.square
+        pattern = np.zeros((self.count, self.count), dtype=bool)
+        pattern[self.rows, self.columns] = True
+        pattern[range(equations, self.count), [*self.locked, drive]] = True
+        self._locked = Linear(pattern)
+        self.regular = self._locked.square
 
     def onwards(self, state: Array, tangent: Array, step: float) -> Step | None:
         """The place a step further along the tangent; None where it is not sure to be found so."""
         space, still = self.space, np.zeros(len(self.locked) + 1)
-        state = space.moved(state, step * tangent)
+        state = space.advanced(state, step * tangent)
         for _ in range(ITERATIONS):
             gap, entries = self.at(state)
             factors = self._factors(entries, tangent)
@@ -90,7 +90,7 @@ class SparseSteps:
             change = factors.solve(np.append(-gap, still))
             if not np.abs(change).max() < LONGEST:
                 return None
-            state = space.moved(state, change)
+            state = space.advanced(state, change)
         return None
 
     def at(self, state: Array) -> tuple[Array, Array]:
@@ -119,7 +119,7 @@ class SparseSteps:
         comes down to zero there.
         """
         chosen = np.zeros(len(entries), dtype=bool)
-        for rows, columns in self._held.blocks:
+        for rows, columns in self._locked.blocks:
             if rows[0] >= len(self.space.mechanism.acting):
                 continue
             least = self._least(entries, rows, columns)

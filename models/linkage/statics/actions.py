@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....framework.arm import crossed, transferred
-from ....framework.batch import Array, Shape, joined, turned
+from ....framework.batch import Array, Shape, joined, rotated
 from ..description.parts import GROUND, LinkageSpring
 from ..poses.kinematics import Kinematics
 from .inertia import inertia
@@ -43,7 +43,7 @@ def applied(motion: Kinematics) -> Iterator[Action]:
     for load in motion.linkage.loads:
         if load.link != GROUND:
             point = load.point or motion.linkage.links[load.link].points[0]
-            value = turned(motion.axes(load.link), load.value) if load.follower else load.value
+            value = rotated(motion.axes(load.link), load.value) if load.follower else load.value
             yield Action(load.link, point, motion.position(point, load.link), value)
     for spring in motion.linkage.springs:
         line, force = tension(motion, spring)
@@ -112,9 +112,9 @@ def inertia_force(motion: Kinematics, link: str) -> Action:
     ``F = -m a``, ``T = -(I alpha + omega x I omega)``.
     """
     own = inertia(motion.linkage, link)
-    tensor = turned_tensor(motion.axes(link), own.tensor)
+    tensor = rotated_tensor(motion.axes(link), own.tensor)
     spin, gain = motion.angular_velocity(link), motion.angular_acceleration(link)
-    torque = turned(tensor, gain) + crossed(spin, turned(tensor, spin))
+    torque = rotated(tensor, gain) + crossed(spin, rotated(tensor, spin))
     force = own.mass[..., None] * motion.acceleration_on(link, own.centre)
     force, torque = np.broadcast_arrays(force, torque)
     return Action(link, None, centre_of(motion, link), -np.concatenate([force, torque], axis=-1))
@@ -127,7 +127,7 @@ def kinetic_energy(motion: Kinematics) -> Array:
     for link in motion.linkage.links:
         own = inertia(motion.linkage, link)
         speed, spin = motion.velocity_on(link, own.centre), motion.angular_velocity(link)
-        turning = turned(turned_tensor(motion.axes(link), own.tensor), spin)
+        turning = rotated(rotated_tensor(motion.axes(link), own.tensor), spin)
         total = total + 0.5 * (own.mass * np.sum(speed**2, axis=-1) + np.sum(spin * turning, axis=-1))
     return total
 
@@ -135,13 +135,13 @@ def kinetic_energy(motion: Kinematics) -> Array:
 def power(motion: Kinematics, action: Action) -> Array:
     """Power of a force on the link that it acts on, (...)."""
     axes, arm = motion.axes(action.link), action.place - motion.origin(action.link)
-    speed = motion.velocity_on(action.link, turned(np.swapaxes(axes, -1, -2), arm))
+    speed = motion.velocity_on(action.link, rotated(np.swapaxes(axes, -1, -2), arm))
     motions = speed, motion.angular_velocity(action.link)
     halves = action.wrench[..., :3], action.wrench[..., 3:]
     return np.asarray(sum(np.sum(a * b, axis=-1) for a, b in zip(halves, motions, strict=True)))
 
 
-def turned_tensor(axes: Array, tensor: Array) -> Array:
+def rotated_tensor(axes: Array, tensor: Array) -> Array:
     """A tensor of inertia (..., 3, 3) given in axes (..., 3, 3) in global ones, symmetric to the last bit."""
     out: Array = axes @ tensor @ np.swapaxes(axes, -1, -2)
     return 0.5 * (out + np.swapaxes(out, -1, -2))

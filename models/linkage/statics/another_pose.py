@@ -30,19 +30,19 @@ def differs_in_place_only(motion: ClassifiedPoses, spins: object) -> bool:
 
 def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
     """A frame of the same linkage at a single pose of which `differs_in_place_only` holds, as at that of `frame`."""
-    twin = frame.copy()
-    twin.made_from, twin.tolerance = motion, motion.tolerance
+    clone = frame.copy()
+    clone.made_from, clone.tolerance = motion, motion.tolerance
     axes = {GROUND: np.eye(3)}
     for name in motion.linkage.links:
         axes[name] = _own(motion.axes(name))
-        twin.bodies[name] = Body(_own(motion.origin(name)), axes[name])
+        clone.bodies[name] = Body(_own(motion.origin(name)), axes[name])
     for name, pair in motion.linkage.joints.items():
-        joint = twin.joints[name]
+        joint = clone.joints[name]
         assert isinstance(joint.element, Joint)
-        turned = motion.joint_axes(name) if pair.kind.name == "universal" else axes[pair.first] @ pair.axes
-        twin.joints[name] = type(joint)(joint.element.along(_own(turned)), joint.first, joint.second)
-    twin.size = max(float(np.abs(twin.position(node)).max()) for node in twin.nodes)
-    return twin
+        rotated = motion.joint_axes(name) if pair.kind.name == "universal" else axes[pair.first] @ pair.axes
+        clone.joints[name] = type(joint)(joint.element.along(_own(rotated)), joint.first, joint.second)
+    clone.size = max(float(np.abs(clone.position(node)).max()) for node in clone.nodes)
+    return clone
 
 
 def _own(values: Array) -> Array:

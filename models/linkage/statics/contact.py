@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....framework.batch import Array, turned
+from ....framework.batch import Array, rotated
 from ....framework.errors import FrameError
 from ..description.parts import ROUNDING, Pair
 
@@ -42,10 +42,10 @@ def without_contacts(frame: Frame, joints: Mapping[str, Pair]) -> Frame:
     given = _given(joints)
     if not given:
         return frame
-    twin = frame.copy()
+    clone = frame.copy()
     for pair in given:
-        twin.offset(pair.name, ux=0.0, uy=0.0)
-    return twin
+        clone.offset(pair.name, ux=0.0, uy=0.0)
+    return clone
 
 
 def has_contacts(joints: Mapping[str, Pair]) -> bool:
@@ -62,9 +62,9 @@ def _offset(frame: Frame, pair: Pair) -> tuple[Array, Array]:
     assert pair.contact is not None
     assert pair.clearance is not None
     x, y = pair.clearance * np.cos(pair.contact), pair.clearance * np.sin(pair.contact)
-    place = turned(pair.axes, np.stack([x, y, np.zeros(np.shape(x))], axis=-1))
+    place = rotated(pair.axes, np.stack([x, y, np.zeros(np.shape(x))], axis=-1))
     axes = np.asarray(frame.joints[pair.name].element.axes)
-    local = turned(np.swapaxes(axes, -1, -2), place)
+    local = rotated(np.swapaxes(axes, -1, -2), place)
     if np.any(np.abs(local[..., 2]) > ROUNDING * np.max(pair.clearance)):
         raise FrameError(
             f"joint {pair.name!r}: a contact angle is measured about the joint's axis, which does not keep its "

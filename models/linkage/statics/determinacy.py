@@ -190,8 +190,8 @@ def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
     regular = diagonal.min(axis=-1) * DEPENDENT > diagonal.max(axis=-1)
     r = np.where(regular[:, None, None], r, np.eye(r.shape[-1]))
     given = (np.swapaxes(q, -1, -2) @ side[..., None])[..., 0] if tall else side
-    found, firm = _probed(r if tall else np.swapaxes(r, -1, -2), given)
-    return found if tall else (q @ found[..., None])[..., 0], regular & firm
+    found, well_conditioned = _probed(r if tall else np.swapaxes(r, -1, -2), given)
+    return found if tall else (q @ found[..., None])[..., 0], regular & well_conditioned
 
 
 def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from ....framework.arm import transferred
 from ....framework.batch import Array, Shape
+from ..continuation.driven import free_motions
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
 from ..poses.kinematics import Kinematics
-from ..way.driven import free_motions
-from .actions import applied, centre_of, inertia_force, turned_tensor, weight, whole_shape
+from .actions import applied, centre_of, inertia_force, rotated_tensor, weight, whole_shape
 from .inertia import inertia
 
 
@@ -150,7 +150,7 @@ class Equilibrium:
         for row, (link, own) in enumerate(zip(self.links, every, strict=True)):
             at, turn = slice(6 * row, 6 * row + 3), slice(6 * row + 3, 6 * row + 6)
             matrix[..., at, at] = own.mass[..., None, None] * np.eye(3)
-            matrix[..., turn, turn] = turned_tensor(self.motion.axes(link), own.tensor) / self.size**2
+            matrix[..., turn, turn] = rotated_tensor(self.motion.axes(link), own.tensor) / self.size**2
         return matrix
 
     @property

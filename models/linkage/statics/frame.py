@@ -12,20 +12,20 @@ import numpy as np
 
 from ....elements import Joint, PointMass
 from ....elements.spring import Spring as Line
-from ....framework.batch import Array, turned
+from ....framework.batch import Array, rotated
 from ....framework.errors import FrameError
+from ....framework.factor_cache import share
 from ....framework.frame import Frame
-from ....framework.kept import share
 from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, LinkageLink, Pair, joint_axes
 from ..description.places import place
 from ..poses.classified import ClassifiedPoses
-from .actions import tension, turned_tensor, whole_shape
+from .actions import rotated_tensor, tension, whole_shape
 from .another_pose import at_another_pose, differs_in_place_only
 from .contact import impose_contacts, without_contacts
-from .guides import Layout, Slider, bond
+from .guides import Layout, Slider, contact_stiffness
 from .inertia import inertia, is_given, without_mass
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
@@ -53,7 +53,7 @@ def frame(
     if loads:
         add_loads(built, motion, bare.nodes)
     else:
-        slacken(built, bare.springs)
+        release_springs(built, bare.springs)
     if inertia:
         add_inertia_loads(built, motion, bare.nodes, bare.pieces)
     if clearance:
@@ -61,7 +61,7 @@ def frame(
     return built
 
 
-def slacken(built: Frame, springs: list[str]) -> None:
+def release_springs(built: Frame, springs: list[str]) -> None:
     """Take the force at rest from springs, without which the frame is to be loaded."""
     for name in springs:
         member = built.members[name]
@@ -125,10 +125,10 @@ class Builder:
         return mechanism.framed._at(motion)  # type: ignore[no-any-return]
 
     def _at(self, motion: ClassifiedPoses) -> Builder:
-        twin = copy(self)
-        twin.motion, twin.linkage, twin.lost = motion, motion.linkage, ~motion.is_assembled
-        twin.frame = at_another_pose(self.frame, motion)
-        return twin
+        clone = copy(self)
+        clone.motion, clone.linkage, clone.lost = motion, motion.linkage, ~motion.is_assembled
+        clone.frame = at_another_pose(self.frame, motion)
+        return clone
 
     def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
         """Solve a copy of the frame under its loads; the plan is made once for all of them."""
@@ -153,7 +153,7 @@ class Builder:
         self._beams(name, link, layout)
         self._rigid(name, link, places)
         for slider in sliders:
-            self._seat(name, slider, layout)
+            self._bear(name, slider, layout)
         if is_given(link):
             self._mass(name, link)
 
@@ -161,8 +161,8 @@ class Builder:
         """A joint element; a drive is rigid where no stiffness was given."""
         stiffness = pair.full_stiffness
         driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
-        held = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
-        stiffness = np.where(driven & held, np.inf, stiffness)
+        constrained = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
+        stiffness = np.where(driven & constrained, np.inf, stiffness)
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
@@ -205,12 +205,12 @@ class Builder:
                 self.frame.add(f"spring.{index}", Line(spring.stiffness, force, applied=True), *ends)
                 yield f"spring.{index}"
 
-    def _there(self, values: Array, drawn: Array, trailing: int = 1) -> Array:
+    def _there(self, values: Array, reference: Array, trailing: int = 1) -> Array:
         """Values, with as many `trailing` axes as they have components; reference ones where a pose is not
         assembled."""
         if not self.lost.any():
             return values
-        return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), drawn, values)
+        return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), reference, values)
 
     def _ground(self, name: str, position: Array) -> None:
         self.frame.node(name, position)
@@ -222,24 +222,24 @@ class Builder:
             if pair.first == link and pair.kind.name in SLIDING:
                 arm = self.motion.position(pair.point, pair.second) - self.motion.origin(link)
                 axes = np.swapaxes(self.motion.axes(link), -1, -2)
-                local = self._there(turned(axes, arm), self.linkage.points[pair.point])
+                local = self._there(rotated(axes, arm), self.linkage.points[pair.point])
                 yield Slider(self.nodes.guide(pair), pair, local)
 
-    def _seat(self, link: str, slider: Slider, layout: Layout) -> None:
+    def _bear(self, link: str, slider: Slider, layout: Layout) -> None:
         """Put the node under a slider, rigid with the seat on which it stands at each pose."""
         guide, point = slider.guide, slider.pair.point
-        seats = layout.seats[guide] or {point: np.ones((), dtype=bool)}
+        bearing_points = layout.bearing_points[guide] or {point: np.ones((), dtype=bool)}
         if guide in layout.fractions:
             return
         self.frame.node(guide, slider.place, body=link)
-        if len(seats) == 1:
-            self.frame.rigid(self.nodes.on(link, next(iter(seats))), guide)
+        if len(bearing_points) == 1:
+            self.frame.rigid(self.nodes.on(link, next(iter(bearing_points))), guide)
             return
-        hold = bond(self.linkage.links[link].beams, layout.at)
-        for seat, here in seats.items():
-            foot = f"{guide}.on.{seat}"
+        hold = contact_stiffness(self.linkage.links[link].beams, layout.at)
+        for bearing_point, here in bearing_points.items():
+            foot = f"{guide}.on.{bearing_point}"
             self.frame.node(foot, slider.place, body=link)
-            self.frame.rigid(self.nodes.on(link, seat), foot)
+            self.frame.rigid(self.nodes.on(link, bearing_point), foot)
             self.frame.add(foot, Joint(np.where(here[..., None], hold, 0.0)), foot, guide)
 
     def _beams(self, name: str, link: LinkageLink, layout: Layout) -> None:
@@ -270,10 +270,10 @@ class Builder:
     def _mass(self, name: str, link: LinkageLink) -> None:
         """A given mass, rigid with the link's nearest point."""
         own = inertia(self.linkage, name)
-        point = self.nodes.heart(self.linkage, name, own.centre)
+        point = self.nodes.centre_node(self.linkage, name, own.centre)
         axes = self.frame.bodies[name].axes
         mass = PointMass(
-            own.mass, turned_tensor(axes, own.tensor), turned(axes, own.centre - place(self.linkage, name, point))
+            own.mass, rotated_tensor(axes, own.tensor), rotated(axes, own.centre - place(self.linkage, name, point))
         )
         self.frame.add(f"{name}.mass", mass, self.nodes.of(name, point))
 

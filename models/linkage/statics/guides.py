@@ -77,14 +77,14 @@ class Layout:
         By beam: its ends with the cut nodes between them, in order.
     fractions
         By cut node: share of the beam's length before it, (...).
-    seats
+    bearing_points
         By guide: the nodes on which the slider stands, and at which poses (...); none where it runs on no beam.
     """
 
     at: dict[str, Array]
     chains: dict[Ends, list[str]]
     fractions: dict[str, Array] = field(default_factory=dict)
-    seats: dict[str, dict[str, Mask]] = field(default_factory=dict)
+    bearing_points: dict[str, dict[str, Mask]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, beams: Mapping[Ends, LineElement], places: Mapping[str, Array], sliders: Sequence[Slider]) -> Layout:
@@ -98,7 +98,7 @@ class Layout:
         out = cls(dict(places), {ends: list(ends) for ends in beams})
         visits: dict[Ends, list[Visit]] = {}
         for slider in sliders:
-            seats = out.seats[slider.guide] = {}
+            bearing_points = out.bearing_points[slider.guide] = {}
             free = np.ones(slider.place.shape[:-1], dtype=bool)
             runs = [ends for ends in beams if _runs_along(slider, ends, places)]
             for ends in runs:
@@ -108,8 +108,8 @@ class Layout:
                 if within.any():
                     visits.setdefault(ends, []).append(Visit(slider, fraction, within))
             if runs and free.any():
-                seats |= _at_points(slider, {end: places[end] for ends in runs for end in ends}, free)
-        _check_points({slider.pair.name: set(out.seats[slider.guide]) for slider in sliders})
+                bearing_points |= _at_points(slider, {end: places[end] for ends in runs for end in ends}, free)
+        _check_points({slider.pair.name: set(out.bearing_points[slider.guide]) for slider in sliders})
         for ends, those in visits.items():
             out._cut(ends, those)
         return out
@@ -153,11 +153,11 @@ class Layout:
             guide = visit.slider.guide
             name = guide if always else f"{guide}.{ends[0]}-{ends[1]}"
             self.fractions[name], self.at[name] = fraction, start + fraction[..., None] * chord
-            self.seats[guide][name] = visit.within
+            self.bearing_points[guide][name] = visit.within
             self.chains[ends].insert(-1, name)
 
 
-def bond(beams: Mapping[Ends, LineElement], places: Mapping[str, Array]) -> Array:
+def contact_stiffness(beams: Mapping[Ends, LineElement], places: Mapping[str, Array]) -> Array:
     """Stiffness (6,) of a slider's hold on a seat, so far above that of the link that it is rigid to rounding.
 
     It stands alone on the diagonal of its own coordinate, and costs no digits.
@@ -212,13 +212,13 @@ def _nodes(visits: Sequence[Visit]) -> list[Array]:
     return list(np.where(within, known, start + share * (end - start)))
 
 
-def _check_points(seats: Mapping[str, set[str]]) -> None:
+def _check_points(bearing_points: Mapping[str, set[str]]) -> None:
     """See that what holds sliders on the points that they reach forms no loop, in which its stiffness would cancel.
 
     A loop closes with a slider that reaches two points which others, by way of what they reach, join already.
     """
     joined: list[tuple[set[str], set[str]]] = []
-    for name, points in seats.items():
+    for name, points in bearing_points.items():
         touched = [each for each in joined if each[0] & points]
         for group, others in touched:
             if len(both := group & points) > 1:

@@ -48,7 +48,7 @@ def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pi
                     frame.line_load(member, **given)
                 places = motion.position_on(link, start), motion.position_on(link, end)
                 rest = rest - _resultant(places, forces, whole.place)
-        point = nodes.heart(motion.linkage, link, inertia(motion.linkage, link).centre)
+        point = nodes.centre_node(motion.linkage, link, inertia(motion.linkage, link).centre)
         at = motion.position(point, link)
         _put(frame, nodes.of(link, point), _there(motion, transferred(rest, whole.place - at)))
 

@@ -49,7 +49,7 @@ class Nodes:
             return f"{pair.name}.slider" if f"{pair.name}.{pair.first}" in self._names else f"{pair.name}.{pair.first}"
         return self.of(pair.first, pair.point)
 
-    def heart(self, linkage: LinkageDescription, link: str, centre: Array) -> str:
+    def centre_node(self, linkage: LinkageDescription, link: str, centre: Array) -> str:
         """The point of a link nearest to its centre of mass."""
         points = linkage.links[link].points
         away = [float(np.max(np.linalg.norm(centre - place(linkage, link, p), axis=-1))) for p in points]

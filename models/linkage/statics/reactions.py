@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ....framework.batch import Array, turned
+from ....framework.batch import Array, rotated
 from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
 from ..graphics.reaction_plots import plot_reactions
@@ -131,7 +131,7 @@ class Reactions:
             ``fx fy fz mx my mz``, (..., 6): what the frame's `joint_force` shows.
         """
         axes = self.motion.joint_axes(joint)
-        return turned(np.swapaxes(axes, -1, -2), self.force(joint, self.motion.linkage.joint(joint).first))
+        return rotated(np.swapaxes(axes, -1, -2), self.force(joint, self.motion.linkage.joint(joint).first))
 
     def drive(self, joint: str) -> Array:
         """Force and moment of a drive, which work on the rates of the driven coordinates.
@@ -204,15 +204,15 @@ def reactions(motion: FramedPoses) -> Reactions:
         rows_of_values[there], is_unique[there] = found.values, found.unique
     values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
     values[_boundless(motion, values, side)] = np.nan
-    held = np.isfinite(values).all(axis=-1)
-    shared = ~unique & held
+    determined = np.isfinite(values).all(axis=-1)
+    shared = ~unique & determined
     wrenches, drives = _split(equations, values)
     how = LEAST
     if shared.any() and _compliant(motion):
         how = COMPLIANCE
         for own, other in zip((wrenches, drives), _by_compliance(motion), strict=True):
             own.update({joint: np.where(shared[..., None], other[joint], force) for joint, force in own.items()})
-    method = np.where(held, np.where(shared, how, DETERMINATE), NONE)
+    method = np.where(determined, np.where(shared, how, DETERMINATE), NONE)
     return Reactions(motion, wrenches, drives, method)
 
 
@@ -244,7 +244,7 @@ def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Arr
     wrenches, drives = {}, {}
     for name in linkage.joints:
         force = -solution.joint_force(name)
-        wrenches[name] = turned(motion.joint_axes(name), force)
+        wrenches[name] = rotated(motion.joint_axes(name), force)
         if name in linkage.drives:
             drives[name] = force[..., [COMPONENTS.index(k) for k in linkage.drives[name]]]
     return wrenches, drives

@@ -55,7 +55,7 @@ class Tangent:
         The compiled frame.
     stiffness
         (..., n, n).
-    held
+    stable
         Poses that are assembled, and at which finite forces keep the linkage in equilibrium, (...).
     """
 
@@ -64,12 +64,12 @@ class Tangent:
         clamped = Builder(motion, clearance=False, clamped=True)
         add_loads(clamped.frame, motion, clamped.nodes)
         rest = Solution(clamped.frame, Plan(clamped.frame, cut=cut))
-        self.held: NDArray[np.bool_] = among(
+        self.stable: NDArray[np.bool_] = among(
             rest.own_state, SolutionState.REGULAR, SolutionState.STATICALLY_CONSISTENT_MECHANISM
         )
         with np.errstate(all="ignore"):  # of mechanisms
             loaded = geometric_stiffness(self.plan, rest.bounds.whole())
-        loaded = np.where(self.held[..., None, None], loaded, 0.0)
+        loaded = np.where(self.stable[..., None, None], loaded, 0.0)
         self.stiffness = dense.stiffness(self.plan) + loaded
 
     def compliance_matrix(self, node: str) -> Array:
@@ -87,7 +87,7 @@ class Tangent:
         # what a free motion moves has no compliance
         size = np.abs(moved).max(axis=-1, keepdims=True)
         lost = (free[..., None, :] & (np.abs(moved) > _STILL * size)).any(axis=-1)
-        lost = lost[..., :, None] | lost[..., None, :] | ~self.held[..., None, None]
+        lost = lost[..., :, None] | lost[..., None, :] | ~self.stable[..., None, None]
         return np.where(lost, np.nan, out)
 
     def frequencies(self, count: int) -> Array:
@@ -114,7 +114,7 @@ class Tangent:
             shift = np.where(shift > 0.0, np.minimum(shift, 2.0 * lowest), 0.0)
         squared = np.where(np.abs(squared) <= _NOISE * shift[..., None], 0.0, squared)
         found = np.sqrt(np.where(squared < 0.0, np.nan, squared)) / (2.0 * np.pi)
-        return np.where(self.held[..., None], found, np.nan)
+        return np.where(self.stable[..., None], found, np.nan)
 
     def _raised(self, mass: Array, shift: Array) -> Array:
         """The shift, or a larger one, at which ``stiffness + shift mass`` has no eigenvalue that is zero or less."""

@@ -32,14 +32,16 @@ def transmission_angle(motion: Kinematics, joint: str) -> Array:
     names = [one.joint.name for one in equations.joints]
     ends = np.cumsum([len(one.names) for one in equations.joints])
     own = np.arange(ends[-1])
-    held = slice(ends[names.index(joint)] - len(equations.joints[names.index(joint)].names), ends[names.index(joint)])
+    own_columns = slice(
+        ends[names.index(joint)] - len(equations.joints[names.index(joint)].names), ends[names.index(joint)]
+    )
     matrix = equations.matrix
     there = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)))
     matrix = np.where(there[..., None, None], matrix, 0.0)
     k = equations.links.index(pair.second)
     driven = slice(6 * k, 6 * k + 6)
-    joints = matrix[..., held]
-    rest = np.swapaxes(np.delete(matrix, own[held], axis=-1), -1, -2)
+    joints = matrix[..., own_columns]
+    rest = np.swapaxes(np.delete(matrix, own[own_columns], axis=-1), -1, -2)
     free = projector(rest)
     moving = np.swapaxes(joints[..., driven, :], -1, -2) @ free[..., driven, :]
     # Motions of the other links, the second link at rest, do no work against what the joint can take.

@@ -33,10 +33,10 @@ class FiniteWorstCase:
 
     def __repr__(self) -> str:
         off = self.difference
-        told = (
+        text = (
             f"first order is off by up to {100.0 * np.nanmax(np.abs(off)):.2g} %" if np.isfinite(off).any() else "none"
         )
-        return f"<FiniteWorstCase of shape {self.reach.shape}: {told}>"
+        return f"<FiniteWorstCase of shape {self.reach.shape}: {text}>"
 
     @property
     def reach(self) -> Array:

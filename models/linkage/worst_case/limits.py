@@ -119,9 +119,9 @@ def _ends(by: PositionSensitivity, pair: Pair, length: Array) -> Iterator[Array]
     ``e_z x (d1 - d2) / L``, by no more than 2 eps / L.
     """
     across, tilt = _components(by, pair, ("ux", "uy")), _components(by, pair, ("rx", "ry"))
-    turned = np.stack([tilt[..., 1], -tilt[..., 0]], axis=-1) / length[..., None, None]
-    yield 0.5 * across + turned
-    yield 0.5 * across - turned
+    rotated = np.stack([tilt[..., 1], -tilt[..., 0]], axis=-1) / length[..., None, None]
+    yield 0.5 * across + rotated
+    yield 0.5 * across - rotated
 
 
 def _components(by: PositionSensitivity, pair: Pair, names: tuple[str, ...]) -> Array:

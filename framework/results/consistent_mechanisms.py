@@ -1,0 +1,113 @@
+"""Frames that can move, though no load makes them: their forces, and the displacements that do not depend on it.
+
+A free motion costs no energy, so that every force is unique, and so is each displacement in which it has no part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..batched.broadcast import BroadcastSolver
+from ..batched.plan import Plan
+from ..error_bounds.equilibrium import Statics
+from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.resolved import MOST, combined, excited
+from ..solvers.sparse import SparseSolver
+from ..solvers.stacked import StackedSolver
+from ..structure.parts import Row
+from .constrained import ConstrainedSolution, large, small
+
+# Share of the largest displacement in a free motion that is none.
+_STILL = 1e-10
+
+
+def consistent_mechanisms(
+    plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver, suspects: NDArray[np.bool_]
+) -> ConsistentMechanisms | None:
+    """The idle ones among entries that can move, None for none.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    solver
+        What solves it.
+    suspects
+        Entries that can move, (...) of the batch shape.
+    """
+    if isinstance(solver, SparseSolver):
+        found = ConsistentMechanisms(plan, solver.unknown[solver.excited].tolist(), large(Statics(plan), solver))
+    elif len(plan.unknowns) > MOST:
+        return None
+    else:
+        found = ConsistentMechanisms(plan, excited(plan), small(Statics(plan, determinate=True), suspects))
+    return found if found.mask.any() else None
+
+
+class ConsistentMechanisms:
+    """Entries of a batch that can move, though no load makes them.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    unknowns
+        Numbers of the unknowns that the loads reach (n,).
+    parts
+        Solutions of parts of the batch.
+
+    Attributes
+    ----------
+    mask
+        Those entries, (...).
+    """
+
+    def __init__(self, plan: Plan, unknowns: Sequence[int], parts: Iterable[ConstrainedSolution]) -> None:
+        found, shape = list(parts), plan.frame.shape
+        self.plan, self.unknowns = plan, list(unknowns)
+        self.mask = np.zeros(shape, dtype=bool)
+        self.length_scale = np.ones(shape)
+        self._values = extended(np.zeros((*shape, len(self.unknowns))))
+        self._motions = np.zeros((max((len(each.motions) for each in found), default=0), *self._values.shape))
+        for each in found:
+            self.mask[each.where] = each.consistent
+            self.length_scale[each.where] = each.length_scale
+            self._values[each.where] = each.values
+            self._motions[(slice(len(each.motions)), *each.where)] = each.motions
+
+    def values(self, rows: Sequence[Row]) -> Real:
+        """Values of `rows` over the unknowns and the right-hand-side parameters at the idle entries, (m, rows)."""
+        found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
+        return found
+
+    def motions(self, rows: Sequence[Row]) -> Array:
+        """Values of `rows` in each free motion of the idle entries, (motions, m, rows)."""
+        at = {k: number for number, k in enumerate(self.unknowns)}
+        motions = self._motions[:, self.mask]
+        out = np.zeros((*motions.shape[:-1], len(rows)))
+        for number, row in enumerate(rows):
+            for k, factor in row.items():
+                if k in at:
+                    own = np.broadcast_to(np.asarray(factor, dtype=np.float64), self.plan.frame.shape)[self.mask]
+                    out[..., number] += own * motions[..., at[k]]
+        return out
+
+    def masked(self, found: Array, moved: Array) -> bool:
+        """Displacements made NaN where a free motion has a part in them; whether there are any.
+
+        Parameters
+        ----------
+        found
+            ``ux uy uz rx ry rz`` of the whole batch, (..., 6) or (..., k, 6).
+        moved
+            The same in each free motion of the idle entries, (motions, m, 6) or (motions, m, k, 6).
+        """
+        length_scale = self.length_scale[self.mask].reshape(-1, *(1,) * (moved.ndim - 2))
+        weights = np.concatenate([np.ones((*length_scale.shape[:-1], 3)), np.repeat(length_scale, 3, axis=-1)], axis=-1)
+        lost = (np.abs(moved) * weights > _STILL).any(axis=0)
+        found[self.mask] = np.where(lost, np.nan, found[self.mask])
+        return bool(lost.any())

@@ -1,0 +1,243 @@
+"""A frame that can move, solved with an unknown held for each free motion, where it moves most.
+
+``K`` without these rows and columns is regular. Where the force that holds them is none, so that the load does no work
+on any free motion, its solution is one of ``K u = f``, and all others differ from it by free motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, aligned
+from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
+from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
+from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.resistance import displaced, resisted
+from ..error_bounds.resolved import excited, groups, ill_conditioned_state, rest
+from ..error_bounds.tree_members import MEMBER
+from ..solvers.freedom import constrained_unknowns
+from ..solvers.sparse import SparseSolver
+from ..structure.parts import Extended
+from ..structure.topology import Index
+
+# Singular values of sqrt(k) B with columns of length one that are zero to rounding, by the square root of their number;
+# and those above which a motion is surely resisted.
+ZERO = 16.0 * float(np.finfo(np.float64).eps)
+_RESISTED = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
+# Roundings of what is described, and of what is computed, in the work that a load does on a motion.
+_GIVEN = 32.0 * float(np.finfo(np.float64).eps)
+_COMPUTED = 16.0
+# Share of what the parts of a load could do that is work without any doubt.
+_PLAIN = 1e-6
+# How independent the held unknowns of one entry must be at another, by how they are at their own.
+_ALIKE = 0.1
+# Steps of refinement, and the share of the load that they may leave unbalanced.
+_STEPS = 3
+_BALANCED = 1e-12
+
+
+@dataclass(frozen=True)
+class ConstrainedSolution:
+    """The solution of a part of the batch.
+
+    Attributes
+    ----------
+    where
+        Indices of the entries.
+    values
+        Of all unknowns, (..., n).
+    motions
+        Of the unknowns in each free motion, (motions, ..., n), the largest displacement being one; rotations count as
+        what they move at the end of the longest piece.
+    length_scale
+        Its length, (...).
+    consistent
+        Whether the load does no work on any of them, (...).
+    """
+
+    where: Any
+    values: Real
+    motions: Real
+    length_scale: Real
+    consistent: NDArray[np.bool_]
+
+
+def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[ConstrainedSolution]:
+    """Entries of a batch; those of which rounding hides whether they can move are left out.
+
+    Parameters
+    ----------
+    statics
+        The frame.
+    suspects
+        Entries to look at, (...) of the batch shape.
+    """
+    unknowns = excited(statics.plan)
+    for index in groups(suspects):
+        start = ill_conditioned_state(statics, index, unknowns)
+        count = 1 if index is None else len(index[0])
+        scaled, root = _scaled(start)
+        bases, ranks = _free(scaled, count)
+        root = np.broadcast_to(root, (count, len(unknowns)))
+        for take, basis, constrained in _alike(bases, ranks):
+            part = None if index is None else tuple(each[take] for each in index)
+            shapes = np.moveaxis(basis * root[take][:, None], 1, 0)
+            kept = np.delete(np.arange(len(unknowns)), constrained)
+            names = [unknowns[k] for k in kept]
+            state = ill_conditioned_state(statics, part, names)
+            solver = DenseCompliance(state.kinematics, state.springs, state.stiffness, names, Extended)
+            for _ in range(_STEPS):
+                state = state.corrected(solver)
+            shapes = shapes[:, 0] if part is None else shapes
+            yield _constrained(() if part is None else part, state, unknowns, kept, solver, shapes, solver.least > 0.0)
+
+
+def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolution]:
+    """The load cases of one large frame; nothing where its free motions are not found.
+
+    Parameters
+    ----------
+    statics
+        The frame.
+    solver
+        Its matrix.
+    """
+    if _drives_motion(solver.unsupported_motions(solver.excited), solver.load[solver.excited]):
+        return
+    freedom = solver.freedom
+    if freedom.factor is None:
+        return
+    names = solver.unknown[solver.excited]
+    kept = np.flatnonzero(~freedom.constrained)
+    state, own = rest(statics, names[kept].tolist()), Factored(freedom.factor)
+    whole = _size(state.balance * own.root)
+    for _ in range(2 * _STEPS):
+        state = state.corrected(own)
+    shape = (freedom.motions.shape[1], *state.values.shape[:-1], len(names))
+    motions = freedom.motions.T.reshape(shape[0], *(1,) * (len(shape) - 2), len(names))
+    balanced = _size(state.balance * own.root) <= _BALANCED * whole
+    yield _constrained((...,), state, names.tolist(), kept, own, np.broadcast_to(motions, shape), balanced)
+
+
+def _drives_motion(motions: Array, load: Array) -> bool:
+    """Whether every load case (n, cases) plainly drives one of the motions (n, motions)."""
+    if not motions.size:
+        return False
+    driven = np.abs(motions.T @ load) > _PLAIN * (np.abs(motions).T @ np.abs(load))
+    return bool(driven.any(axis=0).all())
+
+
+def _scaled(state: EquilibriumResidual) -> tuple[Array, Array]:
+    """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one (..., e, n), or zero
+    where they are rounding; and what takes them to that length (..., n)."""
+    columns, sizes, k = by_unknowns(state.double, state.double_springs, state.stiffness, state.unknowns, np.float64)
+    weight = np.sqrt(k)[..., None]
+    weighted = weight * columns
+    length = np.sqrt(np.sum(weighted**2, axis=-2))
+    parts = np.sqrt(np.sum((weight * np.moveaxis(sizes, 0, -1)) ** 2, axis=-2))
+    none = length <= ZERO * parts
+    root: Array = 1.0 / np.where(none, np.where(parts > 0.0, parts, 1.0), length)
+    return np.where(none[..., None, :], 0.0, weighted * root[..., None, :]), root
+
+
+def _free(scaled: Array, count: int) -> tuple[Array, Index]:
+    """Right singular vectors of deformations (..., e, n), (count, n, n), the free motions last; number of these,
+    (count,), zero where there are others that rounding does not tell from them."""
+    size = scaled.shape[-1]
+    flat = scaled.reshape(int(np.prod(scaled.shape[:-2])), *scaled.shape[-2:])
+    more = np.zeros((len(flat), max(size - flat.shape[-2], 0), size))
+    _, values, rows = np.linalg.svd(np.concatenate([flat, more], axis=1), full_matrices=False)
+    free = values <= ZERO * np.sqrt(size)
+    ranks = np.where((values <= _RESISTED).sum(axis=-1) == free.sum(axis=-1), free.sum(axis=-1), 0)
+    return np.broadcast_to(rows, (count, size, size)), np.broadcast_to(ranks, (count,))
+
+
+def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
+    """Entries of which the same unknowns can be held: their numbers, free motions (m, r, n), and those unknowns."""
+    left = np.flatnonzero(ranks)
+    while left.size:
+        rank = int(ranks[left[0]])
+        same = left[ranks[left] == rank]
+        motions = bases[same, -rank:]
+        constrained = np.sort(constrained_unknowns(motions[0]))
+        independence = np.linalg.svd(motions[..., constrained], compute_uv=False)[..., -1]
+        good = independence >= _ALIKE * independence[0]
+        yield same[good], motions[good], constrained
+        left = np.setdiff1d(left, same[good])
+
+
+def _constrained(
+    where: Any,
+    state: EquilibriumResidual,
+    unknowns: Sequence[int],
+    kept: Index,
+    solver: Solver,
+    shapes: Array,
+    sure: NDArray[np.bool_],
+) -> ConstrainedSolution:
+    """The solution and the motions of all unknowns, from those `kept` and rough motions (motions, ..., n)."""
+    values = extended(np.zeros((*state.values.shape[:-1], len(unknowns))))
+    values[..., kept] = state.values
+    whole = EquilibriumResidual(state.statics, state.change, unknowns, values, state.ndim)
+    motions = extended(shapes).copy()
+    for _ in range(_STEPS):
+        left = -resisted(whole, unknowns, motions)[..., kept]
+        motions[..., kept] += solver.solve(left.astype(solver.root.dtype))
+    lengths = [np.max(each.length, axis=-1) for each in whole.springs]
+    length_scale = reduce(np.maximum, lengths, extended(0.0))
+    length_scale = np.broadcast_to(np.where(length_scale > 0.0, length_scale, state.plan.frame.size), values.shape[:-1])
+    moved = displaced(whole, unknowns, motions)[1]
+    weights = np.concatenate(
+        [np.ones((*length_scale.shape, 3)), np.repeat(length_scale[..., None], 3, axis=-1)], axis=-1
+    )
+    motions = motions / np.max(np.abs(moved) * weights[..., None, :], axis=(-1, -2))[..., None]
+    consistent = ~_driven(whole, motions) & sure
+    return ConstrainedSolution(where, whole.absolute(), _absolute(whole, motions), length_scale, consistent)
+
+
+def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
+    """Whether the load does more work than rounding on any of the motions (motions, ..., n), (...)."""
+    coordinates, moved = displaced(state, state.unknowns, motions)
+    work = np.abs(np.sum(motions * state.balance, axis=-1))
+    forces = np.abs(state.loads.forces)
+    spread = state.double.sizes(coordinates.astype(np.float64))
+    # a rounded position is off by a rotation's share of the distance from the origin
+    off = np.max(np.abs(moved[..., 3:]), axis=-1) * state.change(_extent(state.statics), 0)[..., None]
+    could = np.sum(np.abs(moved) * forces, axis=(-1, -2)) + np.sum(off[..., None] * forces[..., :3], axis=(-1, -2))
+    noise = np.sum(spread * (state.loads.error_bound + state.fine * forces), axis=(-1, -2))
+    for springs, found in zip(state.double_springs, state.deformation_sizes, strict=True):
+        sizes = springs.sizes(spread, coordinates)
+        noise = noise + state.fine * np.sum(sizes * springs.stiffness * found, axis=(-1, -2))
+    opened = state.double.displacement_sizes(coordinates, spread)
+    for k, own, size in zip(state.stiffness, opened, state.displacement_sizes, strict=True):
+        noise = noise + state.fine * np.sum(own * k * size, axis=-1)
+    return np.asarray(np.any(~(work <= _GIVEN * could + _COMPUTED * noise), axis=0))
+
+
+def _extent(statics: Statics) -> Real:
+    """Largest coordinate of a node, (...) with all batch axes; those within members lie between described ones."""
+    topology, ndim = statics.plan.topology, len(statics.plan.frame.shape)
+    each = (np.max(np.abs(topology.position(node)), axis=-1) for node in range(len(topology.frame.nodes)))
+    return aligned(reduce(np.maximum, each, np.zeros(())), ndim)
+
+
+def _absolute(state: EquilibriumResidual, motions: Real) -> Real:
+    """The unknowns in motions as the frame's own coordinates have them."""
+    out, moved = motions.copy(), displaced(state, state.unknowns, motions)[1]
+    determinate = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
+    for index, unknown in enumerate(state.unknowns):
+        node, component = divmod(unknown, 6)
+        if node in determinate:
+            out[..., index] = moved[..., node, component]
+    return out
+
+
+def _size(array: Real) -> Real:
+    size: Real = np.sqrt(np.sum(array * array, axis=-1))
+    return size

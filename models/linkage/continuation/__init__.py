@@ -1,0 +1,1 @@
+"""Continuation from the reference configuration to every pose, on one branch."""

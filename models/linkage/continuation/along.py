@@ -1,0 +1,298 @@
+"""Poses of one moving drive: read off the path of the linkage, or of each member of a batch of dimensions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array, Shape
+from ..kinematics.blocks import blocks, cut, cut_all, taken
+from ..kinematics.loops import Loops, Pose
+from ..kinematics.terms import Value
+from .change_point import Patch, patched
+from .ends import SHORT, at_dead_points
+from .guess import Guess
+from .many_paths import read_off
+from .members import Starts, accompanied
+from .single_drive import TURN, SingleDrive
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(eq=False)
+class Found:
+    """Closed states of a batch.
+
+    Attributes
+    ----------
+    state
+        Entries of the states, of the batch shape but for those that are given.
+    reached
+        Where a path leads, (...).
+    patches
+        Poses in change points.
+    nearly
+        Poses beside a change point at which branches only nearly cross: closed to some digits, (...).
+    """
+
+    state: list[Value]
+    reached: Mask
+    patches: list[Patch] = field(default_factory=list)
+    nearly: Mask | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """Finds the poses of one moving drive.
+
+    Attributes
+    ----------
+    loops
+        The loops.
+    nominal, start
+        Dimensions of the member that leads and its reference configuration.
+    starts
+        Reference configurations of all members; None where all are the same.
+    drive
+        Which of the driven states moves.
+    switch
+        Whether the other branch is taken at change points.
+    """
+
+    loops: Loops
+    nominal: Sequence[float]
+    start: Pose
+    starts: Starts | None
+    drive: int
+    switch: bool
+
+    def poses(self, driven: Sequence[Array], parameters: Sequence[Value], shape: Shape) -> Found:
+        """Poses at the driven states, which broadcast with the starts to `shape`."""
+        s = driven[self.drive] - self.start.state[self.loops.driven_states[self.drive]]
+        single = SingleDrive(self.loops, self.nominal, self.start, self.drive, self.switch)
+        guess = single.guess(s)
+        self._drive(guess.state, driven)
+        if self.starts is None:
+            found = self._nominal(single, guess)
+        else:
+            found = self._members(single, guess, self.starts, parameters, shape)
+        found.patches, found.nearly = patched(self.loops, guess, parameters, found.state, found.reached)
+        return found
+
+    def _drive(self, state: list[Value], driven: Sequence[Array]) -> None:
+        for place, value in zip(self.loops.driven_states, driven, strict=True):
+            state[place] = value
+        self.loops.unit(state)
+
+    # -- one set of dimensions ----------------------------------------------------------------------------------------
+
+    def _nominal(self, single: SingleDrive, guess: Guess) -> Found:
+        """Close the guesses; those that are not near enough are followed step by step."""
+        shape = guess.reached.shape
+        found = self.loops.close_all(list(guess.state), self.nominal)
+        good = np.broadcast_to(found.trusted & guess.reached & same_signs(found.determinants, guess.signs), shape)
+        state = _given(self.loops, found.state, shape)
+        if good.all():
+            return Found(state, good.copy())
+        assert guess.s is not None
+        assert guess.guide is not None
+        good, guide = good.copy(), guess.guide
+        _put(state, ~good, [np.broadcast_to(x, shape)[~good] for x in guess.state], self.loops)
+        places = self.loops.driven_states
+        for index in map(tuple, np.argwhere(~good & guess.reached)):
+            at = single.exactly(float(guess.s[index]))
+            if at is not None:
+                at = [float(np.asarray(guess.state[k])[index]) if k in places else x for k, x in enumerate(at)]
+                pose = self.loops.close(at, self.nominal)
+                _put(state, index, at if pose is None else pose.state, self.loops)
+                good[index] = pose is not None
+        beyond = np.maximum(guess.s - guide.high, guide.low - guess.s)
+        self._at_ends(self.nominal, state, good, np.where(guess.reached, 0.0, beyond))
+        return Found(state, good)
+
+    def _at_ends(self, parameters: Sequence[Value], state: list[Value], good: Mask, left: Array) -> None:
+        bad = ~good
+        if bad.any():
+            rows = np.stack([np.broadcast_to(x, good.shape)[bad] for x in state])
+            own = [np.broadcast_to(x, good.shape)[bad] if np.ndim(x) else x for x in parameters]
+            reached = np.zeros(rows.shape[1], dtype=bool)
+            at_dead_points(self.loops, own, rows, reached, left[bad], rows[self.loops.driven_states])
+            _put(state, bad, list(rows), self.loops)
+            good[bad] = reached
+
+    # -- members of a batch -------------------------------------------------------------------------------------------
+
+    def _members(
+        self, single: SingleDrive, guess: Guess, starts: Starts, parameters: Sequence[Value], shape: Shape
+    ) -> Found:
+        """Close all members from the poses of the one that leads, or on paths of their own where that is not sure."""
+        assert guess.s is not None
+        assert guess.guide is not None
+        found = self._nominal(single, guess)
+        limits = accompanied(self.loops, guess.guide, parameters, self.nominal, starts, guess.s)
+        state: list[Value] = list(found.state)
+        for place in self.loops.unknown_states:
+            state[place] = np.empty(shape)
+        good = np.zeros(shape, dtype=bool)
+        for block in blocks(shape, math.prod(shape)) if self.loops.at_once(shape) else blocks(shape):
+            lead, s = cut_all(found.state, block), cut(guess.s, block)
+            reached = cut(found.reached.astype(np.float64), block)
+            own, (back, ahead) = cut_all(parameters, block), (cut(limit, block) for limit in limits)
+            closed = self.loops.close_all(lead, own)
+            same = same_signs(closed.determinants, cut_all(guess.signs, block))
+            good[block] = closed.trusted & same & (np.asarray(reached) > 0.0) & (s > back) & (s < ahead)
+            for place in self.loops.unknown_states:
+                np.asarray(state[place])[block] = closed.state[place]
+        self._alone(guess, starts, parameters, state, good)
+        return Found(state, good)
+
+    def _alone(self, guess: Guess, starts: Starts, parameters: Sequence[Value], state: list[Value], good: Mask) -> None:
+        """Put right the members that are not yet `good`, each by the path that it takes alone."""
+        assert guess.s is not None
+        shape = good.shape
+        left = np.flatnonzero(np.broadcast_to(~good & starts.closed, shape))
+        if not left.size:
+            return
+        member = np.broadcast_to(np.arange(starts.closed.size).reshape(starts.closed.shape), shape).ravel()[left]
+        s = np.broadcast_to(guess.s, shape).ravel()[left]
+        names, who = np.unique(member, return_inverse=True)
+        own = [_members(x, starts.closed.shape, names) if np.ndim(x) else x for x in parameters]
+        begin = np.stack([_members(x, starts.closed.shape, names) for x in starts.state])
+        own_paths = Paths(self, own, begin)
+        states, reached = own_paths.at(who, s)
+        given = np.stack([np.broadcast_to(state[k], shape).ravel()[left] for k in self.loops.driven_states])
+        states[self.loops.driven_states] = given
+        dims = taken(own, who)
+        closed = self.loops.close_all(self.loops.unit(list(states)), dims)
+        sure = closed.trusted & reached
+        sure &= same_signs(closed.determinants, list(own_paths.signs))
+        states[:, sure] = np.stack(np.broadcast_arrays(*closed.state))[:, sure]
+        for k in np.flatnonzero(reached & ~sure):
+            at = own_paths.exactly(int(who[k]), float(s[k]), given[:, k])
+            if at is not None:
+                states[:, k], sure[k] = at, True
+        at_dead_points(self.loops, dims, states, sure, np.where(reached, 0.0, own_paths.beyond), given)
+        for place in self.loops.unknown_states:
+            whole = np.asarray(state[place])
+            whole.ravel()[left] = states[place]
+            state[place] = whole
+        good.ravel()[left] = sure
+
+
+class Paths:
+    """The paths of some members, each as it is followed alone.
+
+    Attributes
+    ----------
+    signs, beyond
+        Of what was last read off: signs of the determinants, (blocks, asked), and by how much it lies beyond the end
+        of its path, (asked,).
+    """
+
+    def __init__(self, along: Along, parameters: Sequence[Value], begin: Array) -> None:
+        self.along, self.loops, self.parameters, self.begin = along, along.loops, parameters, begin
+        self.singles: dict[int, SingleDrive] = {}
+
+    def at(self, who: NDArray[np.intp], s: Array) -> tuple[Array, Mask]:
+        """Guesses (n, asked) at lengths of the paths of members, and where these lead so far."""
+        states = self.begin[:, who].copy()
+        reached, self.beyond = np.zeros(s.shape, dtype=bool), np.full(s.shape, np.inf)
+        own = [np.sign(x)[who] for x in self._determinants()]
+        self.signs = np.stack(own) if own else np.zeros((0, len(s)))
+        many = np.abs(s) > 6.0 * TURN
+        alone = np.zeros(self.begin.shape[1], dtype=bool)
+        alone[who[many]] = True
+        within = s.copy()
+        ends = np.zeros((2, self.begin.shape[1]))
+        for _ in range(2):
+            for sign, end in zip((1.0, -1.0), ends, strict=True):
+                chosen = np.flatnonzero(~reached & ~alone[who] & (sign * within >= 0.0))
+                if chosen.size:
+                    self._one_way(sign, chosen, who, within, states, reached, end, alone)
+            if not self.loops.is_rotation(self.along.drive):
+                break
+            ended = np.where(within >= 0.0, ends[0][who], ends[1][who])
+            turns = np.sign(within) * np.ceil((np.abs(within) - ended - SHORT) / TURN)
+            within = np.where(reached, within, within - TURN * turns)
+        for k in np.unique(who[alone[who]]):
+            chosen = np.flatnonzero(who == k)
+            guess = self._single(int(k)).guess(s[chosen])
+            states[:, chosen], reached[chosen] = np.stack(guess.state), guess.reached
+            self.signs[:, chosen] = np.stack(guess.signs) if guess.signs else 0.0
+            assert guess.guide is not None
+            assert guess.s is not None
+            self.beyond[chosen] = np.maximum(guess.s - guess.guide.high, guess.guide.low - guess.s)
+        return states, reached
+
+    def exactly(self, who: int, s: float, given: Array) -> list[float] | None:
+        """The state of a member at one value, step by step, and with the driven states that are given there."""
+        single = self._single(who)
+        at = single.exactly(s)
+        if at is None:
+            return None
+        for place, value in zip(self.loops.driven_states, given.tolist(), strict=True):
+            at[place] = value
+        pose = self.loops.close(at, single.parameters)
+        return at if pose is None else pose.state
+
+    def _one_way(
+        self,
+        sign: float,
+        chosen: NDArray[np.intp],
+        who: NDArray[np.intp],
+        s: Array,
+        states: Array,
+        reached: Mask,
+        end: Array,
+        alone: Mask,
+    ) -> None:
+        members, path = np.unique(who[chosen], return_inverse=True)
+        direction = np.zeros((len(self.loops.driven_states), len(members)))
+        direction[self.along.drive] = sign
+        own = taken(self.parameters, members)
+        read = read_off(self.loops, own, self.begin[:, members], direction, path, np.abs(s[chosen]))
+        end[members] = read.end
+        alone[members[read.crossing]] = True
+        states[:, chosen[read.reached]] = read.states[:, read.reached]
+        reached[chosen] = read.reached
+        self.beyond[chosen] = np.abs(s[chosen]) - read.end[path]
+
+    def _determinants(self) -> list[Array]:
+        found = self.loops.close_all(list(self.begin.copy()), self.parameters)
+        return [np.broadcast_to(x, self.begin.shape[1:]) for x in found.determinants]
+
+    def _single(self, who: int) -> SingleDrive:
+        if who not in self.singles:
+            own = [float(x) for x in taken(self.parameters, np.array(who))]
+            loops = self.loops.anew()
+            start = loops.close(self.begin[:, who].tolist(), own)
+            assert start is not None
+            self.singles[who] = SingleDrive(loops, own, start, self.along.drive, self.along.switch)
+        return self.singles[who]
+
+
+def same_signs(determinants: Sequence[Value], signs: Sequence[Value]) -> Mask:
+    """Where determinants have the signs that they should have."""
+    same: Mask = np.ones((), dtype=bool)
+    for determinant, sign in zip(determinants, signs, strict=True):
+        same = same & (np.asarray(determinant) * sign >= 0.0)
+    return same
+
+
+def _members(value: Value, shape: Shape, names: NDArray[np.intp]) -> Array:
+    return np.broadcast_to(value, shape).ravel()[names]
+
+
+def _given(loops: Loops, state: Sequence[Value], shape: Shape) -> list[Value]:
+    """A state whose unknown entries are arrays of their own."""
+    unknown = set(loops.unknown_states)
+    return [np.array(np.broadcast_to(x, shape)) if k in unknown else x for k, x in enumerate(state)]
+
+
+def _put(state: list[Value], chosen: Mask | tuple[int, ...], values: Sequence[Value], loops: Loops) -> None:
+    for place in loops.unknown_states:
+        np.asarray(state[place])[chosen] = np.asarray(values[place])

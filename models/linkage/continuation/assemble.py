@@ -1,0 +1,333 @@
+"""All poses of a batch: each closed on the path that leads to it from the reference configuration, or told why not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array, Shape
+from ..kinematics.blocks import blocks, cut_all, taken
+from ..kinematics.loops import Loops, Pose
+from ..kinematics.mechanism import Mechanism
+from ..kinematics.nearest import open_by
+from ..kinematics.terms import Value
+from .along import Along, Found
+from .change_point import Patch
+from .driven import check_driven
+from .drives import Drives
+from .many_paths import TOGETHER
+from .members import Starts, own_starts
+from .one_pose import one_pose
+from .other_modes import least_gaps
+from .predictor_corrector import OPEN
+from .rays import along_rays, from_one
+from .start import leader
+from .sweep import swept
+
+Mask = NDArray[np.bool_]
+# Closed means a residual below this share of the size.
+CLOSED = 1e-12
+# What moves by less, in radians and sizes, stands still.
+STILL = 1e-14
+
+
+@dataclass(eq=False)
+class Assembly:
+    """Closed states of a batch.
+
+    Attributes
+    ----------
+    loops
+        The loops.
+    parameters
+        Dimensions.
+    shape
+        Batch shape of the states.
+    state
+        Entries of the state, which broadcast to `shape`.
+    reached
+        Where the loops close on the path that leads there from the reference configuration, (...).
+    error
+        Closure error there, in units of the mechanism's size, (...).
+    row
+        Closing row with the largest error, (...).
+    patches
+        Poses in change points; their rates are those of the branch on both sides.
+    other_modes
+        Whether poses that are not reached are put together anew.
+    switch
+        Whether the other branch is taken at change points.
+    how
+        Why machine code has found the poses, in words; empty where it has not.
+    """
+
+    loops: Loops
+    parameters: Sequence[Value]
+    shape: Shape
+    state: list[Value]
+    reached: Mask
+    error: Array
+    row: NDArray[np.intp]
+    patches: list[Patch]
+    other_modes: bool = False
+    switch: bool = False
+    how: str = ""
+
+    @cached_property
+    def closed(self) -> Mask:
+        """Where there is a position, (...)."""
+        return self.reached | self.other if self.other_modes else self.reached
+
+    @cached_property
+    def all_closed(self) -> bool:
+        """Whether there is a position everywhere."""
+        return bool(self.closed.all())
+
+    @property
+    def told(self) -> str:
+        """Who has found the poses, and why, in words."""
+        written = self.loops.closing.close()
+        if self.how or written is None:
+            return self.how or "by NumPy, as the equations take a choice of pivots at each pose"
+        return written.choice(self.shape).reason
+
+    @property
+    def other(self) -> Mask:
+        """Where the linkage can be assembled, but in another assembly mode, (...)."""
+        return self._anew[0]
+
+    @property
+    def gap(self) -> Array:
+        """Closure error, a length; where the linkage cannot be assembled, the least that was found, (...)."""
+        return self._anew[1] * self.loops.mechanism.size
+
+    @property
+    def open_row(self) -> NDArray[np.intp]:
+        """Closing row with the largest error, (...)."""
+        return self._anew[2]
+
+    @cached_property
+    def _anew(self) -> tuple[Mask, Array, NDArray[np.intp]]:
+        """What is not reached, put together anew; the states are put in where other modes are asked for."""
+        other = np.zeros(self.shape, dtype=bool)
+        if self.reached.all():
+            return other, self.error, self.row
+        error, row, left = self.error.copy(), self.row.copy(), ~self.reached
+        own = [np.broadcast_to(x, self.shape)[left] if np.ndim(x) else x for x in self.parameters]
+        begin = np.stack([np.broadcast_to(x, self.shape)[left] for x in self.state])
+        found, error[left], row[left] = least_gaps(self.loops, own, begin, alike=self.other_modes)
+        other[left] = error[left] < max(CLOSED, self.loops.tolerance)
+        if self.other_modes:
+            for place in self.loops.unknown_states:
+                whole = np.array(np.broadcast_to(self.state[place], self.shape))
+                whole[left] = found[place]
+                self.state[place] = whole
+        return other, error, row
+
+
+def assembled(
+    mechanism: Mechanism, drives: Drives, switch: bool, tolerance: float = 0.0, other_modes: bool = False
+) -> Assembly:
+    """Close the loops at all values of the drives, up to a tolerance in units of the mechanism's size."""
+    if mechanism.begun is None or mechanism.begun[1].tolerance != tolerance:
+        nominal, loops, start = leader(mechanism, tolerance)
+        check_driven(loops, nominal, start)
+        mechanism.begun = nominal, loops, start
+        mechanism.starts = None
+    nominal, loops, start = mechanism.begun
+    parameters, varies = mechanism.parameters, mechanism.linkage.shape
+    if varies and mechanism.starts is None:
+        mechanism.starts = own_starts(loops, parameters, varies)
+    shape = np.broadcast_shapes(drives.shape, varies)
+    if not shape and not switch:
+        limit = max(CLOSED, loops.tolerance)
+        if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:
+            there, error, row = np.ones((), dtype=bool), np.array(one.error), np.array(one.row)
+            return Assembly(loops, parameters, shape, list(one.state), there, error, row, [], other_modes)
+    starts = mechanism.starts if varies else None
+    out = None if varies or switch else _swept(loops, nominal, start, drives.states, shape)
+    if out is None:
+        out = _looked_at(loops, nominal, start, starts, parameters, drives.states, shape, switch)
+    out.other_modes, out.switch = other_modes, switch
+    if other_modes:
+        _ = out.closed
+    return out
+
+
+def _swept(
+    loops: Loops, nominal: Sequence[float], start: Pose, driven: Sequence[Array], shape: Shape
+) -> Assembly | None:
+    """A long sweep of one drive as machine code, and a closer look at what that leaves."""
+    moving = _moving(loops, start, driven)
+    if len(moving) != 1 or loops.driven_spherical or not loops.determined:
+        return None
+    found = swept(loops, nominal, start, moving[0], driven, shape, max(CLOSED, loops.tolerance))
+    if found is None:
+        return None
+    row = np.zeros(shape, dtype=np.intp)
+    out = Assembly(loops, nominal, shape, found.state, found.good, found.error, row, [], how=found.reason)
+    if not found.good.all():
+        left = ~found.good
+        aims = [np.broadcast_to(x, shape)[left] for x in driven]
+        rest = _looked_at(loops, nominal, start, None, nominal, aims, aims[0].shape, switch=False)
+        out.reached[left], out.error[left], row[left] = rest.reached, rest.error, rest.row
+        out.patches = [patch.of(left) for patch in rest.patches]
+        for place in loops.unknown_states:
+            np.asarray(out.state[place])[left] = rest.state[place]
+    return out
+
+
+def _looked_at(
+    loops: Loops,
+    nominal: Sequence[float],
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    driven: Sequence[Array],
+    shape: Shape,
+    switch: bool,
+) -> Assembly:
+    """Poses of a batch with all that may be special about them."""
+    found = _found(loops, nominal, start, starts, parameters, driven, shape, switch)
+    error, row = _measured(loops, parameters, found, shape)
+    closed = error < max(CLOSED, loops.tolerance)
+    if found.nearly is not None:
+        closed |= found.nearly & (error < OPEN)
+    return Assembly(loops, parameters, shape, found.state, found.reached & closed, error, row, found.patches)
+
+
+def _moving(loops: Loops, start: Pose, driven: Sequence[Array]) -> list[int]:
+    """Which of the driven states move in some pose."""
+    begin = [start.state[place] for place in loops.driven_states]
+    return [k for k, (x, at) in enumerate(zip(driven, begin, strict=True)) if _farthest(x, at) > STILL]
+
+
+def _farthest(values: Array, begin: float) -> float:
+    """How far from a number they go."""
+    return max(float(values.max(initial=begin)) - begin, begin - float(values.min(initial=begin)))
+
+
+def _found(
+    loops: Loops,
+    nominal: Sequence[float],
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    driven: Sequence[Array],
+    shape: Shape,
+    switch: bool,
+) -> Found:
+    """Poses of a batch; those at which one drive alone has moved lie on one line."""
+    moving = _moving(loops, start, driven)
+    if len(moving) <= 1 and not loops.driven_spherical and loops.driven_states:
+        along = Along(loops, nominal, start, starts, moving[0] if moving else 0, switch)
+        return along.poses(driven, parameters, shape)
+    if not moving:
+        return _standing(loops, start, starts, driven, shape)
+    moved = [np.abs(x - start.state[place]) > STILL for place, x in zip(loops.driven_states, driven, strict=True)]
+    return _apart(loops, nominal, start, starts, parameters, driven, moved, shape, switch)
+
+
+def _standing(loops: Loops, start: Pose, starts: Starts | None, driven: Sequence[Array], shape: Shape) -> Found:
+    given: Sequence[Value] = start.state if starts is None else starts.state
+    state: list[Value] = [np.array(np.broadcast_to(x, shape)) for x in given]
+    for place, value in zip(loops.driven_states, driven, strict=True):
+        state[place] = np.broadcast_to(value, shape)
+    reached = np.ones(shape, dtype=bool) if starts is None else np.array(np.broadcast_to(starts.closed, shape))
+    return Found(state, reached)
+
+
+def _apart(
+    loops: Loops,
+    nominal: Sequence[float],
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    driven: Sequence[Array],
+    moved: Sequence[Mask],
+    shape: Shape,
+    switch: bool,
+) -> Found:
+    """Poses at which one drive alone has moved, by drive, and those at which several have."""
+    out = _standing(loops, start, starts, driven, shape)
+    for drive, chosen in _groups(loops, moved, shape):
+        own = [np.broadcast_to(x, shape)[chosen] if np.ndim(x) else x for x in parameters]
+        aims = [np.broadcast_to(x, shape)[chosen] for x in driven]
+        begin = None if starts is None else _chosen(starts, chosen, shape)
+        if drive is not None:
+            part = Along(loops, nominal, start, begin, drive, switch).poses(aims, own, aims[0].shape)
+            out.patches += [patch.of(chosen) for patch in part.patches]
+            if part.nearly is not None:
+                out.nearly = np.zeros(shape, dtype=bool) if out.nearly is None else out.nearly
+                out.nearly[chosen] = part.nearly
+            state, reached = part.state, part.reached
+        else:
+            state, reached = _on_rays(loops, nominal, start, begin, own, aims)
+        out.reached[chosen] = reached
+        for place in loops.unknown_states:
+            np.asarray(out.state[place])[chosen] = state[place]
+    return out
+
+
+def _groups(loops: Loops, moved: Sequence[Mask], shape: Shape) -> Iterator[tuple[int | None, Mask]]:
+    """By drive, where it alone has moved; at last None, where several drives have."""
+    count = np.zeros(shape, dtype=int)
+    for each in moved:
+        count += each
+    if not loops.driven_spherical:
+        for k, each in enumerate(moved):
+            alone = each & (count == 1)
+            if alone.any():
+                yield k, alone
+    rest = count > (0 if loops.driven_spherical else 1)
+    if rest.any():
+        yield None, rest
+
+
+def _chosen(starts: Starts, chosen: Mask, shape: Shape) -> Starts:
+    state, determinants = (
+        [np.broadcast_to(x, shape)[chosen] for x in each] for each in (starts.state, starts.determinants)
+    )
+    return Starts(list(state), list(determinants), np.broadcast_to(starts.closed, shape)[chosen])
+
+
+def _on_rays(
+    loops: Loops,
+    nominal: Sequence[float],
+    start: Pose,
+    starts: Starts | None,
+    parameters: Sequence[Value],
+    aims: Sequence[Array],
+) -> tuple[list[Value], Mask]:
+    """States of poses (M,) at which several drives have moved, and which of them are reached."""
+    targets = np.stack(aims)
+    if starts is None:
+        states, reached = from_one(loops, nominal, start, targets)
+    else:
+        closed = starts.closed
+        states, reached = np.stack(starts.state), np.zeros(closed.shape, dtype=bool)
+        own = taken(parameters, closed)
+        states[:, closed], reached[closed] = along_rays(loops, own, states[:, closed], targets[:, closed])
+    states[loops.driven_states] = targets
+    for block in blocks(reached.shape, reached.size if loops.at_once(reached.shape) else TOGETHER):
+        part = states[:, block[0]]
+        found = loops.close_all(loops.unit(list(part)), cut_all(parameters, block))
+        for row, x in zip(part, found.state, strict=True):
+            np.copyto(row, x, where=found.trusted)
+    return list(states), reached
+
+
+def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> tuple[Array, NDArray[np.intp]]:
+    """Closure error of every pose, and the row with the largest."""
+    error, row = loops.gaps(found.state, parameters, shape), np.zeros(shape, dtype=np.intp)
+    if error is not None:
+        # Which row is farthest open is told of poses that are not closed, when they have been put together anew.
+        return error, row
+    error = np.zeros(shape)
+    for block in blocks(shape):
+        error[block], row[block] = open_by(loops, cut_all(found.state, block), cut_all(parameters, block))
+    return error, row

@@ -1,0 +1,111 @@
+"""Whether a linkage has as many drives as it takes: no freedom left that moves points, no drive too many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..description.parts import GROUND
+from ..kinematics.loops import Loops, Pose
+from .start import jacobian_at, rank_of
+
+# What moves by less, in units of the linkage's size and radians, does not move.
+STILL = 1e-6
+# Equations that differ by less may be meant as the same; a gap below this share of the size may come of that.
+ALIKE = 1e-3
+
+
+def check_driven(loops: Loops, parameters: Sequence[float], start: Pose) -> None:
+    """See that nothing is free that moves points, as the spin of a rod between two balls does not.
+
+    A linkage without drives stands still in the reference configuration, and may.
+
+    Raises
+    ------
+    FrameError
+        If something is; it names the joints that move with it.
+    """
+    linkage = loops.mechanism.linkage
+    if loops.determined or not linkage.drives:
+        return
+    speeds = _speeds(loops, parameters, start)
+    points = np.array([v for _, at in speeds.values() for v in at.values()]).reshape(-1, free_motions(loops))
+    count = int(np.count_nonzero(np.linalg.svd(points, compute_uv=False) > STILL))
+    if not count:
+        return
+    moving = []
+    for name, pair in linkage.joints.items():
+        driven = linkage.drives.get(name, ())
+        rest = [coordinate for coordinate in pair.kind.coordinates if coordinate not in driven]
+        if rest and _moves(speeds, pair.first, pair.second, pair.point):
+            moving.append(f"{name} ({' and '.join(rest)} too)" if driven else name)
+    raise FrameError(
+        f"underdetermined: {_number(count, 'degree')} of freedom {'has' if count == 1 else 'have'} no drive (driven: "
+        f"{', '.join(linkage.drives)}): also drive {' or '.join(moving[:6])}"
+    )
+
+
+def free_motions(loops: Loops) -> int:
+    """Number of motions that are possible with the drives held."""
+    return loops.columns - loops.linear.rank
+
+
+Speeds = dict[str, tuple[Array, dict[str, Array]]]
+
+
+def _speeds(loops: Loops, parameters: Sequence[float], start: Pose) -> Speeds:
+    """Of each link and the ground: angular velocity and velocity of its points, (3, k), by the k free motions."""
+    mechanism, linkage = loops.mechanism, loops.mechanism.linkage
+    free = np.zeros((len(mechanism.columns), free_motions(loops)))
+    jacobian = jacobian_at(loops, start.state, parameters)
+    right = np.linalg.svd(jacobian)[2] if jacobian.size else np.eye(loops.columns)
+    free[mechanism.unknown] = right[loops.linear.rank :].T
+    still = np.zeros((3, free.shape[1]))
+    out: Speeds = {GROUND: (still, dict.fromkeys(linkage.points, still))}
+    none = (0.0,) * len(free)
+    poses = np.array(mechanism.poses[0](start.state, parameters)).reshape(-1, 4, 3)
+    every = np.array([mechanism.rates[0](start.state, parameters, v, none) for v in free.T.tolist()])
+    for k, (name, link) in enumerate(linkage.links.items()):
+        pose, rates = poses[k], every.reshape(free.shape[1], len(linkage.links), 12)[:, k]
+        omega, velocity, body = rates[:, :3], rates[:, 3:6], mechanism.bodies[name]
+        at = {}
+        for point in link.points:
+            own = mechanism.place(name, point) - body.place
+            arm = np.einsum("...ji,...j->...i", body.reference_axes, own).reshape(-1, 3)[0] / mechanism.size @ pose[1:]
+            at[point] = (velocity + np.cross(omega, arm)).T
+        out[name] = omega.T, at
+    return out
+
+
+def _moves(speeds: Speeds, first: str, second: str, point: str) -> bool:
+    """Whether a free motion moves two links relative to each other where they are joined."""
+    (turn, here), (other, there) = speeds[first], speeds[second]
+    difference = np.concatenate([other - turn, there[point] - here[point]])
+    return bool(np.abs(difference).max(initial=0.0) > STILL)
+
+
+def remedy(loops: Loops, gap: float) -> str:
+    """What to tell of a pose that has a gap, a length: too many drives, or too few digits; nothing where it is neither.
+
+    Both show in more equations than there are independent ones.
+    """
+    mechanism = loops.mechanism
+    if mechanism.begun is None or loops.rows == loops.linear.rank:
+        return ""
+    nominal, _, start = mechanism.begun
+    matrix = mechanism.all_entries[0](tuple(start.state), tuple(nominal))
+    columns = len(mechanism.columns)
+    freedoms = columns - rank_of(np.array(matrix, dtype=np.float64).reshape(-1, columns), ALIKE)
+    drives, taken = len(mechanism.driven), freedoms - free_motions(loops)
+    if drives > taken:
+        return f"; {_number(drives, 'drive')} for {_number(taken, 'degree')} of freedom: their values do not agree"
+    if gap < ALIKE * mechanism.size:
+        return "; overconstrained: give the points with more digits, or accept this gap with tolerance="
+    return ""
+
+
+def _number(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,0 +1,117 @@
+"""Values, rates and accelerations of the drives as they arrive from the user."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....framework import rotation
+from ....framework.batch import Array, Shape, finite, joined
+from ....framework.errors import FrameError
+from ..description.linkage_description import LinkageDescription
+from ..description.parts import Pair
+from ..kinematics.mechanism import Mechanism
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """Given motion of the driven coordinates, in the mechanism's units.
+
+    Attributes
+    ----------
+    states
+        Driven entries of the state, zero in the reference configuration.
+    rates, accelerations
+        Driven velocity coordinates and their time derivatives.
+    shape
+        Broadcast of the driven states.
+    full_shape
+        That of the rates and accelerations too.
+    """
+
+    states: list[Array]
+    rates: list[Array]
+    accelerations: list[Array]
+    shape: Shape
+    full_shape: Shape
+
+
+def given_drives(
+    linkage: LinkageDescription,
+    mechanism: Mechanism,
+    values: Mapping[str, ArrayLike],
+    rates: Mapping[str, ArrayLike],
+    accelerations: Mapping[str, ArrayLike],
+) -> Drives:
+    """Check what the user gave and order it as the mechanism's drives."""
+    for what, given in (("value", values), ("rate", rates), ("acceleration", accelerations)):
+        for name in given:
+            linkage.joint(name)
+            if name not in linkage.drives:
+                driven = ", ".join(linkage.drives) or "none"
+                raise FrameError(
+                    f"{what} of joint {name!r} is given, but nothing drives it (driven: {driven}): "
+                    f"make it a drive with drive({name!r})"
+                )
+    shapes: dict[str, Shape] = {"the drawing": linkage.shape}
+    states: list[Array] = []
+    first: list[Array] = []
+    second: list[Array] = []
+    for name, components in linkage.drives.items():
+        pair = linkage.joint(name)
+        scales = [mechanism.size if component[0] == "u" else 1.0 for component in components]
+        states += _states(pair, components, values.get(name), scales, shapes)
+        for out, what, given in ((first, "rate", rates), (second, "acceleration", accelerations)):
+            if name not in given:
+                out += [np.zeros(()) for _ in components]
+                continue
+            array = _components(f"{what} of joint {name!r}", given[name], components)
+            joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
+            shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
+            out += list(np.moveaxis(array / scales, -1, 0))
+    shape = np.broadcast_shapes(*{state.shape for state in states})
+    full = np.broadcast_shapes(shape, *{x.shape for x in (*first, *second)})
+    return Drives(states, first, second, shape, full)
+
+
+def by_joint(what: str, given: Mapping[str, ArrayLike] | None) -> Mapping[str, ArrayLike]:
+    """Numbers by joint, as they were given; none for None."""
+    if given is None or isinstance(given, Mapping):
+        return given or {}
+    raise FrameError(f"{what} is {given!r}: give numbers by joint, such as {what}={{'A': 1.0}}")
+
+
+def _components(what: str, value: ArrayLike, components: tuple[str, ...]) -> Array:
+    given = finite(value, what)
+    if len(components) == 1:
+        return given[..., None]
+    if given.ndim == 0 or given.shape[-1] != len(components):
+        raise FrameError(
+            f"{what} has shape {given.shape}: its last axis must hold {len(components)} components {components}"
+        )
+    return given
+
+
+def _states(
+    pair: Pair, components: tuple[str, ...], value: ArrayLike | None, scales: list[float], shapes: dict[str, Shape]
+) -> list[Array]:
+    what = f"value of joint {pair.name!r}"
+    if isinstance(value, float) and pair.reference.shape == (1,) and math.isfinite(value):
+        shapes[what] = ()
+        return [np.asarray((value - pair.reference[0]) / scales[0])]
+    chosen = [pair.kind.coordinates.index(component) for component in components]
+    if pair.kind.name == "spherical" and len(chosen) < 3:
+        raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")
+    given = pair.reference[..., chosen] if value is None else _components(what, value, components)
+    joined(what, given.shape[:-1], shapes)
+    shapes[what] = given.shape[:-1]
+    if pair.kind.name == "spherical":
+        both = np.broadcast_arrays(given, -pair.reference)
+        now, before = (rotation.exponential(np.moveaxis(vectors, -1, 0)) for vectors in both)
+        return list(rotation.product(now, before))
+    moved = (given - pair.reference[..., chosen]) / scales
+    return [x.copy() for x in np.moveaxis(moved, -1, 0)]

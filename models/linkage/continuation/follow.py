@@ -1,0 +1,135 @@
+"""First guesses for all poses: from nodes along the path of the drives."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ..kinematics.blocks import blocks
+from .interpolation import shares
+from .predictor_corrector import RayPath
+
+
+@dataclass(frozen=True, eq=False)
+class PathNodes:
+    """What a `Guide` tells of its nodes, as plain numbers."""
+
+    s: list[float]
+    states: list[list[float]]
+    rates: list[list[float]]
+    signs: list[list[float]]
+    crossings: list[float]
+
+
+@dataclass(frozen=True, eq=False)
+class Guide:
+    """The nodes of a path as arrays.
+
+    Attributes
+    ----------
+    s
+        Lengths along the path, rising, (nodes,).
+    states, rates
+        States and their derivatives by s, (nodes, n).
+    determinants
+        Of the blocks of equations, (nodes, blocks).
+    crossings
+        Lengths of the change points.
+    low, high
+        What was reached.
+    """
+
+    s: Array
+    states: Array
+    rates: Array
+    determinants: Array
+    crossings: Array
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, path: RayPath, back: RayPath | None = None) -> Guide:
+        """Guide along a track; `back` goes the other way from the same start, to negative lengths."""
+        nodes = [(node.s, 1.0, node) for node in path.nodes]
+        crossings = list(path.crossings)
+        low = 0.0
+        if back is not None:
+            nodes = [(-node.s, -1.0, node) for node in back.nodes[:0:-1]] + nodes
+            crossings += [-s for s in back.crossings]
+            low = -back.end
+        return cls(
+            np.array([s for s, _, _ in nodes]),
+            np.array([node.pose.state for _, _, node in nodes]),
+            np.array([sign * np.array(node.rate) for _, sign, node in nodes]),
+            np.array([node.pose.determinants for _, _, node in nodes]).reshape(len(nodes), -1),
+            np.array(sorted(crossings)),
+            low,
+            path.end,
+        )
+
+    def reached(self, s: Array) -> NDArray[np.bool_]:
+        """Whether the path got as far as s."""
+        return (s >= self.low) & (s <= self.high)
+
+    def at(self, s: Array) -> Array:
+        """States (..., n) by the cubic through the neighbouring nodes; outside, that of the last node."""
+        return np.stack(self.entries(s), axis=-1)
+
+    def entries(self, s: Array) -> list[Array]:
+        """As `at`, by entries of the state, (...)."""
+        if len(self.s) == 1:
+            return [np.broadcast_to(x, np.shape(s)) for x in self.states[0]]
+        out = [np.empty(np.shape(s)) for _ in self.states.T]
+        for block in blocks(np.shape(s)):
+            k, t, h = self._place(np.clip(s[block], self.s[0], self.s[-1]))
+            p, q, u, v = shares(t, h)
+            after = k + 1
+            for whole, states, rates in zip(out, self.states.T, self.rates.T, strict=True):
+                whole[block] = (p * states[k] + q * rates[k]) + (u * states[after] + v * rates[after])
+        return out
+
+    def one(self, s: float) -> tuple[list[float], list[float]]:
+        """State and signs of the determinants at one s within the path and off its change points, as `at` and
+        `signs_at`."""
+        nodes = self._floats
+        k = min(max(bisect_right(nodes.s, s) - 1, 0), len(nodes.s) - 2)
+        h = nodes.s[k + 1] - nodes.s[k]
+        t = (s - nodes.s[k]) / h
+        p, q, u, v = shares(t, h)
+        ends = zip(nodes.states[k], nodes.rates[k], nodes.states[k + 1], nodes.rates[k + 1], strict=True)
+        crossed = any(nodes.s[k] < where < s for where in nodes.crossings)
+        return [(p * a + q * b) + (u * c + v * d) for a, b, c, d in ends], nodes.signs[k + 1 if crossed else k]
+
+    @cached_property
+    def _floats(self) -> PathNodes:
+        signs: list[list[float]] = np.sign(self.determinants).tolist()
+        return PathNodes(self.s.tolist(), self.states.tolist(), self.rates.tolist(), signs, self.crossings.tolist())
+
+    def before(self, s: Array) -> NDArray[np.intp]:
+        """The node before each s."""
+        return np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, max(len(self.s) - 2, 0))
+
+    def _place(self, s: Array) -> tuple[NDArray[np.intp], Array, Array]:
+        k = self.before(s)
+        h = self.s[k + 1] - self.s[k]
+        return k, (s - self.s[k]) / h, h
+
+    def signs_at(self, s: Array, near: float) -> list[Array]:
+        """Signs of the determinants at s, (...) by block; 0 where a change point is within `near`."""
+        signs = np.sign(self.determinants)
+        if len(self.s) == 1:
+            return [np.broadcast_to(sign, np.shape(s)) for sign in signs[0]]
+        k = self.before(np.clip(s, self.s[0], self.s[-1]))
+        out = [np.array(each[k]) for each in signs.T]
+        for where in self.crossings:
+            j = int(np.clip(np.searchsorted(self.s, where) - 1, 0, len(self.s) - 2))
+            behind, beside = (k == j) & (s > where), np.abs(s - where) < near
+            for each, sign in zip(out, signs[j + 1], strict=True):
+                each[behind] = sign
+                each[beside] = 0.0
+        return out

@@ -1,0 +1,343 @@
+"""Continuation of many poses at once, each along a straight line of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ..kinematics.blocks import taken
+from ..kinematics.loops import Loops, Pose, Poses
+from ..kinematics.terms import Value
+from .interpolation import cubic
+from .predictor_corrector import EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN
+
+Mask = NDArray[np.bool_]
+# The first step of a path that is followed to its end, for which the second derivative is known.
+FAR = 0.7
+# Poses that are followed together, so that what is needed of them fits the cache.
+TOGETHER = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """How far straight paths were followed.
+
+    Attributes
+    ----------
+    states
+        Where each path has ended, (n, poses).
+    reached
+        Whether that is where it was to lead, (poses,).
+    left
+        How far it is from there to where it was to lead, (poses,).
+    crossing
+        Whether a determinant changes its sign where it was stuck, as it does at a change point, (poses,).
+    """
+
+    states: Array
+    reached: Mask
+    left: Array
+    crossing: Mask
+
+
+def followed(
+    loops: Loops, parameters: Sequence[Value], states: Array, change: Array, common: Derivatives | None = None
+) -> Ends:
+    """Follow each of many poses from its own state (n, poses) by its own change of the driven states (f, poses).
+
+    `parameters` are the same for all, or one for each pose; `common` are the derivatives at the beginning, where all
+    begin in one pose.
+    """
+    count = states.shape[1]
+    ends = Ends(states.copy(), np.zeros(count, dtype=bool), np.zeros(count), np.zeros(count, dtype=bool))
+    for begin in range(0, count, TOGETHER):
+        part = np.arange(begin, min(begin + TOGETHER, count))
+        own = taken(parameters, part)
+        paths = ManyPaths(loops, own, states[:, part], change[:, part], common=common)
+        paths.run()
+        ends.states[:, part], ends.reached[part] = paths.state, paths.reached
+        ends.left[part], ends.crossing[part] = paths.length - paths.s, paths.crossing & paths.stalled
+    return ends
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """How a pose follows the drives.
+
+    Attributes
+    ----------
+    follow, determinants
+        As of a `Pose`.
+    rate, bend
+        First and second derivatives of the state by the driven states, (n, f) and (n, f, f).
+    """
+
+    follow: Array
+    determinants: Array
+    rate: Array
+    bend: Array
+
+    def along(self, change: Array) -> tuple[Array, Array]:
+        """First and second derivatives of the state (n, poses) along changes of the driven states (f, poses).
+
+        In the same sums for each pose, however many there are: a product of matrices takes others at its edges.
+        """
+        first, second = (np.zeros((len(self.rate), change.shape[1])) for _ in range(2))
+        part = np.empty_like(first)
+        for i, x in enumerate(change):
+            first += np.multiply(self.rate[:, i, None], x, out=part)
+            for j, y in enumerate(change[: i + 1]):
+                factor = self.bend[:, i, j, None] * (1.0 if i == j else 2.0)
+                if factor.any():
+                    second += np.multiply(factor, x * y, out=part)
+        return first, second
+
+    @classmethod
+    def of(cls, loops: Loops, parameters: Sequence[float], pose: Pose) -> Derivatives:
+        """Those at a pose; the drives must not be balls."""
+        f, state = len(loops.driven_states), [np.array(x) for x in pose.state]
+        both = np.eye(f)[:, :, None] + np.eye(f)[:, None, :]
+        # By polarisation: 2 B(u, v) = B(u + v, u + v) - B(u, u) - B(v, v).
+        combinations = np.concatenate([np.eye(f), both.reshape(f, -1)], axis=1)
+        spread: list[Value] = [np.broadcast_to(x, combinations.shape[1:]) for x in state]
+        velocities = loops.velocities(spread, parameters, list(combinations))
+        changes = loops.accelerations(spread, parameters, velocities, None)
+        rate, bend = (
+            np.stack([np.broadcast_to(x, combinations.shape[1:]) for x in each])
+            for each in (
+                loops.state_rate(spread, [velocities[k] for k in loops.mechanism.unknown]),
+                loops.state_bend(spread, velocities, changes),
+            )
+        )
+        rate[loops.driven_states] = combinations
+        own, sums = bend[:, :f], bend[:, f:].reshape(-1, f, f)
+        mixed = 0.5 * (sums - own[:, :, None] - own[:, None, :])
+        determinants = np.array(pose.determinants, dtype=np.float64)
+        return cls(np.array(pose.follow), determinants, rate[:, :f], np.nan_to_num(mixed, posinf=0.0, neginf=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """States read off long paths between their nodes.
+
+    Attributes
+    ----------
+    states
+        Guesses at the lengths that were asked for, (n, asked).
+    reached
+        Whether the path leads so far, (asked,).
+    end
+        Length that each path has reached, (paths,).
+    crossing
+        As `Ends.crossing`, (paths,).
+    """
+
+    states: Array
+    reached: Mask
+    end: Array
+    crossing: Mask
+
+
+def read_off(
+    loops: Loops, parameters: Sequence[Value], states: Array, direction: Array, path: NDArray[np.intp], s: Array
+) -> Read:
+    """Follow long paths from `states` (n, paths) in `direction` (f, paths), and read off the lengths s (asked,).
+
+    `path` tells the path of each. The nodes of a path are those of `March`, whatever is asked for.
+    """
+    count = states.shape[1]
+    need = np.zeros(count)
+    np.maximum.at(need, path, s)
+    asked = Asked(path, s, states[:, path].copy(), s <= 0.0)
+    paths = ManyPaths(loops, parameters, states, direction, need=need, asked=asked)
+    paths.run()
+    return Read(asked.states, asked.reached, paths.s, paths.crossing & paths.stalled)
+
+
+@dataclass(eq=False)
+class Asked:
+    """What is to be read off: path and length of each, the states found, and which are."""
+
+    path: NDArray[np.intp]
+    s: Array
+    states: Array
+    reached: Mask
+
+
+class ManyPaths:
+    """Straight paths that are followed side by side, each in steps of its own.
+
+    A path takes its steps as it would alone: as long as Newton's method contracts fast, no determinant changes its
+    sign, and the rates by which the unknowns follow change little from one step to the next.
+
+    Parameters
+    ----------
+    loops
+        The loops.
+    parameters
+        Dimensions, the same for all or one for each path.
+    state
+        Closed states from which the paths lead, (n, poses).
+    change
+        By how much the driven states change on each, (f, poses).
+    need, asked
+        How far to follow each path, which does not end there then, (poses,); what to read off them.
+    """
+
+    def __init__(
+        self,
+        loops: Loops,
+        parameters: Sequence[Value],
+        state: Array,
+        change: Array,
+        need: Array | None = None,
+        asked: Asked | None = None,
+        common: Derivatives | None = None,
+    ) -> None:
+        self.loops, self.parameters, self.asked = loops, parameters, asked
+        self.length = np.sqrt((change**2).sum(axis=0))
+        self.direction = change / np.where(self.length > 0.0, self.length, 1.0)
+        self.origin = state[loops.driven_states]
+        count = state.shape[1]
+        if need is not None:
+            self.length = np.full(count, np.inf)
+        self.need = self.length if need is None else need
+        self.state, self.s = state.copy(), np.zeros(count)
+        self.step = np.minimum(FAR if need is None else FIRST, self.length)
+        self.width = np.zeros(count)
+        self.reached, self.crossing = self.need == 0.0, np.zeros(count, dtype=bool)
+        self.jumped, self.stalled = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        self._begin(common)
+
+    def run(self) -> None:
+        """Follow all paths to their ends, or as far as they lead."""
+        while (active := np.flatnonzero(~(self.reached | self.stalled))).size:
+            self._advance(active)
+
+    def _begin(self, common: Derivatives | None) -> None:
+        """Rates and second derivatives at the beginning."""
+        loops, state, own = self.loops, list(self.state), self.parameters
+        self.before, self.before_rate = self.state.copy(), np.zeros_like(self.state)
+        if common is not None:
+            count = self.state.shape[1]
+            self.follow = np.repeat(common.follow[:, None], count, axis=1)
+            self.determinants = np.repeat(common.determinants[:, None], count, axis=1)
+            self.rate, self.bend = common.along(self.direction)
+            return
+        self.follow, self.determinants = self._told(loops.poses(list(state), own))
+        self.rate = self._rates(self.state, self.follow, self.direction)
+        self.bend = np.zeros_like(self.state)
+        if self.asked is None and not loops.driven_spherical:
+            velocities = loops.velocities(state, own, list(self.direction))
+            changes = loops.accelerations(state, own, velocities, None)
+            self.bend = self._spread(loops.state_bend(state, velocities, changes))
+            self.bend[~np.isfinite(self.bend)] = 0.0
+
+    def _advance(self, active: NDArray[np.intp]) -> None:
+        """One step of the active paths, or half a step for the next time."""
+        step = np.minimum(self.step[active], self.length[active] - self.s[active])
+        step = np.where(self.length[active] - self.s[active] < 1.01 * step, self.length[active] - self.s[active], step)
+        found, follow, determinants, near = self._go(active, step)
+        changes_sign = self._changes_sign(active, determinants)
+        good = near & ~changes_sign
+        self.crossing[active] = np.where(good, False, self.crossing[active] | (near & changes_sign))
+        self._accept(active[good], step[good], found, good, follow, determinants)
+        bad = active[~good]
+        self.step[bad] = 0.5 * step[~good]
+        sharp = bad[(self.step[bad] < SHARPEST) & ~self.jumped[bad]]
+        if sharp.size:
+            self._jump(sharp)
+        self.stalled[bad] = self.step[bad] < SHORTEST
+
+    def _go(self, active: NDArray[np.intp], step: Array) -> tuple[Poses, Array, Array, Mask]:
+        """Poses a step further, how they follow, their determinants, and where these are near enough to go on from."""
+        found = self.loops.poses(self._predicted(active, step), self._own(active))
+        follow, determinants = self._told(found)
+        old = self.follow[:, active]
+        bound = TURN * (0.5 + np.abs(old).max(axis=0, initial=0.0))
+        with np.errstate(invalid="ignore"):
+            near = found.good & np.all(np.abs(follow - old) <= bound, axis=0)
+        return found, follow, determinants, near
+
+    def _accept(
+        self, paths: NDArray[np.intp], step: Array, found: Poses, good: Mask, follow: Array, determinants: Array
+    ) -> None:
+        self.before[:, paths], self.before_rate[:, paths] = self.state[:, paths], self.rate[:, paths]
+        state = np.stack([np.broadcast_to(x, good.shape)[good] for x in found.state])
+        self.state[:, paths], self.width[paths] = state, step
+        self.follow[:, paths], self.determinants[:, paths] = follow[:, good], determinants[:, good]
+        self.rate[:, paths] = self._rates(state, follow[:, good], self.direction[:, paths])
+        self.bend[:, paths] = 0.0
+        ends = self.s[paths] + step
+        self.reached[paths] = ends >= self.need[paths] * (1.0 if self.asked else 1.0 - 1e-14)
+        if self.asked is not None:
+            self._read_off(self.asked, paths, step)
+        self.s[paths] = ends
+        self.step[paths] = np.minimum(LONGEST, step * np.where(found.first_step[good] < EASY, 2.0, 1.2))
+        self.jumped[paths] = False
+
+    def _read_off(self, asked: Asked, paths: NDArray[np.intp], step: Array) -> None:
+        """What is asked for within the last step of some paths, by the cubic."""
+        width = np.zeros(self.s.shape)
+        width[paths] = step
+        beyond = asked.s - self.s[asked.path]
+        # In the same sums as the lengths of the paths, so that what lies on a node is not lost by rounding.
+        ends = self.s + width
+        chosen = np.flatnonzero((beyond > 0.0) & (asked.s <= ends[asked.path]))
+        k, h = asked.path[chosen], width[asked.path[chosen]]
+        nodes = self.before[:, k], self.before_rate[:, k], self.state[:, k], self.rate[:, k]
+        asked.states[:, chosen] = cubic(*nodes, beyond[chosen] / h, h)
+        asked.reached[chosen] = True
+
+    def _jump(self, paths: NDArray[np.intp]) -> None:
+        """Whether a change point lies before paths that are stuck."""
+        self.jumped[paths] = True
+        for jump in JUMPS:
+            _, _, determinants, near = self._go(paths, np.full(paths.shape, jump))
+            self.crossing[paths] |= near & self._changes_sign(paths, determinants)
+
+    def _predicted(self, active: NDArray[np.intp], step: Array) -> list[Value]:
+        """Guesses a step further: by the second derivative at first, then as `March.predict`."""
+        state, rate, before = self.state[:, active], self.rate[:, active], self.before[:, active]
+        width, old = self.width[active], self.before_rate[:, active]
+        safe = np.where(width > 0.0, width, 1.0)
+        long = (width >= LONG * step) & (width > 0.0)
+        if self.loops.determined:
+            guess = state + step * (rate + 0.5 * step * self.bend[:, active])
+            guess = np.where(long, cubic(before, old, state, rate, 1.0 + step / safe, safe), guess)
+        else:
+            change = np.where(long, 0.5 * step / safe, 0.0)
+            guess = state + step * (rate + change * (rate - old) + 0.5 * step * self.bend[:, active])
+        guess[self.loops.driven_states] = self.origin[:, active] + (self.s[active] + step) * self.direction[:, active]
+        return self.loops.unit(list(guess))
+
+    def _own(self, active: NDArray[np.intp]) -> list[Value]:
+        return taken(self.parameters, active)
+
+    def _changes_sign(self, paths: NDArray[np.intp], determinants: Array) -> Mask:
+        return np.asarray(np.any(determinants * self.determinants[:, paths] < 0.0, axis=0))
+
+    def _rates(self, state: Array, follow: Array, direction: Array) -> Array:
+        """Derivative of the states by the length of the path, (n, poses)."""
+        drives = self.loops.drive_velocities(list(state), list(direction))
+        n = self.loops.columns
+        unknown = [sum((d * x for d, x in zip(drives, follow[k::n], strict=True)), start=0.0) for k in range(n)]
+        rate = self._spread(self.loops.state_rate(list(state), unknown), state.shape[1])
+        rate[self.loops.driven_states] = direction
+        return rate
+
+    def _told(self, found: Poses) -> tuple[Array, Array]:
+        count = found.good.shape[0] if found.good.shape else self.state.shape[1]
+        return self._spread(found.follow, count), self._spread(found.determinants, count)
+
+    def _spread(self, entries: Sequence[Value], count: int | None = None) -> Array:
+        """Entries as rows, (entries, poses)."""
+        poses = self.state.shape[1] if count is None else count
+        out = np.empty((len(entries), poses))
+        for row, x in zip(out, entries, strict=True):
+            row[:] = x
+        return out

@@ -1,0 +1,140 @@
+"""Members of a batch of dimensions: each on the path that it takes alone, by a shorter way where that is sure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array, Shape
+from ..kinematics.loops import FIRST_STEP, Loops
+from ..kinematics.nearest import nearest, open_by
+from ..kinematics.terms import Value
+from .follow import Guide
+from .interpolation import weights
+from .predictor_corrector import BEYOND, OPEN
+
+Mask = NDArray[np.bool_]
+CLOSED = 1e-12
+# A member goes along with the one that leads where its determinants are at least this share of those, at all poses of
+# the path at which the determinants are least or the path is most curved.
+SHARE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Reference configurations of all members, each closed for itself from the drawing.
+
+    Attributes
+    ----------
+    state
+        Entries of their states, of the linkage's batch shape.
+    determinants
+        Of the blocks of equations.
+    closed
+        Whether each can be assembled.
+    """
+
+    state: list[Value]
+    determinants: list[Value]
+    closed: Mask
+
+
+def own_starts(loops: Loops, parameters: Sequence[Value], shape: Shape) -> Starts:
+    """Close each member of the batch at the reference values of the drives, from the drawing."""
+    reference_state: list[Value] = [np.full(shape, x) for x in loops.reference_state]
+    found = loops.close_all(reference_state, parameters)
+    state, closed = [np.broadcast_to(x, shape).copy() for x in found.state], np.array(found.trusted)
+    determinants = [np.broadcast_to(x, shape).copy() for x in found.determinants]
+    bad = ~closed
+    if bad.any():
+        own = [np.broadcast_to(x, shape)[bad] if np.ndim(x) else x for x in parameters]
+        best, gap = nearest(loops, [np.full(int(bad.sum()), x) for x in loops.reference_state], own)
+        polished = loops.close_all(best, own)
+        for whole, x in zip(state, polished.state, strict=True):
+            whole[bad] = x
+        for whole, x in zip(determinants, polished.determinants, strict=True):
+            whole[bad] = x
+        closed[bad] = (gap < max(CLOSED, loops.tolerance)) & polished.trusted
+    error, _ = open_by(loops, state, parameters)
+    return Starts(list(state), list(determinants), closed & (error < max(CLOSED, loops.tolerance)))
+
+
+def accompanied(
+    loops: Loops, guide: Guide, parameters: Sequence[Value], nominal: Sequence[float], starts: Starts, s: Array
+) -> Array:
+    """How far back and ahead each member goes along with the path that leads, (2, ...) of the linkage's batch shape.
+
+    That is seen where the path comes nearest to a singular pose, or is most curved: there each member must be found
+    from the one that leads in few steps, on the same side of its singular poses and no nearer to them. Through a change
+    point it goes where it has one in the same place. Only what lies on the way to the lengths s is looked at.
+    """
+    shape = starts.closed.shape
+    limits = np.stack([np.full(shape, -np.inf), np.full(shape, np.inf)])
+    # How far what is free has moved by itself depends on the whole path, so that each must take its own.
+    limits[:, ~_begin_alike(guide, starts) if loops.determined else slice(None)] = 0.0
+    low, high = min(float(np.min(s, initial=0.0)), 0.0), max(float(np.max(s, initial=0.0)), 0.0)
+    for k in _turning(guide):
+        if low < guide.s[k] < high:
+            _limit(limits, float(guide.s[k]), _beside(loops, guide.states[k], parameters, nominal, shape))
+    for where in guide.crossings:
+        before = float(where - np.sign(where) * BEYOND)
+        if low < before < high:
+            _limit(limits, before, _crosses(loops, guide, float(where), parameters, shape))
+    return limits
+
+
+def _begin_alike(guide: Guide, starts: Starts) -> Mask:
+    """Which members begin beside the one that leads, as far from singular poses as it does."""
+    zero = int(np.argmin(np.abs(guide.s)))
+    same = starts.closed.copy()
+    for own, lead in zip(starts.state, guide.states[zero], strict=True):
+        same &= np.abs(own - lead) < FIRST_STEP
+    for own, lead in zip(starts.determinants, guide.determinants[zero], strict=True):
+        same &= np.asarray(own) / lead > SHARE
+    return same
+
+
+def _limit(limits: Array, s: float, good: Mask) -> None:
+    if s > 0.0:
+        limits[1] = np.where(good, limits[1], np.minimum(limits[1], s))
+    else:
+        limits[0] = np.where(good, limits[0], np.maximum(limits[0], s))
+
+
+def _turning(guide: Guide) -> list[int]:
+    """Nodes at which a determinant is least, or a rate greatest, of those around."""
+    found: set[int] = set()
+    firm = np.abs(guide.determinants)
+    for values in (*firm.T, -np.abs(guide.rates).max(axis=1)):
+        least = (values[1:-1] <= values[:-2]) & (values[1:-1] < values[2:])
+        found |= set((1 + np.flatnonzero(least)).tolist())
+    aside = np.abs(guide.s[:, None] - guide.crossings).min(axis=1, initial=np.inf)
+    return [k for k in sorted(found) if aside[k] > BEYOND]
+
+
+def _beside(loops: Loops, state: Array, parameters: Sequence[Value], nominal: Sequence[float], shape: Shape) -> Mask:
+    """Which members are like the one that leads at one of its poses."""
+    leads = loops.close_all([np.full((1,) * len(shape), x) for x in state], nominal)
+    found = loops.close_all([np.full(shape, x) for x in state], parameters)
+    good = np.array(np.broadcast_to(found.trusted, shape))
+    for determinant, lead in zip(found.determinants, leads.determinants, strict=True):
+        good &= np.asarray(determinant) / lead > SHARE
+    return good
+
+
+def _crosses(loops: Loops, guide: Guide, where: float, parameters: Sequence[Value], shape: Shape) -> Mask:
+    """Which members have a change point at `where`: what leads through it smoothly closes in it."""
+    spacing = 0.03
+    knots = where + spacing * np.array([-4, -3, -2, -1, 1, 2, 3, 4])
+    if not guide.reached(knots).all():
+        return np.zeros(shape, dtype=bool)
+    at = guide.at(knots)
+    begin: list[Value] = [np.broadcast_to(x.reshape(-1, *(1,) * len(shape)), (len(knots), *shape)).copy() for x in at.T]
+    found = loops.close_all(begin, parameters)
+    middle = weights(knots, np.array([where]))[:, 0]
+    state = loops.unit([np.tensordot(middle, np.broadcast_to(x, (len(knots), *shape)), 1) for x in found.state])
+    gap, _ = open_by(loops, state, parameters)
+    return np.asarray(found.trusted.all(axis=0) & (gap < max(OPEN, loops.tolerance)))

@@ -1,0 +1,79 @@
+"""One pose of one linkage in plain numbers: the same sums as for a batch, where nothing is special about the pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kinematics.loops import Loops, Pose
+from ..kinematics.nearest import open_by_one
+from .change_point import WITHIN
+from .guess import NEAR
+from .rays import at_once, begins
+from .single_drive import MANY, SingleDrive
+
+# What moves by less, in radians and sizes, stands still.
+STILL = 1e-14
+# So near a change point of the drive's path a pose is looked at more closely.
+ASIDE = 2.0 * max(NEAR, WITHIN)
+
+
+@dataclass(frozen=True, eq=False)
+class OnePose:
+    """A closed pose: its state, its closure error, and the closing row with the largest."""
+
+    state: list[float]
+    error: float
+    row: int
+
+
+def one_pose(
+    loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[float], closed: float
+) -> OnePose | None:
+    """The pose at driven states, as a batch has it; None where it takes a closer look than that along the path.
+
+    That is so in and beside a change point, in a dead point and beyond, many turns away, where the drives turn balls,
+    and where Newton's method does not lead from the path's nodes to a pose that closes better than `closed`.
+    """
+    if loops.driven_spherical or not driven:
+        return None
+    origin = [start.state[place] for place in loops.driven_states]
+    moving = [k for k, (x, y) in enumerate(zip(driven, origin, strict=True)) if abs(x - y) > STILL]
+    signs: list[float] = []
+    if len(moving) > 1:
+        guess = _on_ray(loops, parameters, start, driven)
+    else:
+        guess, signs = _on_path(loops, parameters, start, moving[0] if moving else 0, driven)
+    if guess is None:
+        return None
+    for place, value in zip(loops.driven_states, driven, strict=True):
+        guess[place] = value
+    found = loops.close_one(guess, parameters, compiled=len(moving) < 2)
+    if found is None or not all(x * y >= 0.0 for x, y in zip(found.determinants, signs, strict=False)):
+        return None
+    error, row = open_by_one(loops, found.state, parameters)
+    return OnePose(found.state, error, row) if error < closed else None
+
+
+def _on_path(
+    loops: Loops, parameters: Sequence[float], start: Pose, drive: int, driven: Sequence[float]
+) -> tuple[list[float] | None, list[float]]:
+    """Guess and signs of the determinants between two nodes of the path of the only drive that moves."""
+    s = driven[drive] - start.state[loops.driven_states[drive]]
+    if abs(s) > MANY:
+        return None, []
+    guide = SingleDrive(loops, parameters, start, drive, switch=False).guide_to(s)
+    if len(guide.s) == 1 or not guide.low <= s <= guide.high:
+        return None, []
+    if any(abs(s - where) < ASIDE for where in guide.crossings.tolist()):
+        return None, []
+    state, signs = guide.one(s)
+    return loops.unit(state), signs  # type: ignore[arg-type, return-value]
+
+
+def _on_ray(loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[float]) -> list[float] | None:
+    """Guess at the end of the straight path of several drives, where one step leads there."""
+    pose = at_once(loops, parameters, start, begins(loops, parameters, start), np.array(driven))
+    return None if pose is None else list(pose.state)

@@ -1,0 +1,386 @@
+"""Continuation: from the reference configuration along a straight line of the drives, on one branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from ..kinematics.loops import Loops, Pose
+from .interpolation import SIDES, at_zero, shares, weights
+from .ray import Ray
+
+FIRST = 0.1
+LONGEST = 0.35
+SHORTEST = 1e-10
+# The step before serves the next where it is at least this share of it.
+LONG = 0.49
+# Steps may grow fast where Newton's method has this little to do.
+EASY = 0.03
+# A step to the other side of a change point may be longer than its turn.
+LONGER = 1.01
+# How much a pose may change the way it follows the drives from one step to the next.
+TURN = 0.4
+# Where the path ends before a change point, how far to jump over it.
+JUMPS = (6e-2, 2e-2, 5e-3, 2e-3)
+SHARPEST = 1e-4
+# A determinant that falls faster than so, from two knots to one beside a simple zero, has a multiple one.
+STEEP = 3.2
+# How far beyond a change point it must be seen to be interpolated.
+BEYOND = 0.35
+# A determinant between two that are so much greater may have come down to a double zero and gone up again. It has where
+# the least singular value so near it is below that share of what it is at the nodes.
+DOUBLE_ZERO, BESIDE, TOUCHED = 0.3, 2e-3, 0.05
+# Distance of the poses from which its closure is judged, in shares of the step over it too, and how far it may be open:
+# lengths that are equal to eight digits are meant to be equal.
+KNOT, SHARE = 0.02, 0.4
+OPEN = 1e-8
+# Where another branch is looked for, as shares of the length gone beyond a change point.
+AWAY = (0.5, 1.0, 2.0, 4.0, 0.25, 0.1, 8.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ContinuationPoint:
+    """A closed pose at the length `s` of the path, and the rate of its state by s."""
+
+    s: float
+    pose: Pose
+    rate: list[float]
+
+
+@dataclass(eq=False)
+class RayPath:
+    """Poses along a ray, as far as it has been followed.
+
+    Attributes
+    ----------
+    nodes
+        Poses in the order of s.
+    step
+        Length of the next step.
+    crossings
+        Lengths at which a change point was passed.
+    sides
+        Where the other branch was taken: for each crossing, the path so far and a little on along its own branch.
+    complete
+        False where the path ended: in a dead point, or out of reach.
+    """
+
+    nodes: list[ContinuationPoint]
+    step: float
+    crossings: list[float] = field(default_factory=list)
+    sides: list[RayPath] = field(default_factory=list)
+    complete: bool = True
+    jumped: bool = False
+
+    @property
+    def end(self) -> float:
+        """Length that was reached."""
+        return self.nodes[-1].s
+
+
+class PredictorCorrector:
+    """Steps along a ray, as long as Newton's method and the path's curvature allow.
+
+    Where the steps end depends on the ray alone, never on how far it is to be followed: a path that is followed
+    further has the same nodes as before.
+
+    Parameters
+    ----------
+    loops
+        Loops of the mechanism.
+    parameters
+        Its dimensions.
+    ray
+        Path of the drives.
+    switch
+        Whether the other branch is taken at change points.
+    """
+
+    def __init__(self, loops: Loops, parameters: Sequence[float], ray: Ray, switch: bool = False) -> None:
+        self.loops, self.parameters, self.ray, self.switch = loops, parameters, ray, switch
+
+    def node(self, s: float, pose: Pose) -> ContinuationPoint:
+        """A node of the pose at s."""
+        slopes, drives = self.ray.rates(pose.state)
+        n = self.loops.columns
+        unknown = [sum(d * x for d, x in zip(drives, pose.follow[k::n], strict=True)) for k in range(n)]
+        rate: list[float] = self.loops.state_rate(pose.state, unknown)  # type: ignore[assignment]
+        for place, slope in zip(self.loops.driven_states, slopes, strict=False):
+            rate[place] = slope
+        return ContinuationPoint(s, pose, rate)
+
+    def begin(self, start: Pose) -> RayPath:
+        """The track at the beginning of the ray."""
+        return RayPath([self.node(0.0, start)], FIRST)
+
+    def extend(self, path: RayPath, until: float, switch: bool | None = None) -> RayPath:
+        """Follow the ray at least as far as `until`, or to where the path ends."""
+        other = self.switch if switch is None else switch
+        while path.complete and path.end < until:
+            here, step = path.nodes[-1], path.step
+            found = self._go(path, self._across(path, here.s + path.step))
+            if found is not None and not self._passes(here, found, path.step):
+                found = None
+            if found is None:
+                path.step *= 0.5
+                if path.step < SHARPEST and not path.jumped:
+                    path.jumped = True
+                    found = self._jump(path)
+                if path.step < SHORTEST:
+                    path.complete = False
+            if found is not None:
+                path.jumped = False
+                easy = found.pose.first_step < EASY
+                path.step = min(LONGEST, max(path.step, found.s - here.s) * (2.0 if easy else 1.2))
+                path.complete = self._append(path, found, found.s - here.s > LONGER * step, other)
+        return path
+
+    def exactly(self, node: ContinuationPoint, s: float) -> list[float] | None:
+        """The state at `s`, reached from a node in steps as short as it takes; None where the path ends before."""
+        path = RayPath([node], min(LONGEST, s - node.s))
+        while path.end < s:
+            left = s - path.end
+            found = self._go(path, s if left <= path.step else path.end + path.step)
+            if found is None or changes_sign(path.nodes[-1].pose, found.pose):
+                path.step *= 0.5
+                if path.step < SHORTEST:
+                    return None
+            else:
+                path.nodes.append(found)
+        return path.nodes[-1].pose.state
+
+    def _passes(self, here: ContinuationPoint, found: ContinuationPoint, step: float) -> bool:
+        """Whether a step stays on its branch: what changes sides, or goes far, does so over a change point."""
+        if not changes_sign(here.pose, found.pose) and found.s - here.s <= LONGER * step:
+            return True
+        return self._closes(here, found, self._root(here, found))
+
+    def _go(self, path: RayPath, target: float, jump: bool = False) -> ContinuationPoint | None:
+        here = path.nodes[-1]
+        guess = self.ray.place(self.predict(path.nodes, target), target)
+        pose = self.loops.close(guess, self.parameters)
+        if pose is None:
+            return None
+        if not follows(here.pose, pose):
+            return None
+        if jump and not changes_sign(here.pose, pose):
+            return None
+        return self.node(target, pose)
+
+    def predict(self, nodes: Sequence[ContinuationPoint], s: float) -> list[float]:
+        """State at s, by the cubic through the last two nodes; or from their rates where that would not hold.
+
+        What moves by itself is not put right by Newton's method, and would be blown up by the cubic: its parasitic
+        root is -5, that of the rates 0 (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, III.3).
+        """
+        b = nodes[-1]
+        h, change = s - b.s, 0.0
+        if len(nodes) > 1 and (width := b.s - nodes[-2].s) >= LONG * h:
+            if self.loops.determined:
+                return _cubic(nodes[-2], b, 1.0 + h / width, width)
+            change = 0.5 * h / width
+        a = nodes[-2] if change else b
+        return [x + h * (v + change * (v - u)) for x, v, u in zip(b.pose.state, b.rate, a.rate, strict=True)]
+
+    def _across(self, path: RayPath, target: float) -> float:
+        """The target, or where it lies near a change point as far behind that as the last node is before it."""
+        if len(path.nodes) < 2:
+            return target
+        a, b = path.nodes[-2:]
+        for x, y in zip(a.pose.determinants, b.pose.determinants, strict=True):
+            if abs(y) < abs(x) and x * y > 0.0:
+                ahead = (b.s - a.s) * y / (x - y)
+                if 0.4 * ahead < target - b.s < 1.6 * ahead:
+                    return float(b.s + 2.0 * ahead)
+        return target
+
+    def _jump(self, path: RayPath) -> ContinuationPoint | None:
+        for jump in JUMPS:
+            found = self._go(path, path.end + jump, jump=True)
+            if found is not None and self._passes(path.nodes[-1], found, path.step):
+                return found
+        return None
+
+    def _append(self, path: RayPath, found: ContinuationPoint, far: bool, switch: bool) -> bool:
+        """Go on to the node `found`, over a change point if one lies before it; False if its other branch is lost."""
+        here = path.nodes[-1]
+        if not far and not changes_sign(here.pose, found.pose):
+            path.nodes.append(found)
+            self._touch(path)
+            return True
+        where = self._root(here, found)
+        path.crossings.append(where)
+        if not switch:
+            path.nodes.append(found)
+            return True
+        ahead = RayPath([*path.nodes, found], path.step)
+        path.sides.append(self.extend(ahead, where + BEYOND, switch=False))
+        t = (where - here.s) / (found.s - here.s)
+        state = self.loops.unit(_cubic(here, found, t, found.s - here.s))  # type: ignore[arg-type]
+        away = other_branch(self, here, found, where, state)  # type: ignore[arg-type]
+        if away is None:
+            return False
+        through = [(y - x) / (found.s - here.s) for x, y in zip(here.pose.state, found.pose.state, strict=True)]
+        onward = [(y - x) / (away.s - where) for x, y in zip(state, away.pose.state, strict=True)]
+        for node, rate in ((here, through), (away, onward)):
+            middle = Pose(state, node.pose.follow, node.pose.determinants, 0.0)  # type: ignore[arg-type]
+            path.nodes.append(ContinuationPoint(where, middle, rate))  # type: ignore[arg-type]
+        path.nodes.append(away)
+        return True
+
+    def _touch(self, path: RayPath) -> None:
+        """Find a change point beside the last node but one at which no determinant changes its sign.
+
+        So many loops change there at once that its zero is double, or of any even multiplicity.
+        """
+        if len(path.nodes) < 3 or not has_double_zero([node.pose.determinants for node in path.nodes[-3:]]):
+            return
+        for a, b in pairwise(path.nodes[-3:]):
+            where = self._multiple_root(a, b)
+            low = max(self._least(self._between(a, b, where + sign * BESIDE)) for sign in (-1.0, 1.0))
+            if a.s <= where <= b.s and low < TOUCHED * max(self._least(node.pose) for node in (a, b)):
+                path.crossings.append(where)
+                return
+
+    def _root(self, a: ContinuationPoint, b: ContinuationPoint) -> float:
+        """Where a determinant vanishes between two nodes: false position, then inverse interpolation from around."""
+        pairs = list(zip(a.pose.determinants, b.pose.determinants, strict=True))
+        changes = [i for i, (x, y) in enumerate(pairs) if x * y < 0.0]
+        if not changes:
+            return self._multiple_root(a, b)
+        k = changes[0]
+
+        def determinant(s: float) -> float:
+            pose = self._between(a, b, s)
+            return pose.determinants[k] if pose is not None else np.nan
+
+        (left, low), (right, high) = (a.s, a.pose.determinants[k]), (b.s, b.pose.determinants[k])
+        s = left
+        for _ in range(4):
+            s = (left * high - right * low) / (high - low)
+            middle = determinant(s)
+            if not abs(middle) > 0.0:
+                break
+            if middle * low > 0.0:
+                left, low, high = s, middle, 0.5 * high
+            else:
+                right, high, low = s, middle, 0.5 * low
+        width = min(max(s - a.s, b.s - s), 0.2)
+        knots = (s + 0.24 * width * SIDES).tolist()
+        values = [determinant(knot) for knot in knots]
+        if min(abs(values[0] / values[2]), abs(values[7] / values[5])) > STEEP:
+            return self._multiple_root(a, b)
+        better = at_zero(knots, values)
+        return better if abs(better - s) < width else s
+
+    def _multiple_root(self, a: ContinuationPoint, b: ContinuationPoint) -> float:
+        """Where several loops change at once, so that a determinant has a multiple zero.
+
+        The least singular value of the equations has a simple one there: it comes down to zero and goes up again.
+        """
+        left, right = (self._least(node.pose) for node in (a, b))
+        s, width = a.s + (b.s - a.s) * left / (left + right), 0.25 * (b.s - a.s)
+        for _ in range(4):
+            left, right = (self._least(self._between(a, b, s + sign * width)) for sign in (-1.0, 1.0))
+            if not left + right > 0.0:
+                return s
+            s = min(max(s + width * (left - right) / (left + right), a.s), b.s)
+            width = max(0.25 * width, 0.02)
+        knots = (s + 0.02 * SIDES).tolist()
+        better = at_zero(knots, [np.sign(knot - s) * self._least(self._between(a, b, knot)) for knot in knots])
+        return better if abs(better - s) < width else s
+
+    def _between(self, a: ContinuationPoint, b: ContinuationPoint, s: float) -> Pose | None:
+        """The pose at s between two nodes, or a little aside, with the determinants that it has there."""
+        guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
+        pose = self.loops.close(self.ray.place(guess, s), self.parameters)
+        # the determinants are those of the last step but one
+        return pose and self.loops.close(pose.state, self.parameters)
+
+    def _least(self, pose: Pose | None) -> float:
+        """Least singular value of the equations at a pose, of those that do not vanish everywhere; NaN without one."""
+        if pose is None:
+            return np.nan
+        m, n = self.loops.rows, self.loops.columns
+        entries = self.loops.mechanism.newton[0](pose.state, self.parameters)[m:]
+        values = np.linalg.svd(np.array(entries).reshape(m, n), compute_uv=False)
+        return float(values[self.loops.linear.rank - 1])
+
+    def _closes(self, a: ContinuationPoint, b: ContinuationPoint, where: float) -> bool:
+        """Whether the smooth way through a change point closes in it: the polynomial through poses around it."""
+        spacing = min(KNOT, SHARE * (b.s - a.s))
+        knots = (where + spacing * SIDES).tolist()
+        state = np.zeros(len(a.pose.state))
+        for knot, weight in zip(knots, weights(knots, where), strict=True):
+            guess = _cubic(a, b, (knot - a.s) / (b.s - a.s), b.s - a.s)
+            pose = self.loops.close(self.ray.place(guess, knot), self.parameters)
+            if pose is None:
+                return False
+            state = state + weight * np.array(pose.state)
+        middle = self.ray.place(state.tolist(), where)
+        residual = self.loops.mechanism.newton[0](middle, self.parameters)[: self.loops.rows]
+        return bool(max(map(abs, residual)) < max(OPEN, self.loops.tolerance))
+
+
+def other_branch(
+    continuation: PredictorCorrector,
+    here: ContinuationPoint,
+    found: ContinuationPoint,
+    where: float,
+    state: Sequence[float],
+) -> ContinuationPoint | None:
+    """A pose on the branch that crosses, at `where` and `state`, the one on which two nodes lie.
+
+    Beyond a change point the branches lie apart along the motion that is free in it: the null vector of the equations.
+    Newton's method starts from the known branch displaced along it, either way and farther and farther. What it finds
+    is the other branch if it leads back to the change point, and if the determinants keep the sign that they had
+    before: they change it on the branch that goes on smoothly.
+    """
+    loops, n, m = continuation.loops, continuation.loops.columns, continuation.loops.rows
+    entries = loops.mechanism.newton[0](state, continuation.parameters)[m:]
+    free = np.linalg.svd(np.array(entries).reshape(m, n))[2][-1]
+    beyond = max(found.s - where, 0.05)
+    along = (beyond / (found.s - here.s)) * np.subtract(found.pose.state, here.pose.state)
+    for share in AWAY:
+        for sign in (1.0, -1.0):
+            ahead = np.add(state, along).tolist()
+            guess = loops.advance(ahead, (sign * share * beyond * free).tolist())
+            s = where + beyond
+            pose = loops.close(continuation.ray.place(guess, s), continuation.parameters, far=0.5)  # type: ignore[arg-type]
+            if pose is None or changes_sign(here.pose, pose):
+                continue
+            node = continuation.node(s, pose)
+            back = [x - beyond * v for x, v in zip(pose.state, node.rate, strict=True)]
+            if max(abs(x - y) for x, y in zip(back, state, strict=True)) < 0.3 * share * beyond + 0.1 * beyond:
+                return node
+    return None
+
+
+def follows(one: Pose, other: Pose) -> bool:
+    """Whether a pose follows the drives much as the one before it does."""
+    bound = TURN * (0.5 + max(map(abs, one.follow), default=0.0))
+    return all(abs(x - y) <= bound for x, y in zip(one.follow, other.follow, strict=True))
+
+
+def changes_sign(one: Pose, other: Pose) -> bool:
+    """True where a determinant has another sign at the other pose."""
+    return any(x * y < 0.0 for x, y in zip(one.determinants, other.determinants, strict=True))
+
+
+def has_double_zero(determinants: Sequence[Sequence[float]]) -> bool:
+    """Whether a determinant is far smaller at the second of three poses than at the others, and of one sign."""
+    return any(
+        abs(y) <= DOUBLE_ZERO * max(abs(x), abs(z)) and abs(y) <= min(abs(x), abs(z)) and x * y >= 0.0 and y * z >= 0.0
+        for x, y, z in zip(*determinants, strict=True)
+    )
+
+
+def _cubic(a: ContinuationPoint, b: ContinuationPoint, t: float, width: float) -> list[float]:
+    """State at a.s + t * width on the cubic through two nodes with their rates."""
+    p, q, r, u = shares(t, width)
+    return [
+        p * w + q * x + r * y + u * z for w, x, y, z in zip(a.pose.state, a.rate, b.pose.state, b.rate, strict=True)
+    ]

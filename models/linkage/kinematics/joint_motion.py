@@ -1,0 +1,89 @@
+"""What a joint does between its two links: how it turns and shifts the second relative to the first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .terms import Scalar, Vector, combine, minus, plus, times
+
+
+@dataclass(frozen=True, eq=False)
+class JointMotion:
+    """Relative position of a joint's links.
+
+    Attributes
+    ----------
+    shift
+        Second point less first, in the axes on the first link.
+    rotations
+        Turns about own axes one after the other: axis 0 1 2, cosine and sine.
+    spherical
+        Columns of the rotation of a ball; None for other joints.
+    """
+
+    shift: Vector
+    rotations: list[tuple[int, Scalar, Scalar]]
+    spherical: list[Vector] | None = None
+
+    def rotated(self, first: Sequence[Vector]) -> list[Vector]:
+        """Axes on the second link from those on the first."""
+        if self.spherical is not None:
+            return [combine(first, column) for column in self.spherical]
+        axes = list(first)
+        for axis, cosine, sine in self.rotations:
+            axes = _rotated(axes, axis, cosine, sine)
+        return axes
+
+    def rotated_back(self, second: Sequence[Vector]) -> list[Vector]:
+        """Axes on the first link from those on the second."""
+        if self.spherical is not None:
+            return [combine(second, row) for row in zip(*self.spherical, strict=True)]
+        axes = list(second)
+        for axis, cosine, sine in reversed(self.rotations):
+            axes = _rotated(axes, axis, cosine, -sine)
+        return axes
+
+
+def _rotated(axes: Sequence[Vector], axis: int, cosine: Scalar, sine: Scalar) -> list[Vector]:
+    out = list(axes)
+    x, y = (axis + 1) % 3, (axis + 2) % 3
+    out[x] = plus(times(cosine, axes[x]), times(sine, axes[y]))
+    out[y] = minus(times(cosine, axes[y]), times(sine, axes[x]))
+    return out
+
+
+def motion_at(kind: str, state: Sequence[Scalar], pitch: Scalar) -> JointMotion:
+    """What a joint of this kind does at `state`; `pitch` is the advance of a screw per radian."""
+
+    def turn(axis: int, angle: Scalar) -> tuple[int, Scalar, Scalar]:
+        return axis, np.cos(angle), np.sin(angle)
+
+    still: Vector = [0.0, 0.0, 0.0]
+    if kind == "revolute":
+        return JointMotion(still, [turn(2, state[0])])
+    if kind == "prismatic":
+        return JointMotion([0.0, 0.0, state[0]], [])
+    if kind == "cylindrical":
+        return JointMotion([0.0, 0.0, state[0]], [turn(2, state[1])])
+    if kind == "universal":
+        return JointMotion(still, [turn(2, state[0]), turn(0, state[1])])
+    if kind == "planar":
+        return JointMotion([state[0], state[1], 0.0], [turn(2, state[2])])
+    if kind == "screw":
+        return JointMotion([0.0, 0.0, pitch * state[0]], [turn(2, state[0])])
+    if kind == "spherical":
+        return JointMotion(still, [], _euler(*state))
+    return JointMotion(still, [])
+
+
+def _euler(a: Scalar, b: Scalar, c: Scalar, d: Scalar) -> list[Vector]:
+    """Columns of the rotation with unit Euler parameters a b c d."""
+    aa, bb, cc, dd = a * a, b * b, c * c, d * d
+    return [
+        [(aa + bb) - (cc + dd), 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)],
+        [2.0 * (b * c - a * d), (aa + cc) - (bb + dd), 2.0 * (c * d + a * b)],
+        [2.0 * (b * d + a * c), 2.0 * (c * d - a * b), (aa + dd) - (bb + cc)],
+    ]

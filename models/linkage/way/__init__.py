@@ -1,1 +1,0 @@
-"""From the drawing to every pose, on one branch."""
