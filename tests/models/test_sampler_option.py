@@ -41,8 +41,8 @@ def test_a_file_is_run_with_another_sampler():
     assert found.sampler == "halton"
     (_, chosen), *_ = found.chosen(0, 50)
     assert chosen.sampler == "halton"
-    drawn = draw(chosen.laws, chosen.samples, chosen.rng, chosen.sampler)
-    for name, law in chosen.laws.items():
+    drawn = draw(chosen.distributions, chosen.samples, chosen.rng, chosen.sampler)
+    for name, law in chosen.distributions.items():
         assert_allclose(drawn[name].mean(), law.ppf(0.5), atol=0.5 * float(law.ppf(0.84) - law.ppf(0.16)))
 
 
