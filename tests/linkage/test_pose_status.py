@@ -173,6 +173,17 @@ def test_transmission_angle_at_a_dead_point_and_at_a_dwell() -> None:
     assert_allclose(four_bar(0.1, 0.25, 0.2, 0.22, 0.7).move(A=outer).transmission_angle("D"), between, rtol=1e-9)
 
 
+@pytest.mark.parametrize("beside", [0.0, 1e-9, -1e-6, 1e-3])
+def test_transmission_angle_keeps_its_digits_where_it_is_best(beside: float) -> None:
+    """Near a right angle, where its sine hardly changes."""
+    crank, coupler, rocker, ground = 0.1, 0.24, 0.2, 0.22
+    square = np.arccos((crank**2 + ground**2 - coupler**2 - rocker**2) / (2.0 * crank * ground))
+    motion = four_bar(crank, coupler, rocker, ground, 0.7).move(A=square + beside)
+    more = 4.0 * crank * ground * np.sin(square + 0.5 * beside) * np.sin(0.5 * beside)
+    off = np.arcsin(more / (2.0 * coupler * rocker))
+    assert_allclose(motion.transmission_angle("D"), 0.5 * np.pi - abs(off), rtol=0.0, atol=1e-14)
+
+
 def test_transmission_angle_of_a_slider_crank() -> None:
     """Between the rod and the line square to the slide."""
     theta = np.linspace(0.1, 6.0, 20)

@@ -49,8 +49,12 @@ def transmission_angle(motion: Kinematics, joint: str) -> Array:
     stop[:, driven] = np.eye(6)
     others = projector(np.concatenate([rest, np.broadcast_to(stop, (*rest.shape[:-2], *stop.shape))], axis=-2))
     pushing = projector(others @ joints)
-    sine = np.linalg.norm(pushing @ column_space(moving), ord=2, axis=(-2, -1))
-    return np.where(there, np.arcsin(np.minimum(sine, 1.0)), np.nan)
+    # The direction of V that is nearest to Y, and what of it lies in Y and square to it: exact at 90 degrees as well
+    # (Björck & Golub, Mathematics of Computation 27, 1973).
+    nearest = np.linalg.svd(pushing @ column_space(moving))[2][..., 0, :, None]
+    along = pushing @ nearest
+    sine, cosine = (np.linalg.norm(each[..., 0], axis=-1) for each in (along, nearest - along))
+    return np.where(there, np.arctan2(sine, cosine), np.nan)
 
 
 def projector(matrix: Array) -> Array:
