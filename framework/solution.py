@@ -19,6 +19,7 @@ from .clearances.contact import FREE, UNRESOLVED, Contact
 from .description import Description
 from .error_bounds.bounds import Bounds
 from .error_bounds.requested import checked as checked_kind
+from .error_bounds.requested import numbered
 from .error_bounds.resolved import Solved, kinematically_stable
 from .error_bounds.sensitivity import Sensitivity, sensitivity
 from .errors import FrameError, MechanismWarning
@@ -434,7 +435,7 @@ class Solution(SavedResults):
             found = found & ~self.consistent_mechanisms.mask
         return found if self.frame.absent is None else found & ~self.frame.absent
 
-    def error_bound(self, name: str, of: str = "displacement") -> Array:
+    def error_bound(self, name: str, of: str = "displacement", components: Sequence[str] | None = None) -> Array:
         """Bound on the error of results against the exact solution of the frame as it is described.
 
         All rounding is included: lengths and axes of members, their stiffnesses, assembly, elimination, recovery. The
@@ -446,17 +447,20 @@ class Solution(SavedResults):
             The node; or the joint or member where `of` says so.
         of
             ``displacement``, ``reaction``, ``joint_displacement``, ``joint_force`` or ``end_forces``.
+        components
+            Those that are asked for, such as ``("ux", "uy")``, each of which costs an adjoint solution; all where None.
 
         Returns
         -------
         ndarray
-            By component, of the shape of the result: (..., 6), or (..., 12) for ``end_forces``. inf where the loads
+            By component, of the shape of the result: (..., 6), or (..., 12) for ``end_forces``, or (..., m) for the m
+            `components`. inf where the loads
             reach what can move, and where it is too close to that for any digit to be certain.
 
         Raises
         ------
         FrameError
-            Where the name or the kind of result is unknown.
+            Where the name, the kind of result or a component is unknown, or components of end forces are asked for.
 
         Examples
         --------
@@ -475,10 +479,14 @@ class Solution(SavedResults):
         (True, True)
         """
         if (own := self.part(node_of(self.frame, name, of))) is not self:
-            return own.error_bound(name, of)
+            return own.error_bound(name, of, components)
         name, computed = self._asked(name, of)
+        some = None if components is None else numbered(of, components)
+        chosen = computed if some is None else computed[..., list(some)]
         return self._read(
-            ("bound", of, name), lambda: self._unknown(self.bounds.bound(name, of, computed)), mask=np.inf
+            ("bound", of, name, some),
+            lambda: self._unknown(self.bounds.bound(name, of, chosen, some)),
+            mask=np.inf,
         )
 
     def refined(self, name: str, of: str = "displacement") -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ Acta Numerica 10 (2001) 1-102; residuals in extended precision: Rump, Acta Numer
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -93,9 +93,9 @@ class Bounds:
             rounded = value.astype(np.float64)
             return rounded, _upwards(np.abs(rounded - value) + error_bound)
 
-    def bound(self, name: str, kind: str, computed: Array) -> Array:
-        """Bound on the error of `computed` results (..., m); inf where none is known."""
-        value, error_bound = self._estimate(name, kind)
+    def bound(self, name: str, kind: str, computed: Array, components: Sequence[int] | None = None) -> Array:
+        """Bound on the error of `computed` results (..., m), or of these components; inf where none is known."""
+        value, error_bound = self._estimate(name, kind, components)
         with np.errstate(all="ignore"):
             return _upwards(np.abs(computed - value) + error_bound)
 
@@ -110,23 +110,25 @@ class Bounds:
                 out[where] = self._inverted(state).distance()
         return out
 
-    def adjoints(self, name: str, kind: str) -> Iterator[tuple[Any, Adjoint]]:
-        """Part by part of the batch: where it is, and the adjoints of results there."""
+    def adjoints(self, name: str, kind: str, components: Sequence[int] | None = None) -> Iterator[tuple[Any, Adjoint]]:
+        """Part by part of the batch: where it is, and the adjoints of results there, or of some components."""
         with np.errstate(all="ignore"):
             for part in self.parts():
-                yield part.where, Adjoint(part.state, part.compliance, requested(part.state, name, kind))
+                result = requested(part.state, name, kind).only(components)
+                yield part.where, Adjoint(part.state, part.compliance, result)
 
     def influence(self, name: str, kind: str, index: int) -> Iterator[tuple[Any, Adjoint]]:
         """Part by part of the batch: where it is, and the adjoint of one component of a result there, itself refined
         once."""
         with np.errstate(all="ignore"):
             for part in self.parts():
-                result = requested(part.state, name, kind).only(index)
+                result = requested(part.state, name, kind).only((index,))
                 yield part.where, Adjoint(part.state, part.compliance, result, 1)
 
-    def _estimate(self, name: str, kind: str) -> tuple[Real, Real]:
+    def _estimate(self, name: str, kind: str, components: Sequence[int] | None = None) -> tuple[Real, Real]:
         """Results refined in extended precision, and what they may be off, (..., m)."""
-        found = [(where, adjoint.refined, adjoint.error_bound()) for where, adjoint in self.adjoints(name, kind)]
+        adjoints = self.adjoints(name, kind, components)
+        found = [(where, adjoint.refined, adjoint.error_bound()) for where, adjoint in adjoints]
         shape = (*self.solution.shape, found[0][1].shape[-1])
         value, error_bound = (np.empty(shape, dtype=found[0][1].dtype) for _ in range(2))
         for where, refined, left in found:

@@ -7,11 +7,13 @@ force k on what it joins; the force that holds an ideal component by a unit rela
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from ..structure.edge import ABOUT, ALONG
 from .equilibrium import EquilibriumResidual
@@ -50,23 +52,25 @@ class RequestedResults:
     sizes: Real | None = None
     unresolved: Real | float = 0.0
 
-    def only(self, index: int) -> RequestedResults:
-        """One of the results, as many axes as before.
+    def only(self, indices: Sequence[int] | None) -> RequestedResults:
+        """Some of the results, in the same axes.
 
         Parameters
         ----------
-        index
-            Its number.
+        indices
+            Their numbers; all of them where None.
         """
-        one = slice(index, index + 1)
+        if indices is None:
+            return self
+        some = list(indices)
         return RequestedResults(
-            self.value[..., one],
-            self.error_bound[..., one],
-            None if self.forces is None else self.forces[one],
-            {k: each[one] for k, each in self.generalised_forces.items()},
-            {k: each[one] for k, each in self.imposed.items()},
-            None if self.sizes is None else self.sizes[one],
-            self.unresolved[..., one] if isinstance(self.unresolved, np.ndarray) else self.unresolved,
+            self.value[..., some],
+            self.error_bound[..., some],
+            None if self.forces is None else self.forces[some],
+            {k: each[some] for k, each in self.generalised_forces.items()},
+            {k: each[some] for k, each in self.imposed.items()},
+            None if self.sizes is None else self.sizes[some],
+            self.unresolved[..., some] if isinstance(self.unresolved, np.ndarray) else self.unresolved,
         )
 
 
@@ -81,6 +85,20 @@ def checked(kind: str) -> str:
     if kind not in KINDS:
         raise FrameError(f"results {kind!r} are unknown: use one of {', '.join(KINDS)}")
     return kind
+
+
+def numbered(kind: str, components: Sequence[str]) -> tuple[int, ...]:
+    """Numbers of components of a kind of result.
+
+    Raises
+    ------
+    FrameError
+        Where one is unknown, or the results are end forces, of which there are twelve.
+    """
+    if checked(kind) == "end_forces":
+        raise FrameError("components of end forces: leave them out, or ask for those of a reaction or joint force")
+    names = FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS
+    return tuple(component(name, names) for name in components)
 
 
 def requested(state: EquilibriumResidual, name: str, kind: str) -> RequestedResults:

@@ -28,6 +28,6 @@ def unknowns_of_result(solution: BoundedResults, name: str, kind: str, index: in
     none = extended(np.zeros((*(1,) * len(solution.shape), len(unknowns))))
     for cut in solution.bounds.cuts():
         state = EquilibriumResidual(solution.bounds.statics, cut, unknowns, none)
-        forces = unit_forces(state, requested(state, name, kind).only(index))
+        forces = unit_forces(state, requested(state, name, kind).only((index,)))
         found |= (forces != 0.0).reshape(-1, len(unknowns)).any(axis=0)
     return [unknown for unknown, acting in zip(unknowns, found.tolist(), strict=True) if acting]

@@ -144,7 +144,7 @@ class Accuracy:
     @property
     def error_bound(self) -> Array:
         """Bound on the numerical error of `total`, (..., 3); inf where `status` is not regular."""
-        each: Array = self._cases.error_bound("P")[..., :3]
+        each: Array = self._cases.error_bound("P", components=("ux", "uy", "uz"))
         return np.broadcast_to(each.sum(axis=0), (*self.shape, 3))
 
     @property

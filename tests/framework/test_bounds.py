@@ -271,6 +271,25 @@ def test_a_batch_has_the_bounds_of_its_entries() -> None:
             assert np.all(off(refined[at], exact) <= left[at])
 
 
+def test_bounds_of_some_components() -> None:
+    """They hold as those of all do, from as many adjoint solutions."""
+    structure = four_bar(coordinates(30.0), (10.0, 100.0, 5.0, 1.0, 2.0, 3.0))
+    solution, exact = as_frame(structure).solve(), solve(structure).displacement["P"]
+    some = solution.error_bound("P", components=("uy", "ux"))
+    assert some.shape == (2,)
+    off_by = off(solution.displacement("P"), exact)
+    assert np.all(off_by[[1, 0]] <= some)
+    assert np.all(some <= 2.0 * solution.error_bound("P")[[1, 0]])
+    ((_, adjoint),) = solution.bounds.adjoints("P", "displacement", (1, 0))
+    assert len(adjoint.coordinates) == 2
+    force = solution.error_bound("A", "reaction", components=("fy",))
+    np.testing.assert_allclose(force, solution.error_bound("A", "reaction")[1:2], rtol=1.0)
+    with pytest.raises(FrameError, match="component 'fx' is unknown: use one of ux"):
+        solution.error_bound("P", components=("fx",))
+    with pytest.raises(FrameError, match="components of end forces: leave them out"):
+        solution.error_bound(next(iter(solution.frame.members)), "end_forces", components=("fx",))
+
+
 @pytest.mark.parametrize("of", ["displacement", "end_forces"])
 def test_a_beam_that_is_rolled_over_the_batch(of: str) -> None:
     """Neither its length nor its stiffness varies, but the axes that its springs act along do."""
