@@ -185,14 +185,14 @@ class PlanarEquations:
             (c, s), chord, stiffness = at.changes[k]
             x, y = nodal[:2, second] - nodal[:2, first]
             chord_rotation = (c * y - s * x) / chord
-            generalised_force, one, two = (
+            stretch, one, two = (
                 c * x + s * y,
                 nodal[2, first] - chord_rotation,
                 nodal[2, second] - chord_rotation,
             )
             k00, k01, k02, k11, k12, k22 = stiffness
-            change = [k00 * generalised_force + k01 * one + k02 * two, k01 * generalised_force + k11 * one + k12 * two]
-            out.append(at.stresses[k] + np.stack([*change, k02 * generalised_force + k12 * one + k22 * two]))
+            change = [k00 * stretch + k01 * one + k02 * two, k01 * stretch + k11 * one + k12 * two]
+            out.append(at.stresses[k] + np.stack([*change, k02 * stretch + k12 * one + k22 * two]))
         return out
 
     def _linked(self, state: PlanarState) -> list[tuple[PlanarJoint, PlanarLink, Array]]:

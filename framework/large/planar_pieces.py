@@ -105,9 +105,9 @@ def shape(stack: PlanarStack, pieces: tuple[Array, Array, Array], state: PlanarS
 def bent(stiffness: Array, deformation: Array) -> Bow:
     """Elongation of the axis, its bow included, and the bow's derivatives by the end angles (n, m)."""
     _, _, _, _, g11, g12, g22 = stiffness
-    generalised_force, first, second = deformation
+    stretch, first, second = deformation
     one, two = g11 * first + g12 * second, g12 * first + g22 * second
-    return generalised_force + 0.5 * (first * one + second * two), one, two
+    return stretch + 0.5 * (first * one + second * two), one, two
 
 
 def stress(stiffness: Array, deformation: Array, bow: Bow) -> Array:
@@ -116,9 +116,9 @@ def stress(stiffness: Array, deformation: Array, bow: Bow) -> Array:
     axis, one, two = bow
     _, first, second = deformation
     out = np.empty_like(deformation)
-    generalised_force = np.multiply(k0, axis, out=out[0])
-    out[1] = k11 * first + k12 * second + generalised_force * one
-    out[2] = k12 * first + k22 * second + generalised_force * two
+    axial_force = np.multiply(k0, axis, out=out[0])
+    out[1] = k11 * first + k12 * second + axial_force * one
+    out[2] = k12 * first + k22 * second + axial_force * two
     return out
 
 
@@ -132,17 +132,17 @@ def strain_energy(stiffness: Array, deformation: Array, bow: Bow) -> Array:
     return out
 
 
-def stiffness(stiffness: Array, bow: Bow, generalised_force: Array) -> Array:
-    """Derivatives of `stress` 00 01 02 11 12 22 (6, n, m); `generalised_force` resists further bowing."""
+def stiffness(stiffness: Array, bow: Bow, axial_force: Array) -> Array:
+    """Derivatives of `stress` 00 01 02 11 12 22 (6, n, m); `axial_force` resists further bowing."""
     k0, k11, k12, k22, g11, g12, g22 = stiffness
     _, one, two = bow
-    out = np.empty((6, *generalised_force.shape))
+    out = np.empty((6, *axial_force.shape))
     out[0] = k0
     np.multiply(k0, one, out=out[1])
     np.multiply(k0, two, out=out[2])
-    out[3] = k11 + generalised_force * g11 + out[1] * one
-    out[4] = k12 + generalised_force * g12 + out[1] * two
-    out[5] = k22 + generalised_force * g22 + out[2] * two
+    out[3] = k11 + axial_force * g11 + out[1] * one
+    out[4] = k12 + axial_force * g12 + out[1] * two
+    out[5] = k22 + axial_force * g22 + out[2] * two
     return out
 
 
