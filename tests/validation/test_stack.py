@@ -1,7 +1,7 @@
 """A stack of seven dimensions as tolerance calculators print it: MITCalc's example, which dimstack's README repeats.
 
-Gap of 208 ± 0.036, less 1.75 (+0.06, 0), less 23 (+0.12, 0), plus 20 ± 0.026, less 200 ± 0.145, plus 20 ± 0.026, less 23
-(+0.12, 0), mm.
+Gap of 208 ± 0.036, less 1.75 (+0.06, 0), less 23 (+0.12, 0), plus 20 ± 0.026, less 200 ± 0.145, plus 20 ± 0.026, less
+23 (+0.12, 0), mm.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ def inputs(distribution):
 
 def test_worst_case_is_that_of_the_intervals():
     """0.1 ± 0.383."""
-    ends = inputs("uniform")
     laws = [(sign, law) for (sign, *_), law in zip(PARTS.values(), inputs("uniform").values(), strict=True)]
     low = sum(law.low if sign > 0.0 else -law.high for sign, law in laws)
     high = sum(law.high if sign > 0.0 else -law.low for sign, law in laws)
