@@ -56,3 +56,20 @@ def test_yield(method):
     )
     off = 2e-5 if method == "form" else 4.0 * float(found.standard_error)
     assert 1.0 - float(found.probability) == pytest.approx(0.80644, abs=off)
+
+
+def test_one_way_clutch():
+    """Contact angle of Chase's one-way clutch (ADCATS): 7.0184°, by root sum of squares ± 0.31673°."""
+    sizes = {"hub": (27.645, 0.0125), "roller": (11.43, 0.01), "ring": (50.8, 0.0125)}
+
+    def angle(hub, roller, ring):
+        return np.degrees(np.arccos((hub + roller) / (ring - roller)))
+
+    assert float(angle(*(size for size, _ in sizes.values()))) == pytest.approx(7.01839, abs=5e-6)
+    laws = {name: Normal(size, spread / 3.0) for name, (size, spread) in sizes.items()}
+    first = taylor_moments(angle, laws, order=1)
+    assert 3.0 * float(first.std) == pytest.approx(0.316733, abs=2e-6)
+    # its curvature adds to the spread what samples show, too
+    second, drawn = taylor_moments(angle, laws, order=2), propagate(angle, laws, n=2**14, rng=0, sampler="sobol")
+    assert float(second.std) > float(first.std)
+    assert abs(float(drawn.mean) - float(second.mean)) < abs(float(drawn.mean) - float(first.mean))
