@@ -159,9 +159,9 @@ class Composed(OfAnother):
         """Strain and curvature without forces, (..., 6); None for none."""
         return self.own.free_strain(fraction)
 
-    def held_forces(self, fraction: Array) -> Array | None:
+    def restrained_forces(self, fraction: Array) -> Array | None:
         """Section forces that undo the free strain, with their sign turned, (..., 6); None for none."""
-        return self.own.held_forces(fraction)
+        return self.own.restrained_forces(fraction)
 
     def stress(self, fraction: Array, forces: Array) -> Array:
         """Extreme stresses, (..., 3)."""

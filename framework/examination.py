@@ -204,7 +204,7 @@ def _symmetric(own: Examined, method: str, matrix: Array) -> None:
 def _fields(own: Examined, length: Array) -> None:
     """What is asked between the ends."""
     fraction = np.full(length.shape, 0.25)
-    asked = (own.section_flexibility, own.mass_per_length, own.section_inertia, own.free_strain, own.held_forces)
+    asked = (own.section_flexibility, own.mass_per_length, own.section_inertia, own.free_strain, own.restrained_forces)
     for ask in asked:
         with suppress(Unanswered):
             ask(fraction)

@@ -208,11 +208,11 @@ class Examined(OfAnother):
             return None
         return self._asked("free_strain", np.shape(fraction), (6,), fraction)
 
-    def held_forces(self, fraction: Array) -> Array | None:
+    def restrained_forces(self, fraction: Array) -> Array | None:
         """Section forces that undo the free strain, with their sign turned, (..., 6); None for none."""
         if self.own.free_strain(fraction) is None:
             return None
-        return self._asked("held_forces", np.shape(fraction), (6,), fraction)
+        return self._asked("restrained_forces", np.shape(fraction), (6,), fraction)
 
     def mass_per_length(self, fraction: Array) -> Array:
         """Mass per length, (...)."""

@@ -138,9 +138,9 @@ class FormedElement(Composed):
         strain: Array = self.own.section_flexibility(fraction) * forces
         return strain if own is None else own + strain
 
-    def held_forces(self, fraction: Array) -> Array | None:
+    def restrained_forces(self, fraction: Array) -> Array | None:
         """Section forces that undo the free strain, with their sign turned, (..., 6); None for none."""
-        forces, own = self._constrained(fraction), self.own.held_forces(fraction)
+        forces, own = self._constrained(fraction), self.own.restrained_forces(fraction)
         return own if forces is None else forces if own is None else own + forces
 
     # -- inside -----------------------------------------------------------------------------------------------------

@@ -489,7 +489,7 @@ class LineElement(ABC):
     def free_strain(self, fraction: Array) -> Array | None:
         """Strain and curvature without forces at a fraction of the length, such as by heat; None for none.
 
-        They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `held_forces` they load the
+        They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `restrained_forces` they load the
         frame.
 
         Parameters
@@ -504,7 +504,7 @@ class LineElement(ABC):
         """
         return None
 
-    def held_forces(self, fraction: Array) -> Array | None:
+    def restrained_forces(self, fraction: Array) -> Array | None:
         """Internal forces that undo the free strain, with their sign turned; None for none.
 
         By default the free strain divided by the section flexibility.

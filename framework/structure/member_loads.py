@@ -108,7 +108,7 @@ def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
     out: Array = np.zeros((*length.shape, 12))
     fractions, weights = group.element.integration_points
     lead = (slice(None), *(None,) * (length.ndim + 1 - fractions.ndim))
-    forces = group.element.held_forces(fractions[lead])
+    forces = group.element.restrained_forces(fractions[lead])
     if forces is not None:
         rows = strain_rows(*group.element.shape_rows(length, fractions[lead]))
         rows, forces = (np.abs(rows), np.abs(forces)) if sizes else (rows, forces)

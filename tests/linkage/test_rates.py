@@ -116,7 +116,7 @@ def test_joints_hold_what_they_hold(name):
         assert_allclose(np.swapaxes(axes, -1, -2) @ axes, np.broadcast_to(np.eye(3), (2, 3, 3)), atol=1e-14)
         apart = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
         along = np.einsum("pji,pj->pi", axes, apart)
-        held = [k for k, component in enumerate(("ux", "uy", "uz")) if component in pair.kind.held]
+        held = [k for k, component in enumerate(("ux", "uy", "uz")) if component in pair.kind.constrained]
         if pair.kind.name != "screw":
             assert_allclose(along[:, held], 0.0, atol=1e-13)
         if pair.kind.name in ("revolute", "cylindrical", "planar", "screw"):

@@ -144,7 +144,7 @@ class VirtualWork:
         """Joints that close loops, their rows, and the unit wrench of each row about the origin, (..., rows, 6)."""
         out, start = [], 0
         for pair in self.mechanism.tree.cuts:
-            held = pair.kind.held
+            held = pair.kind.constrained
             out.append((pair, slice(start, start + len(held)), self._row_wrenches(pair, held)))
             start += len(held)
         return out

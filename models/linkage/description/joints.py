@@ -33,8 +33,8 @@ class Kind:
         return len(self.coordinates)
 
     @property
-    def held(self) -> tuple[str, ...]:
-        """Components that the joint holds, of `COMPONENTS`; a screw also ties uz to rz."""
+    def constrained(self) -> tuple[str, ...]:
+        """Components that the joint constrains, of `COMPONENTS`; a screw also ties uz to rz."""
         return tuple(name for name in COMPONENTS if name not in self.coordinates)
 
     @property

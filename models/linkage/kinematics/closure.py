@@ -45,11 +45,11 @@ def constraints(pair: Pair, joined: Joined) -> Iterator[ComponentConstraint]:
     first, here, second, there = joined
     gap = minus(there, here)
     kind = pair.kind
-    places = [name for name in kind.held if name[0] == "u"]
+    places = [name for name in kind.constrained if name[0] == "u"]
     for name in places:
         axis = (GLOBAL if len(places) == 3 else first)["xyz".index(name[1])]
         yield ComponentConstraint(name, axis, dot(axis, gap))
-    turns = [name for name in kind.held if name[0] == "r"]
+    turns = [name for name in kind.constrained if name[0] == "r"]
     if kind.name == "universal":
         yield ComponentConstraint("ry", cross(first[2], second[0]), -dot(first[2], second[0]))
     elif len(turns) == 2:

@@ -46,7 +46,7 @@ class Transmitted:
         Forces and moments along the joint's axes; a screw pushes and turns at once, ``m_z = -f_z pitch / 2 pi``.
         """
         axes = motion.joint_axes(joint.name)
-        names = (*joint.kind.held, *motion.linkage.drives.get(joint.name, ()))
+        names = (*joint.kind.constrained, *motion.linkage.drives.get(joint.name, ()))
         wrenches = np.zeros((*axes.shape[:-2], 6, len(names)))
         for column, name in enumerate(names):
             part, k = divmod(COMPONENTS.index(name), 3)

@@ -258,6 +258,6 @@ def _split(equations: Equilibrium, values: Array) -> tuple[dict[str, Array], dic
         own = values[..., at : at + count] * equations.units(joint)
         wrenches[name] = (joint.wrenches @ own[..., None])[..., 0]
         if name in equations.motion.linkage.drives:
-            drives[name] = own[..., len(joint.joint.kind.held) :]
+            drives[name] = own[..., len(joint.joint.kind.constrained) :]
         at += count
     return wrenches, drives
