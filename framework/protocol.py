@@ -489,8 +489,8 @@ class LineElement(ABC):
     def free_strain(self, fraction: Array) -> Array | None:
         """Strain and curvature without forces at a fraction of the length, such as by heat; None for none.
 
-        They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `restrained_forces` they load the
-        frame.
+        They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `restrained_forces` they
+        load the frame.
 
         Parameters
         ----------

@@ -92,7 +92,8 @@ class Pair:
         """Six springs in joint axes, (..., 6): as given, or inf on what the joint holds and 0 on what it lets go."""
         if self.stiffness is not None:
             return self.stiffness
-        return np.array([np.inf if name in self.kind.constrained else 0.0 for name in ("ux", "uy", "uz", "rx", "ry", "rz")])
+        constrained, components = self.kind.constrained, ("ux", "uy", "uz", "rx", "ry", "rz")
+        return np.array([np.inf if name in constrained else 0.0 for name in components])
 
 
 @dataclass(frozen=True, eq=False)
