@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, diags
-from scipy.sparse.linalg import splu
 
 from ..batch import Array
 from ..batched.order import Pattern, link, order
@@ -238,14 +237,18 @@ class LargeFactor(StackFactor):
         self.pivots = np.empty((order.size, values.shape[-1]))
         shape = (order.size, order.size)
         for entry, column in enumerate(values[order.inside].T):
-            matrix = csc_matrix((column, (order.rows, order.columns)), shape=shape)
+            matrix = scipy.sparse.csc_matrix((column, (order.rows, order.columns)), shape=shape)
             twice = matrix + matrix.T
-            matrix = csc_matrix(twice - diags(matrix.diagonal()) if order.half else 0.5 * twice)
+            matrix = scipy.sparse.csc_matrix(
+                twice - scipy.sparse.diags(matrix.diagonal()) if order.half else 0.5 * twice
+            )
             diagonal = np.abs(matrix.diagonal())
             scale = np.where(diagonal > 0.0, diagonal, 1.0)
             options = {"SymmetricMode": True}
             try:
-                factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+                factor = scipy.sparse.linalg.splu(
+                    matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+                )
                 self.pivots[:, entry] = factor.U.diagonal() / scale[np.argsort(factor.perm_c)]
             except RuntimeError:  # SuperLU's word for an exactly zero pivot
                 factor = None

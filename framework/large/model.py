@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from ..batch import Array
 from ..batched.plan import Plan
@@ -176,7 +176,7 @@ class Model:
         return [np.asarray(~self.plain[stack.ends].all(axis=1)) for stack in self.stacks]
 
     @cached_property
-    def gather(self) -> list[csr_matrix]:
+    def gather(self) -> list[scipy.sparse.csr_matrix]:
         """By stack, the sum of end forces (12 n) over the nodes' components (6 nodes)."""
         out = []
         for stack in self.stacks:
@@ -184,11 +184,13 @@ class Model:
             component = np.arange(12)[:, None]
             rows = (component % 6) * self.count + stack.ends.T[component[:, 0] // 6]
             shape = (6 * self.count, 12 * count)
-            out.append(csr_matrix((np.ones(12 * count), (rows.reshape(-1), np.arange(12 * count))), shape=shape))
+            out.append(
+                scipy.sparse.csr_matrix((np.ones(12 * count), (rows.reshape(-1), np.arange(12 * count))), shape=shape)
+            )
         return out
 
     @cached_property
-    def pattern(self) -> tuple[csr_matrix, Index, Index]:
+    def pattern(self) -> tuple[scipy.sparse.csr_matrix, Index, Index]:
         """Sum of the entries of all tangents, in the order of `blocks`, over the entries of the matrix; their rows and
         columns."""
         rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
@@ -199,7 +201,7 @@ class Model:
         row, column = np.concatenate(rows), np.concatenate(columns)
         used = np.flatnonzero((row != HELD) & (column != HELD))
         keys, place = np.unique(row[used] * self.size + column[used], return_inverse=True)
-        total = csr_matrix((np.ones(len(used)), (place, used)), shape=(len(keys), len(row)))
+        total = scipy.sparse.csr_matrix((np.ones(len(used)), (place, used)), shape=(len(keys), len(row)))
         return total, keys // self.size, keys % self.size
 
     def _blocks(self) -> list[Index]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
 from ..batch import Array
 from ..structure.edge import GROUND
@@ -88,7 +88,7 @@ class PlanarModel:
         return out
 
     @cached_property
-    def gather(self) -> list[csr_matrix]:
+    def gather(self) -> list[scipy.sparse.csr_matrix]:
         """By stack, sum of the forces Fx Fy M1 M2 (4 n) over the nodes' coordinates (3 nodes)."""
         out = []
         count = self.model.count
@@ -99,11 +99,11 @@ class PlanarModel:
             rows = np.concatenate([second, count + second, first, count + first, 2 * count + first, 2 * count + second])
             columns = np.concatenate([piece, n + piece, piece, n + piece, 2 * n + piece, 3 * n + piece])
             signs = np.repeat([1.0, 1.0, -1.0, -1.0, 1.0, 1.0], n)
-            out.append(csr_matrix((signs, (rows, columns)), shape=(3 * count, 4 * n)))
+            out.append(scipy.sparse.csr_matrix((signs, (rows, columns)), shape=(3 * count, 4 * n)))
         return out
 
     @cached_property
-    def pattern(self) -> tuple[csr_matrix, NDArray[np.int64], NDArray[np.int64]]:
+    def pattern(self) -> tuple[scipy.sparse.csr_matrix, NDArray[np.int64], NDArray[np.int64]]:
         """Sum of the entries of all tangents over those of the matrix's lower half; rows and columns of the latter."""
         entries = [_whole(np.zeros(0, dtype=np.int64))]  # which a frame without members and joints has alone
         chains = [np.array(chain, dtype=np.int64) for chain in self.chains]
@@ -126,7 +126,7 @@ class PlanarModel:
         signs: Array = np.concatenate(sign)
         used = np.flatnonzero((i != HELD) & (j != HELD) & (i >= j))
         keys, place = np.unique(i[used] * self.model.size + j[used], return_inverse=True)
-        matrix = csr_matrix((signs[used], (place, k[used])), shape=(len(keys), total))
+        matrix = scipy.sparse.csr_matrix((signs[used], (place, k[used])), shape=(len(keys), total))
         return matrix, keys // self.model.size, keys % self.model.size
 
     def _terms(self, ends: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:

@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+import scipy
 
 from ....framework.batch import Array
 from .terms import Value
@@ -62,12 +61,14 @@ class Linear:
         """Rows and columns of each block, in the order of solution; none where rows and columns do not match."""
         if self.rows != self.columns or self.rows == 0:
             return []
-        match = maximum_bipartite_matching(csr_matrix(self.pattern), perm_type="row")
+        match = scipy.sparse.csgraph.maximum_bipartite_matching(scipy.sparse.csr_matrix(self.pattern), perm_type="row")
         if np.any(match < 0):
             return []
         # Row match[j] belongs to column j; an entry (match[j], k) makes column j wait for column k.
         waits = self.pattern[match]
-        _, label = connected_components(csr_matrix(waits.astype(np.int8)), directed=True, connection="strong")
+        _, label = scipy.sparse.csgraph.connected_components(
+            scipy.sparse.csr_matrix(waits.astype(np.int8)), directed=True, connection="strong"
+        )
         members = [np.flatnonzero(label == name) for name in range(label.max() + 1)]
         done: set[int] = set()
         blocks: Blocks = []

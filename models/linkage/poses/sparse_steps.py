@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csc_matrix
 
 from ....framework.batch import Array
 from ..kinematics.linear import Linear
@@ -65,7 +65,9 @@ class SparseSteps:
         self.regular = below + 1 == self.count and equations > 0
         if not self.regular:
             return
-        order = coo_matrix((np.arange(1.0, len(rows) + 1.0), (rows, columns)), (self.count, self.count)).tocsc()
+        order = scipy.sparse.coo_matrix(
+            (np.arange(1.0, len(rows) + 1.0), (rows, columns)), (self.count, self.count)
+        ).tocsc()
         self._take = order.data.astype(np.intp) - 1
         self._pattern = order.indices, order.indptr
         pattern = np.zeros((self.count, self.count), dtype=bool)
@@ -108,7 +110,7 @@ class SparseSteps:
 
         values = np.concatenate([entries, np.ones(len(self.locked)), tangent])[self._take]
         try:
-            return splu(csc_matrix((values, *self._pattern), (self.count, self.count)))
+            return splu(scipy.sparse.csc_matrix((values, *self._pattern), (self.count, self.count)))
         except RuntimeError:
             return None
 
