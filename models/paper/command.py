@@ -29,7 +29,7 @@ SI units, angles in degrees."""
 
 WRITES = """\
 writes into DIR: table1.csv, reactions.csv, trajectory.pvd with its .vtu files, samples.npz, report.md; with
---figures 2d figure5.png, figure6.png, figure7.png, reactions.png, and with --figures all figure3d.png as well (where
+--figures 2d index.html, figure5.png, figure6.png, figure7.png, reactions.png, and with --figures all figure3d.png as well (where
 rendering works); with --format svg pdf those but figure3d as such"""
 
 
