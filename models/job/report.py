@@ -36,7 +36,9 @@ class Report:
     paraview: str
     more: Sequence[str] = ()
 
-    def text(self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float], page: str = "") -> str:
+    def text(
+        self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float], page: str = ""
+    ) -> str:
         """The whole report.
 
         Parameters

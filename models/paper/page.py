@@ -70,8 +70,11 @@ def _notes(inputs: Inputs) -> Iterator[str]:
 def _inputs(inputs: Inputs) -> str:
     """The options of the command line, one a line."""
     given = {field.name: getattr(inputs, field.name) for field in fields(inputs)}
-    return "\n".join(
-        f"--{name.replace('_', '-')} {' '.join(map(str, value)) if isinstance(value, tuple) else value}"
-        for name, value in given.items()
-        if value is not None
-    )
+    options = [f"--{name.replace('_', '-')} {_text(value)}" for name, value in given.items() if value is not None]
+    return "\n".join(["SI units, angles in degrees; sd is the standard deviation of a normal distribution.", *options])
+
+
+def _text(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_text, value))
+    return f"{value:.12g}" if isinstance(value, float) else str(value)

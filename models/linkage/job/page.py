@@ -96,12 +96,12 @@ def _known(point: str | None, points: object) -> str | None:
     return point
 
 
-def _write(
-    motion: Motion, path: Path, point: str, inputs: RunInputs, text: PageText, cloud: Array | None
-) -> None:
+def _write(motion: Motion, path: Path, point: str, inputs: RunInputs, text: PageText, cloud: Array | None) -> None:
     worst, notes = worst_case_of(motion, point, inputs.tolerances)
     whole = PageText(text.title, text.command, text.units, text.about, notes, text.samples)
-    write_page(motion, path, point, None, worst, whole, drive=next(iter(inputs.drives)).partition(".")[0], samples=cloud)
+    write_page(
+        motion, path, point, None, worst, whole, drive=next(iter(inputs.drives)).partition(".")[0], samples=cloud
+    )
 
 
 def _few(result: Computed) -> tuple[Motion, int]:

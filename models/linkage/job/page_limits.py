@@ -18,7 +18,9 @@ from .tolerances import Tolerance, dotted
 # Standard deviations that count as the end of a distribution that has none.
 DEVIATIONS = 3.0
 LEFT_OUT = "Not among the worst cases, as they do not move the rigid linkage or not to first order: {names}."
-ENDS = "Tolerances go to the ends of their distributions, or to {deviations:g} standard deviations where these have none."
+ENDS = (
+    "Tolerances go to the ends of their distributions, or to {deviations:g} standard deviations where these have none."
+)
 
 
 def worst_case_of(
@@ -83,8 +85,16 @@ def _limit(by: PositionSensitivity, tolerance: Tolerance, ends: tuple[float, flo
         total = total + (nominal * column if tolerance.relative else column)
     start = 0.0 if tolerance.relative else next(iter(tolerance.nominal.values()))
     radius, middle = 0.5 * (ends[1] - ends[0]), 0.5 * (ends[1] + ends[0]) - start
-    name = ", ".join(dotted(place) for place in tolerance.of)
+    name = ", ".join(dotted(_spelt(place)) for place in tolerance.of)
     return Limit(name, np.asarray(total)[..., None], np.asarray(radius), np.asarray(middle))
+
+
+def _spelt(place: Place) -> Place:
+    """A place in the file, the component of a point by its letter."""
+    match place:
+        case ("points", point, int(axis)):
+            return "points", point, "xyz"[axis]
+    return place
 
 
 def _column(by: PositionSensitivity, place: Place) -> Array | None:

@@ -151,15 +151,10 @@ def _joints(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:
             "driven": name in motion.linkage.drives,
         }
         if each.kind.name == "prismatic" or len(axes) > 2:
-            lies = motion.axes(each.first)[..., axes, :] @ each.axes[:, _shown_axis(each.kind.name)]
+            lies = motion.axes(each.first)[..., axes, :] @ each.axes[:, 2]
             joint["axis"] = np.broadcast_to(lies, (*motion.shape, len(axes))).astype(np.float32)
         found.append(joint)
     return found
-
-
-def _shown_axis(kind: str) -> int:
-    """Number of the joint's axis that tells how it lies: that along which it slides, else that about which it turns."""
-    return 0 if kind == "prismatic" else 2
 
 
 def _limits(worst: WorstCase, shape: tuple[int, ...], axes: list[int]) -> list[dict[str, Any]]:

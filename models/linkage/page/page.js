@@ -3,7 +3,7 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const count = data.status.length, flat = data.dimensions === 2;
 const there = [...Array(count).keys()].filter((pose) => data.point.place[pose][0] !== null);
 const WIDTH = 800, HEIGHT = 600, ROUND = 48;
-const state = { pose: there[0], load: 1, radii: data.limits.map(() => 1), magnify: 1, yaw: -0.6, pitch: 0.5 };
+const state = { pose: there.find((pose) => data.status[pose] === "regular") ?? there[0], load: 1, radii: data.limits.map(() => 1), magnify: 1, yaw: -0.6, pitch: 0.5 };
 
 // -- numbers ---------------------------------------------------------------------------------------------------------
 
@@ -253,7 +253,11 @@ const loaded = data.loaded, [metre, newton] = data.units;
 const displaced = () => (loaded ? acting(loaded.displacement, state.pose) : null);
 const unit = (words, of) => (of ? `${words} [${of}]` : words);
 const numbers = document.getElementById("numbers"), axes = ["x", "y", "z"].slice(0, data.dimensions);
-const written = (value) => (value === null || !Number.isFinite(value) ? "–" : Number(value.toPrecision(6)).toString());
+function written(value) {
+  if (value === null || !Number.isFinite(value)) return "–";
+  const short = Number(value.toPrecision(6));
+  return short !== 0 && Math.abs(short) < 1e-3 ? short.toExponential().replace("e-", "e−").replace(/^-/, "−") : short.toString().replace("-", "−");
+}
 
 function row(key, words, value) {
   let line = document.getElementById(`row-${key}`);
@@ -332,13 +336,14 @@ slider("pose", `Drive ${data.drive.name}`, 0, count - 1, 1, state.pose,
 if (data.scalable && (loaded || Object.keys(data.reactions).length)) {
   slider("load", "Load, times that given", -2, 2, 0.01, 1, () => written(state.load), (value) => { state.load = value; });
 }
-data.limits.forEach((limit, k) => slider(`limit-${k}`, unit(limit.name, limit.angle ? "rad" : metre), 0, 3, 0.01, 1,
+data.limits.forEach((limit, k) => slider(`limit-${k}`, unit(limit.name.replace(/^joint /, "clearance of "), limit.angle ? "rad" : metre), 0, 3, 0.01, 1,
   () => `± ${written(radius(k) * state.radii[k])}`, (value) => { state.radii[k] = value; }));
 const deflected = (pose) => (loaded && norm(acting(loaded.displacement, pose) ?? [0])) || 0;
 const spread = (pose) => (data.cloud ? Math.max(...data.cloud[pose].filter((p) => !p.includes(null)).map(norm), 0) : 0);
-const greatest = Math.max(0, ...there.map((pose) => Math.max(largest(pose)?.size ?? 0, deflected(pose), spread(pose))));
-if (greatest > 0) {
-  const best = Math.log10(Math.max(1, (0.12 * reach) / greatest));
+// By half of the poses, as beside dead points displacements are large.
+const usual = there.map((pose) => Math.max(largest(pose)?.size ?? 0, deflected(pose), spread(pose))).sort((a, b) => a - b)[there.length >> 1];
+if (usual > 0) {
+  const best = Math.log10(Math.max(1, (0.08 * reach) / usual));
   slider("magnify", "Displacements drawn larger", 0, Math.ceil(best + 1), 0.01, best.toFixed(2),
     () => `× ${Number(state.magnify.toPrecision(3))}`, (value) => { state.magnify = 10 ** value; });
   sliders.magnify(best.toFixed(2));
