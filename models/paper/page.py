@@ -62,8 +62,8 @@ def _notes(inputs: Inputs) -> Iterator[str]:
     """How far the limits go, and what is none."""
     yield (
         f"Clearances and lengths go to {DEVIATIONS:g} standard deviations. Not among the worst cases, as they do not "
-        "move the rigid linkage: modulus of elasticity, stiffness of the joints; nor the load, which has its slider, and "
-        "the contact angle, which is free."
+        "move the rigid linkage: modulus of elasticity and stiffness of the joints; nor the load, which has its "
+        "slider, and the contact angle, which is free."
     )
 
 

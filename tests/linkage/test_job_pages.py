@@ -1,4 +1,4 @@
-"""The pages of the jobs and of a file: their limits are those of the tolerances, their samples those that were drawn."""
+"""The pages of the jobs and of a file: limits are those of the tolerances, samples those that were drawn."""
 
 from __future__ import annotations
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -90,18 +91,18 @@ def title(source: Source) -> str:
     return str(source.data.get("title", source.file.stem))
 
 
-def _known(point: str | None, points: object) -> str | None:
-    if point is not None and point not in points:  # type: ignore[operator]
-        raise FrameError(f"--point {point}: the file has {', '.join(points)}")  # type: ignore[arg-type]
+def _known(point: str | None, points: Collection[str]) -> str | None:
+    """The point that was asked for, if any; refused where the file has it not."""
+    if point is not None and point not in points:
+        raise FrameError(f"--point {point}: the file has {', '.join(points)}")
     return point
 
 
 def _write(motion: Motion, path: Path, point: str, inputs: RunInputs, text: PageText, cloud: Array | None) -> None:
     worst, notes = worst_case_of(motion, point, inputs.tolerances)
-    whole = PageText(text.title, text.command, text.units, text.about, notes, text.samples)
-    write_page(
-        motion, path, point, None, worst, whole, drive=next(iter(inputs.drives)).partition(".")[0], samples=cloud
-    )
+    joints = {name: joint for joint, _, name in inputs.driven}
+    first = joints[next(iter(inputs.drives))]
+    write_page(motion, path, point, None, worst, replace(text, notes=notes), drive=first, samples=cloud)
 
 
 def _few(result: Computed) -> tuple[Motion, int]:

@@ -27,8 +27,8 @@ ROOM, MOST_POSES = {2: 250_000, 3: 900_000}, 721
 # Directions in which the outermost samples are drawn, in the plane and in space.
 DIRECTIONS = {2: 16, 3: 40}
 REDUNDANT = (
-    "Worst cases are not on this page: the linkage has redundant constraints that clearances and tolerances would open, "
-    "so that these cannot come about independently. Motion.worst_case has the numbers."
+    "Worst cases are not on this page: the linkage has redundant constraints that clearances and tolerances would "
+    "open, so that these cannot come about independently. Motion.worst_case has the numbers."
 )
 
 

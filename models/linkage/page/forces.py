@@ -1,4 +1,4 @@
-"""What acts on the linkage of a page: its loads and springs, and what they do, in parts that a factor on the loads moves."""
+"""What acts on the linkage of a page, and what it does, in parts between which a factor on the loads moves."""
 
 from __future__ import annotations
 

@@ -405,7 +405,7 @@ document.getElementById("caption").textContent =
   `Drag a joint${flat ? "" : ", or beside them to look from elsewhere"}. Blue: path of ${data.point.name}` +
   (data.limits.length ? " with the zone that clearances and tolerances let it reach; orange: at this pose" : "") +
   (loaded ? "; green: its deflection" : "") + (data.cloud ? `; grey: ${data.samples}` : "") + "." +
-  (data.every > 1 ? ` Every ${data.every}th pose is shown.` : "");
+  (data.every > 1 ? ` Of every ${data.every} poses one is shown.` : "");
 document.getElementById("origin").textContent = [data.versions, data.command].filter(Boolean).join(". ");
 const about = document.getElementById("about");
 data.notes.forEach((note) => { about.appendChild(document.createElement("p")).textContent = note; });

@@ -104,7 +104,8 @@ def framed(motion: FramedPoses, worst: WorstCase | None, point: str) -> str:
     """The page in a frame of a notebook."""
     inside = html.escape(page(motion, point, None, worst, PageText()), quote=True)
     style = f"width:100%;height:{HEIGHT}px;border:0"
-    return f'<iframe sandbox="allow-scripts" title="Where {html.escape(point)} goes" style="{style}" srcdoc="{inside}"></iframe>'
+    title = f"Where {html.escape(point)} goes"
+    return f'<iframe sandbox="allow-scripts" title="{title}" style="{style}" srcdoc="{inside}"></iframe>'
 
 
 def framed_point(motion: FramedPoses) -> str | None:
