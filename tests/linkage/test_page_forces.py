@@ -116,3 +116,25 @@ def test_a_notebook_shows_the_page_where_the_point_is_clear() -> None:
     several = slider_crank()
     assert several._repr_html_() is None
     assert motion.linkage.move(A=0.1)._repr_html_() is None
+
+
+def test_what_leaves_the_plane_is_shown_in_space(tmp_path: Path) -> None:
+    """A plane linkage under a force across its plane deflects out of it."""
+    motion = four_bar()
+    motion.linkage.load("P", fz=5.0)
+    loaded = motion.linkage.move(A=POSES)
+    loaded.page(tmp_path / "across.html", "P")
+    data = data_of(tmp_path / "across.html")
+    assert data["dimensions"] == 3
+    shown = np.array(data["loaded"]["displacement"]["whole"], dtype=float)
+    assert_allclose(shown, loaded.accuracy("P").compliance[:, :3], rtol=1e-9, atol=1e-15)
+    assert np.abs(shown[:, 2]).max() > 1e-6
+
+
+def test_redundant_constraints_are_told(tmp_path: Path) -> None:
+    """Bearings that tilt in an overconstrained linkage cannot do so each by itself: no wrong number is shown."""
+    motion = four_bar().linkage.move(A=POSES)
+    motion.page(tmp_path / "tilt.html", "P", journals=dict.fromkeys("BCD", 0.02))
+    data = data_of(tmp_path / "tilt.html")
+    assert data["limits"] == []
+    assert "redundant constraints" in data["notes"][0]

@@ -14,7 +14,7 @@ from ..description.parts import GROUND
 from ..poses.coordinates import coordinate_of
 from ..statics.frame import FramedPoses
 from ..worst_case.worst_case import WorstCase
-from .forces import displacement, drawn_loads, drawn_springs, drive_forces, joint_forces
+from .forces import Parts, displacement, drawn_loads, drawn_springs, drive_forces, joint_forces
 
 # Digits that are written of a number: an error of 1e-12 of it.
 DIGITS = 12
@@ -55,7 +55,9 @@ def page_data(
     samples
         Displacements of the point from its rigid position, (poses, samples, 3), to be drawn.
     """
-    axes = [0, 1] if is_flat(motion) else [0, 1, 2]
+    loaded, forces = displacement(motion, point, link), joint_forces(motion)
+    flat = is_flat(motion) and not _across(worst, [loaded["displacement"]] if loaded else [], list(forces.values()))
+    axes = [0, 1] if flat else [0, 1, 2]
     angular, values = motion.linkage.drives[drive][0][0] == "r", driven(motion, drive)
     redundant = worst is not None and worst.position.stress is not None
     return {
@@ -69,9 +71,9 @@ def page_data(
         "loads": drawn_loads(motion, axes),
         "scalable": bool(motion.linkage.loads),
         "point": {"name": point, "place": motion.position(point, link)[..., axes]},
-        "loaded": displacement(motion, point, link, axes),
+        "loaded": loaded and {name: _along(part, axes) for name, part in loaded.items()},
         "limits": [] if worst is None or redundant else _limits(worst, motion.shape, axes),
-        "reactions": joint_forces(motion, axes),
+        "reactions": {name: _along(part, axes) for name, part in forces.items()},
         "drives": drive_forces(motion),
         "cloud": None if samples is None else _outermost(samples[..., axes]),
         "notes": [REDUNDANT] if redundant else [],
@@ -120,6 +122,26 @@ def is_flat(motion: FramedPoses) -> bool:
         if np.any(tilted[there] > ROUNDING) or np.any(lifted[there] > ROUNDING * size):
             return False
     return True
+
+
+def _along(part: Parts, axes: list[int]) -> Parts:
+    return {name: value[..., axes] for name, value in part.items()}
+
+
+def _across(worst: WorstCase | None, *quantities: list[Parts]) -> bool:
+    """Whether deviations or forces lead out of the plane in which the linkage moves."""
+    found = [[value[..., :3] for part in parts for value in part.values()] for parts in quantities]
+    if worst is not None:
+        moved = [each.by[..., :6, :] * each.radius[..., None, None] for each in worst.limits]
+        found.append([np.moveaxis(each, -2, -1)[..., :3] for each in moved])
+        # A link that turns about an axis in the plane leaves it, too.
+        found += [[np.moveaxis(each, -2, -1)[..., [5, 5, axis]] for each in moved] for axis in (3, 4)]
+    for values in found:
+        sizes = [np.abs(np.nan_to_num(each)).reshape(-1, 3).max(axis=0) for each in values if each.size]
+        greatest = np.max(sizes, axis=0) if sizes else np.zeros(3)
+        if greatest[-1] > ROUNDING * greatest.max():
+            return True
+    return False
 
 
 def listed(values: Array, digits: int = DIGITS) -> list[Any]:

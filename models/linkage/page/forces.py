@@ -15,8 +15,10 @@ from ..statics.accuracy import accuracy
 from ..statics.frame import FramedPoses
 from ..statics.reactions import reactions
 
-# By quantity its values at all poses, (poses, n) each.
+# By quantity its values at all poses, (poses, 6) each.
 Found = dict[str, Array]
+# A quantity under all that acts, ``whole``, and under what acts beside the loads, ``beside``, where anything does.
+Parts = dict[str, Array]
 
 
 def moving(motion: FramedPoses) -> bool:
@@ -40,22 +42,22 @@ def without_loads(motion: FramedPoses) -> FramedPoses | None:
     return found if is_loaded(found) else None
 
 
-def in_parts(motion: FramedPoses, found: Callable[[FramedPoses], Found], axes: list[int]) -> dict[str, dict[str, Any]]:
+def in_parts(motion: FramedPoses, found: Callable[[FramedPoses], Found]) -> dict[str, Parts]:
     """Quantities under all that acts, and under what acts beside the loads, between which they are linear.
 
     With the loads times a factor f a quantity is ``(1 - f) beside + f whole``; without `beside` it is zero there.
     """
     shape, other = motion.shape, without_loads(motion)
     beside = {} if other is None else found(other)
-    parts: dict[str, dict[str, Any]] = {}
+    parts: dict[str, Parts] = {}
     for name, value in found(motion).items():
-        parts[name] = {"whole": np.broadcast_to(value, (*shape, 6))[..., axes]}
+        parts[name] = {"whole": np.broadcast_to(value, (*shape, 6))}
         if name in beside:
-            parts[name]["beside"] = np.broadcast_to(beside[name], (*shape, 6))[..., axes]
+            parts[name]["beside"] = np.broadcast_to(beside[name], (*shape, 6))
     return parts
 
 
-def displacement(motion: FramedPoses, point: str, link: str | None, axes: list[int]) -> dict[str, Any] | None:
+def displacement(motion: FramedPoses, point: str, link: str | None) -> dict[str, Parts] | None:
     """Displacement of the point by compliance, with the bound of its error; None where nothing deflects."""
     elastic = any(each.beams for each in motion.linkage.links.values()) or any(
         pair.stiffness is not None for pair in motion.linkage.joints.values()
@@ -67,14 +69,18 @@ def displacement(motion: FramedPoses, point: str, link: str | None, axes: list[i
         solved = accuracy(poses, point, link, {}, inertia=moving(motion))
         return {"displacement": solved.compliance, "bound": solved.closed.error_bound(solved.point)}
 
-    return in_parts(motion, found, axes)
+    return in_parts(motion, found)
 
 
-def joint_forces(motion: FramedPoses, axes: list[int]) -> dict[str, dict[str, Any]]:
+def joint_forces(motion: FramedPoses) -> dict[str, Parts]:
     """Forces of the joints on their second links."""
     if not is_loaded(motion):
         return {}
-    return in_parts(motion, lambda poses: {name: reactions(poses).force(name) for name in poses.linkage.joints}, axes)
+
+    def found(poses: FramedPoses) -> Found:
+        return dict(reactions(poses).wrenches)
+
+    return in_parts(motion, found)
 
 
 def drive_forces(motion: FramedPoses) -> dict[str, dict[str, Any]]:
