@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .outcome import Outcome
-from .tables import markdown
+from .tables import aligned, markdown
 
 Array = NDArray[np.float64]
 
@@ -71,14 +71,25 @@ def section(outcome: Outcome) -> list[str]:
 
 def as_markdown(outcome: Outcome) -> str:
     """The digits as a table for the report, and beside them what sampling leaves uncertain."""
+    heading, rows = _table(outcome)
+    return markdown(heading, rows, left=1)
+
+
+def as_text(outcome: Outcome) -> str:
+    """The same with what it means, for a page that is no Markdown."""
+    heading, rows = _table(outcome)
+    return "\n\n".join([EXPLAINED.replace("`", ""), aligned([heading, *rows])])
+
+
+def _table(outcome: Outcome) -> tuple[list[str], list[list[str]]]:
+    """Heading and rows."""
     sampling = _sampling_errors(outcome)
     rows = [
         [name, f"{error:.1e}", str(digits), pose, sampling.get(name, "–")]
         for name, error, digits, pose in certain_digits(outcome)
     ]
     least = f"fewest at {outcome.heading}"
-    heading = ["column", "greatest numerical error", "digits free of it", least, "standard error by sampling"]
-    return markdown(heading, rows, left=1)
+    return ["column", "greatest numerical error", "digits free of it", least, "standard error by sampling"], rows
 
 
 def _sampling_errors(outcome: Outcome) -> dict[str, str]:

@@ -7,6 +7,10 @@ from dataclasses import dataclass
 
 from .tables import spent
 
+PAGE = """\
+Open [{page}]({page}): drag the drive, and set the load, clearances and tolerances; path, worst case, deflection, forces
+and who is to blame follow."""
+
 
 @dataclass(frozen=True)
 class Report:
@@ -32,7 +36,9 @@ class Report:
     paraview: str
     more: Sequence[str] = ()
 
-    def text(self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float]) -> str:
+    def text(
+        self, pictures: Mapping[str, str], notes: Sequence[str], seconds: Mapping[str, float], page: str = ""
+    ) -> str:
         """The whole report.
 
         Parameters
@@ -43,6 +49,8 @@ class Report:
             What the reader should know of the run, such as what could not be drawn.
         seconds
             Time that each stage took.
+        page
+            File for a browser, where there is one.
 
         Returns
         -------
@@ -59,6 +67,7 @@ class Report:
             *(f"**Note:** {note}" for note in notes),
             *self.sections,
             *(["## Figures", *figures] if figures else []),
+            *(["## In a browser", PAGE.format(page=page)] if page else []),
             "## In ParaView",
             self.paraview,
             *self.more,

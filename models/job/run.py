@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 # Level at which zlib packs the pixels of figures: up to a third larger than usual, in a fifth of the time.
 FAST = 1
+# The page that opens in a browser.
+PAGE = "index.html"
 # What keeps the date out of a file.
 UNDATED: Mapping[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
@@ -83,6 +85,10 @@ class Job(ABC):
         """Captions of the figures and of the picture in space, by file."""
 
     @abstractmethod
+    def page(self, path: Path) -> None:
+        """Write the page that opens in a browser."""
+
+    @abstractmethod
     def save(self, path: Path) -> None:
         """Write the ParaView files."""
 
@@ -109,7 +115,7 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
     out
         Directory for the results; made if it does not exist. Files of an earlier run are replaced, others stay.
     figures
-        Which are drawn: ``"none"``, ``"2d"``, or with the picture in space ``"all"``.
+        Which are drawn: ``"none"``, ``"2d"`` and the page for a browser, or with the picture in space ``"all"``.
     formats
         Forms of the figures in the plane, such as ``"svg"``; the picture in space is a PNG.
     wide
@@ -122,8 +128,8 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
         is written.
     """
     space, plane = figures == "all" and job.has_beams, figures != "none"
-    stages = Stages(4 + space + plane)
-    with results(out, job.name, job.optional) as stage, picture(space) as drawn, warnings.catch_warnings():
+    stages = Stages(4 + space + 2 * plane)
+    with results(out, job.name, (*job.optional, PAGE)) as stage, picture(space) as drawn, warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
         with stages("solution", job.work) as advance:
@@ -140,6 +146,8 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
             with stages("figures"):
                 for name, figure in job.figures():
                     _write(figure, stage / name, formats)
+            with stages("page"):
+                job.page(stage / PAGE)
         with stages("ParaView files"):
             job.save(stage / "trajectory.pvd")
         notes = []
@@ -149,7 +157,7 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
         with stages("report"):
             notes = [*job.remarks(), *notes]
             pictures = dict(_pictures(stage, job.captions(), formats))
-            text = job.report().text(pictures, notes, stages.seconds)
+            text = job.report().text(pictures, notes, stages.seconds, PAGE if plane else "")
             (stage / "report.md").write_text(text, encoding="utf-8")
         stages.close()
         files = written(stage)

@@ -321,6 +321,7 @@ class Linkage(LinkageDescription):
         drives: Mapping[str, ArrayLike] | None = None,
         title: str = "",
         command: str = "",
+        units: Units = SI,
         **deviations: Any,
     ) -> None:
         """Write a page that opens in a browser, of the linkage at the poses of its drive; see `Motion.page`.
@@ -336,6 +337,8 @@ class Linkage(LinkageDescription):
             None.
         title, command
             Heading, and what made it.
+        units
+            Units of length and force, for its table.
         **deviations
             Clearances and tolerances beside those of the description, as for `Motion.worst_case`.
 
@@ -354,7 +357,7 @@ class Linkage(LinkageDescription):
         ...     linkage.page(f"{folder}/arm.html", "B")
         """
         values = self._whole_range() if drives is None else drives
-        self.move(values).page(path, point, link, title=title, command=command, **deviations)
+        self.move(values).page(path, point, link, title=title, command=command, units=units, **deviations)
 
     def _whole_range(self) -> dict[str, Array]:
         """Values of the only drive from end to end."""

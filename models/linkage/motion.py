@@ -26,7 +26,7 @@ from .derivatives.position_sensitivity import PositionSensitivity, position_sens
 from .graphics.pictures import movie, picture, show
 from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
 from .measured import calibration_of, comparison_of
-from .page.page import write_page
+from .page.page import PageText, framed, framed_point, write_page
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .poses.states import PoseState, closure_states
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
@@ -773,13 +773,15 @@ class Motion(FramedPoses):
         title: str = "",
         drive: str | None = None,
         command: str = "",
+        units: Units = SI,
         **deviations: Any,
     ) -> None:
         """Write a page that opens in a browser and follows what is dragged: one file, without a network or server.
 
         It shows the linkage, the path of a point, what its loads, clearances and tolerances do to it, who is to blame,
         and the forces in its joints. The drive, the load and every clearance and tolerance can be moved; all numbers
-        follow, computed in the page from what is linear in them.
+        follow, computed in the page from what is linear in them. Springs, gravity and, with rates of the drives,
+        inertia act whatever the load's factor. Of very many poses it shows as many as fit, and says so.
 
         Parameters
         ----------
@@ -795,14 +797,15 @@ class Motion(FramedPoses):
             The drive whose values name the poses; the first that moves where None.
         command
             What made it, for its foot.
+        units
+            Units of length and force, for its table.
         **deviations
             Clearances and tolerances beside those of the description, as for `worst_case`.
 
         Raises
         ------
         FrameError
-            If the motion has not one axis of poses, a name is unknown, the linkage has springs, or the file cannot be
-            written.
+            If the motion has not one axis of poses, a name is unknown, or the file cannot be written.
 
         Examples
         --------
@@ -820,7 +823,15 @@ class Motion(FramedPoses):
         """
         has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
         worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
-        write_page(self, path, point, link, worst, title=title, drive=drive, command=command)
+        write_page(self, path, point, link, worst, PageText(title, command, units), drive=drive)
+
+    def _repr_html_(self) -> str | None:
+        """In a notebook: the page of the point that is loaded, or that alone lies off the joints; else nothing."""
+        point = framed_point(self)
+        if point is None:
+            return None
+        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
+        return framed(self, self.worst_case(point) if has_clearance else None, point)
 
     def reliability(
         self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any

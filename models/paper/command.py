@@ -29,8 +29,8 @@ SI units, angles in degrees."""
 
 WRITES = """\
 writes into DIR: table1.csv, reactions.csv, trajectory.pvd with its .vtu files, samples.npz, report.md; with
---figures 2d figure5.png, figure6.png, figure7.png, reactions.png, and with --figures all figure3d.png as well (where
-rendering works); with --format svg pdf those but figure3d as such"""
+--figures 2d index.html, which opens in a browser, figure5.png, figure6.png, figure7.png, reactions.png, and with
+--figures all figure3d.png as well (where rendering works); with --format svg pdf those but figure3d as such"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:

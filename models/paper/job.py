@@ -13,6 +13,7 @@ from ..job.run import Job
 from ..job.stages import Advance
 from . import reactions
 from .drawing import draw_linkage
+from .page import write_job_page
 from .passages import passages
 from .remarks import remarks
 from .report import report
@@ -107,6 +108,10 @@ class FourBarJob(Job):
         """Captions by file."""
         words = {"pose": self.result.degrees[self.result.pose], "magnify": self.result.magnify}
         return {name: text.format(**words) for name, text in CAPTIONS.items()}
+
+    def page(self, path: Path) -> None:
+        """Write the page of P."""
+        write_job_page(self.result, path)
 
     def save(self, path: Path) -> None:
         """Write the ParaView files; time is the drive angle in degrees."""

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import socket
-import subprocess
-import time
-import urllib.request
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from linkage.browser import SET, Browser
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import Linkage, Motion
@@ -46,76 +41,6 @@ def arm_in_space() -> Motion:
     linkage.revolute("B", "column", "arm", axis=(0, 1, 0), drive=True, clearance=3e-5)
     turn = np.linspace(0.0, 2.0, 21)
     return linkage.move(A=turn, B=0.4 * np.sin(turn))
-
-
-class Browser:
-    """A headless Chromium behind its driver, by the WebDriver protocol."""
-
-    def __init__(self, port: int, profile: Path) -> None:
-        self.driver = subprocess.Popen(
-            [str(shutil.which("chromedriver")), f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        self.root = f"http://127.0.0.1:{port}"
-        options = [
-            "--headless=new",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--disable-quic",
-            "--no-first-run",
-            "--disable-background-networking",
-            "--disable-component-update",
-            "--disable-sync",
-            f"--user-data-dir={profile}",
-        ]
-        chosen = {"browserName": "chrome", "goog:chromeOptions": {"args": options, "binary": shutil.which("chromium")}}
-        for _ in range(100):
-            try:
-                made = self._asked("/session", {"capabilities": {"alwaysMatch": chosen}})
-                break
-            except OSError:
-                time.sleep(0.1)
-        self.session = f"/session/{made['sessionId']}"
-
-    def _asked(self, path: str, body: object) -> Any:
-        request = urllib.request.Request(
-            self.root + path, json.dumps(body).encode(), {"Content-Type": "application/json"}, method="POST"
-        )
-        with urllib.request.urlopen(request, timeout=60) as answer:
-            return json.load(answer)["value"]
-
-    def open(self, page: Path) -> None:
-        self._asked(f"{self.session}/url", {"url": page.as_uri()})
-
-    def run(self, program: str, *arguments: object) -> Any:
-        """What a program in the page returns."""
-        return self._asked(f"{self.session}/execute/sync", {"script": program, "args": list(arguments)})
-
-    def close(self) -> None:
-        self.driver.terminate()
-        self.driver.wait(20)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
-        pytest.skip("there is no Chromium on this machine")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    found = Browser(port, tmp_path_factory.mktemp("profile"))
-    yield found
-    found.close()
-
-
-SET = """
-for (const [key, value] of Object.entries(arguments[0])) {
-  const input = document.getElementById(key);
-  input.value = value;
-  input.dispatchEvent(new Event("input"));
-}
-const cells = [...document.querySelectorAll("td")];
-return Object.fromEntries(cells.map((td) => [td.parentNode.id.slice(4), td.dataset.value]));
-"""
 
 
 def test_numbers_are_pythons(browser: Browser, tmp_path: Path) -> None:

@@ -156,6 +156,7 @@ def test_files(results: Path) -> None:
         "trajectory.pvd",
         "trajectory",
         "report.md",
+        "index.html",
     }
     assert len(list((results / "out" / "trajectory").glob("beams_*.vtu"))) == 8
 
@@ -217,7 +218,7 @@ def test_report(results: Path) -> None:
     ):
         assert part in text
     assert "Joint reactions: determinate" in text
-    for name in ("mechanism.png", "trajectory.png", "reactions.png", "histogram.png"):
+    for name in ("mechanism.png", "trajectory.png", "reactions.png", "histogram.png", "index.html"):
         assert f"]({name})" in text
 
 
@@ -231,6 +232,7 @@ def test_rigid_links_without_tolerances(tmp_path: Path, capsys: pytest.CaptureFi
     assert main(["run", str(written(tmp_path, text)), "--out", str(out)]) == 0
     assert {path.name for path in out.iterdir()} == {
         *("mechanism.png", "trajectory.png", "reactions.png", "table.csv", "reactions.csv", "report.md", "mine.txt"),
+        "index.html",
         *("trajectory", "trajectory.pvd"),
     }
     assert len(list((out / "trajectory").glob("links_*.vtu"))) == 8

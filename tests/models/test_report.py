@@ -55,6 +55,7 @@ def test_everything_is_written_and_nothing_else(job: tuple[Path, str]) -> None:
         "figure6.png",
         "figure7.png",
         "reactions.png",
+        "index.html",
     }
 
 
@@ -72,6 +73,7 @@ def test_a_second_run_replaces_the_first_and_leaves_the_rest(tmp_path: Path) -> 
         options = ["--poses", "30", last, "10", "--samples", "5", "--figures", figures]
         assert main(["four-bar", *options, "--out", str(tmp_path)]) == 0
         assert (tmp_path / "figure6.png").exists() == (figures == "2d")
+        assert (tmp_path / "index.html").exists() == (figures == "2d")
         assert len(list((tmp_path / "trajectory").glob("beams*.vtu"))) == count
     assert (tmp_path / "mine.txt").read_text(encoding="utf-8") == "mine"
     assert not (tmp_path / "figure3d.png").exists()

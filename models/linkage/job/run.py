@@ -11,6 +11,7 @@ from ...job.run import Job
 from ...job.stages import Advance
 from .figures import CAPTIONS, captions, draw
 from .inputs import RunInputs
+from .page import write_job_page
 from .remarks import remarks
 from .report import report
 from .result import RunResult, compute, work
@@ -81,6 +82,10 @@ class LinkageJob(Job):
     def captions(self) -> Mapping[str, str]:
         """Captions by file."""
         return captions(self.result)
+
+    def page(self, path: Path) -> None:
+        """Write the page of the first point."""
+        write_job_page(self.result, path)
 
     def save(self, path: Path) -> None:
         """Write the ParaView files, of the motion alone where no link has a beam."""

@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
 from ..poses.coordinates import coordinate_of
-from ..statics.accuracy import accuracy
 from ..statics.frame import FramedPoses
-from ..statics.reactions import reactions
 from ..worst_case.worst_case import WorstCase
+from .forces import Parts, displacement, drawn_loads, drawn_springs, drive_forces, joint_forces
 
 # Digits that are written of a number: an error of 1e-12 of it.
 DIGITS = 12
+# Digits of what is drawn and stands in no table.
+DRAWN = 5
 # Motion across the plane that is rounding, as a share of the linkage's size.
 ROUNDING = 1e-9
+# Bytes of the numbers on a page in the plane and in space, and poses from which on no more are tried.
+ROOM, MOST_POSES = {2: 250_000, 3: 900_000}, 721
+# Directions in which the outermost samples are drawn, in the plane and in space.
+DIRECTIONS = {2: 16, 3: 40}
+REDUNDANT = (
+    "Worst cases are not on this page: the linkage has redundant constraints that clearances and tolerances would "
+    "open, so that these cannot come about independently. Motion.worst_case has the numbers."
+)
 
 
-def page_data(motion: FramedPoses, point: str, link: str | None, worst: WorstCase | None, drive: str) -> dict[str, Any]:
-    """Numbers of a page, as JSON has them; null where a pose has none.
+def page_data(
+    motion: FramedPoses,
+    point: str,
+    link: str | None,
+    worst: WorstCase | None,
+    drive: str,
+    samples: Array | None = None,
+) -> dict[str, Any]:
+    """Numbers of a page; arrays have the poses first.
 
     Parameters
     ----------
@@ -36,35 +52,58 @@ def page_data(motion: FramedPoses, point: str, link: str | None, worst: WorstCas
         What clearances and tolerances let it reach; None where nothing deviates.
     drive
         The drive whose values name the poses.
+    samples
+        Displacements of the point from its rigid position, (poses, samples, 3), to be drawn.
     """
-    axes = [0, 1] if is_flat(motion) else [0, 1, 2]
+    loaded, forces = displacement(motion, point, link), joint_forces(motion)
+    flat = is_flat(motion) and not _across(worst, [loaded["displacement"]] if loaded else [], list(forces.values()))
+    axes = [0, 1] if flat else [0, 1, 2]
     angular, values = motion.linkage.drives[drive][0][0] == "r", driven(motion, drive)
-    here = {name: motion.position(name)[..., axes] for name in _drawn(motion)}
+    redundant = worst is not None and worst.position.stress is not None
     return {
-        "drive": {
-            "name": drive,
-            "unit": "°" if angular else "",
-            "values": listed(np.degrees(values) if angular else values),
-        },
-        "status": np.broadcast_to(motion.status, motion.shape).tolist(),
+        "drive": {"name": drive, "turns": angular, "values": np.degrees(values) if angular else values},
+        "status": np.broadcast_to(motion.status, motion.shape),
         "dimensions": len(axes),
-        "points": {name: listed(place) for name, place in here.items()},
+        "points": {name: motion.position(name)[..., axes] for name in _drawn(motion)},
         "links": [{"name": name, "points": list(each.points)} for name, each in motion.linkage.links.items()],
-        "joints": [
-            {
-                "name": name,
-                "kind": each.kind.name,
-                "point": each.point,
-                "ground": GROUND in (each.first, each.second),
-                "axis": listed(motion.axes(each.first)[..., axes, :] @ each.axes[:, _shown_axis(each.kind.name)]),
-            }
-            for name, each in motion.linkage.joints.items()
-        ],
-        "point": {"name": point, "place": listed(motion.position(point, link)[..., axes])},
-        "loaded": _loaded(motion, point, link, axes),
-        "limits": [] if worst is None else _limits(worst, motion.shape, axes),
-        "reactions": _reactions(motion, axes),
+        "joints": _joints(motion, axes),
+        "springs": drawn_springs(motion, axes),
+        "loads": drawn_loads(motion, axes),
+        "scalable": bool(motion.linkage.loads),
+        "point": {"name": point, "place": motion.position(point, link)[..., axes]},
+        "loaded": loaded and {name: _along(part, axes) for name, part in loaded.items()},
+        "limits": [] if worst is None or redundant else _limits(worst, motion.shape, axes),
+        "reactions": {name: _along(part, axes) for name, part in forces.items()},
+        "drives": drive_forces(motion),
+        "cloud": None if samples is None else _outermost(samples[..., axes]),
+        "notes": [REDUNDANT] if redundant else [],
     }
+
+
+def as_json(data: dict[str, Any]) -> str:
+    """The data of a page; of so many poses that they would not fit every second, third ... one."""
+    poses = len(data["status"])
+    every = max(1, -(-poses // MOST_POSES))
+    while True:
+        thinned = {**data, "every": every}
+        text = json.dumps(_listed(thinned, every), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        if len(text.encode()) <= ROOM[data["dimensions"]] or every >= poses:
+            return text
+        every = max(every + 1, round(every * len(text) / ROOM[data["dimensions"]]))
+
+
+def _listed(value: Any, every: int) -> Any:
+    """Arrays at every so many poses as lists."""
+    if isinstance(value, dict):
+        return {name: _listed(each, every) for name, each in value.items()}
+    if isinstance(value, list):
+        return [_listed(each, every) for each in value]
+    if not isinstance(value, np.ndarray):
+        return value
+    kept = value[::every]
+    if kept.dtype.kind in "US":
+        return kept.tolist()
+    return listed(kept, DRAWN if kept.dtype == np.float32 else DIGITS)
 
 
 def driven(motion: FramedPoses, drive: str) -> Array:
@@ -85,11 +124,33 @@ def is_flat(motion: FramedPoses) -> bool:
     return True
 
 
-def listed(values: Array) -> list[Any]:
-    """Numbers as JSON has them, to `DIGITS` digits; None where there is none."""
+def _along(part: Parts, axes: list[int]) -> Parts:
+    return {name: value[..., axes] for name, value in part.items()}
+
+
+def _across(worst: WorstCase | None, *quantities: list[Parts]) -> bool:
+    """Whether deviations or forces lead out of the plane in which the linkage moves."""
+    found = [[value[..., :3] for part in parts for value in part.values()] for parts in quantities]
+    if worst is not None:
+        moved = [each.by[..., :6, :] * each.radius[..., None, None] for each in worst.limits]
+        found.append([np.moveaxis(each, -2, -1)[..., :3] for each in moved])
+        # A link that turns about an axis in the plane leaves it, too.
+        found += [[np.moveaxis(each, -2, -1)[..., [5, 5, axis]] for each in moved] for axis in (3, 4)]
+    for values in found:
+        sizes = [np.abs(np.nan_to_num(each)).reshape(-1, 3).max(axis=0) for each in values if each.size]
+        greatest = np.max(sizes, axis=0) if sizes else np.zeros(3)
+        if greatest[-1] > ROUNDING * greatest.max():
+            return True
+    return False
+
+
+def listed(values: Array, digits: int = DIGITS) -> list[Any]:
+    """Numbers as JSON has them, to so many digits; None where there is none."""
     if values.ndim > 1:
-        return [listed(each) for each in values]
-    return [float(f"{each:.{DIGITS}g}") + 0.0 if np.isfinite(each) else None for each in values.tolist()]
+        return [listed(each, digits) for each in values]
+    # A whole number is shorter without its point.
+    rounded = (float(f"{each:.{digits}g}") if np.isfinite(each) else None for each in values.tolist())
+    return [int(each) if each is not None and each.is_integer() and abs(each) < 1e15 else each for each in rounded]
 
 
 def _drawn(motion: FramedPoses) -> list[str]:
@@ -100,52 +161,79 @@ def _drawn(motion: FramedPoses) -> list[str]:
     return [name for name in linkage.points if name in used]
 
 
-def _shown_axis(kind: str) -> int:
-    """Number of the joint's axis that tells how it lies: that along which it slides, else that about which it turns."""
-    return 0 if kind == "prismatic" else 2
-
-
-def _loaded(motion: FramedPoses, point: str, link: str | None, axes: list[int]) -> dict[str, Any] | None:
-    """Displacement by compliance under the linkage's own loads, with its error bound; None where nothing gives way."""
-    elastic = any(each.beams for each in motion.linkage.links.values()) or any(
-        pair.stiffness is not None for pair in motion.linkage.joints.values()
-    )
-    if not elastic or not motion.linkage.loads:
-        return None
-    found = accuracy(motion, point, link, {}, inertia=False)
-    bound = np.broadcast_to(found.closed.error_bound(found.point), (*motion.shape, 6))
-    moved = np.broadcast_to(found.compliance, (*motion.shape, 6))
-    return {"displacement": listed(moved[..., axes]), "bound": listed(bound[..., axes])}
+def _joints(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:
+    """Joints by their kind; with the axis along which one slides, or in space about which it turns."""
+    found = []
+    for name, each in motion.linkage.joints.items():
+        joint: dict[str, Any] = {
+            "name": name,
+            "kind": each.kind.name,
+            "point": each.point,
+            "ground": GROUND in (each.first, each.second),
+            "driven": name in motion.linkage.drives,
+        }
+        if each.kind.name == "prismatic" or len(axes) > 2:
+            lies = motion.axes(each.first)[..., axes, :] @ each.axes[:, 2]
+            joint["axis"] = np.broadcast_to(lies, (*motion.shape, len(axes))).astype(np.float32)
+        found.append(joint)
+    return found
 
 
 def _limits(worst: WorstCase, shape: tuple[int, ...], axes: list[int]) -> list[dict[str, Any]]:
-    """Derivatives by each deviation in its first order, (poses, axes, m), with its radius and middle, (poses,)."""
-    return [
-        {
-            "name": each.name,
-            "by": listed(np.broadcast_to(each.by, (*shape, *each.by.shape[-2:]))[..., axes, :]),
-            "radius": listed(np.broadcast_to(each.radius, shape)),
-            "middle": listed(np.broadcast_to(each.middle, shape)),
-        }
-        for each in worst.limits
-    ]
+    """Derivatives of position and rotation by each deviation, (poses, axes, m), with its radius and middle.
+
+    In the plane links turn about its normal alone.
+    """
+    turns = [5] if len(axes) == 2 else [3, 4, 5]
+    found = []
+    for each in worst.limits:
+        by = np.broadcast_to(each.by, (*shape, *each.by.shape[-2:]))
+        limit: dict[str, Any] = {"name": each.name, "by": by[..., axes, :], "turn": by[..., turns, :]}
+        limit["angle"] = each.name.startswith("drive ") and _turns(worst, each.name.removeprefix("drive "))
+        for name, value in (("radius", each.radius), ("middle", each.middle)):
+            # What is the same at all poses is written once.
+            limit[name] = float(value) if value.ndim == 0 else np.broadcast_to(value, shape)
+        found.append(limit)
+    return found
 
 
-def _reactions(motion: FramedPoses, axes: list[int]) -> dict[str, list[Any]]:
-    """Forces of the joints on their second links, under the linkage's own loads, (poses, axes) each."""
-    if not motion.linkage.loads:
-        return {}
-    found = reactions(motion)
-    forces: Mapping[str, NDArray[np.float64]] = {name: found.force(name) for name in motion.linkage.joints}
-    return {name: listed(np.broadcast_to(each, (*motion.shape, 6))[..., axes]) for name, each in forces.items()}
+def _turns(worst: WorstCase, joint: str) -> bool:
+    return worst.sensitivity.linkage.drives[joint][0][0] == "r"
+
+
+def _outermost(samples: Array) -> Array:
+    """The outermost samples in a number of directions at each pose, (poses, directions, axes); NaN where none is."""
+    dimensions = samples.shape[-1]
+    k = np.arange(DIRECTIONS[dimensions])
+    if dimensions == 2:
+        angles = 2.0 * np.pi * k / len(k)
+        n = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    else:
+        # Points of a Fibonacci spiral lie evenly on the sphere.
+        z, turns = 1.0 - (2.0 * k + 1.0) / len(k), k * np.pi * (3.0 - np.sqrt(5.0))
+        across = np.sqrt(1.0 - z * z)
+        n = np.stack([across * np.cos(turns), across * np.sin(turns), z], axis=-1)
+    known = np.isfinite(samples).all(axis=-1, keepdims=True)
+    along = np.where(known, np.nan_to_num(samples) @ n.T, -np.inf)
+    farthest = np.take_along_axis(samples, along.argmax(axis=1)[..., None], axis=1)
+    some = np.asarray(np.any(known, axis=1))
+    return np.asarray(np.where(some[:, None], farthest, np.nan), dtype=np.float32)
+
+
+def traced_point(motion: FramedPoses) -> str | None:
+    """The point that a page would be about: the only one with a load, or the only one of a link without a joint."""
+    linkage = motion.linkage
+    joined = {pair.point for pair in linkage.joints.values()}
+    loaded = {load.point for load in linkage.loads if load.point is not None and load.link != GROUND}
+    free = {point for link in linkage.links.values() for point in link.points if point not in joined}
+    chosen: Sequence[str] = sorted(loaded) if loaded else sorted(free)
+    return chosen[0] if len(chosen) == 1 else None
 
 
 def checked(motion: FramedPoses, drive: str | None) -> str:
     """The drive that names the poses."""
     if len(motion.shape) != 1 or not motion.is_assembled.any():
         raise FrameError(f"a page of a motion of shape {motion.shape}: give one axis of poses, some of them assembled")
-    if motion.linkage.springs:
-        raise FrameError("a page of a linkage with springs: their forces do not follow its loads, leave them out")
     there = list(motion.linkage.drives)
     if not there:
         raise FrameError("a page of a linkage without a drive: nothing moves")

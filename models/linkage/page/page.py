@@ -3,18 +3,52 @@
 from __future__ import annotations
 
 import html
-import json
 import platform
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....framework.errors import FrameError
+from ....framework.batch import Array
+from ....framework.errors import FrameError, MechanismWarning
 from ..statics.frame import FramedPoses
 from ..worst_case.worst_case import WorstCase
-from .data import checked, page_data
+from .data import MOST_POSES, as_json, checked, page_data, traced_point
+
+# Height of a page in a notebook, pixels.
+HEIGHT = 620
+
+
+@dataclass(frozen=True, eq=False)
+class PageText:
+    """What a page tells beside its numbers.
+
+    Attributes
+    ----------
+    title
+        Its heading.
+    command
+        What made it.
+    units
+        Units of length and force.
+    about
+        Headings and texts that can be opened, such as the inputs.
+    notes
+        Sentences that stand in view.
+    samples
+        What the samples are that are drawn.
+    """
+
+    title: str = ""
+    command: str = ""
+    units: tuple[str, str] = ("m", "N")
+    about: Sequence[tuple[str, str]] = ()
+    notes: Sequence[str] = field(default=())
+    samples: str = ""
 
 
 def write_page(
@@ -23,29 +57,69 @@ def write_page(
     point: str,
     link: str | None,
     worst: WorstCase | None,
+    text: PageText,
     *,
-    title: str = "",
     drive: str | None = None,
-    command: str = "",
+    samples: Array | None = None,
 ) -> None:
     """See `Motion.page`."""
     path = Path(path)
     if path.suffix != ".html":
         raise FrameError(f"{path.name} does not end in .html: a page is one file for a browser")
-    data = page_data(motion, point, link, worst, checked(motion, drive))
-    data |= {"title": title or f"Where {point} goes", "command": command, "versions": versions()}
+    whole = page(motion, point, link, worst, text, drive=drive, samples=samples)
     try:
-        path.write_text(page(data), encoding="utf-8")
+        path.write_text(whole, encoding="utf-8")
     except OSError as error:
         raise FrameError(f"{path} cannot be written: {error.strerror or error}") from None
 
 
-def page(data: dict[str, Any]) -> str:
+def page(
+    motion: FramedPoses,
+    point: str,
+    link: str | None,
+    worst: WorstCase | None,
+    text: PageText,
+    *,
+    drive: str | None = None,
+    samples: Array | None = None,
+) -> str:
     """The page with its numbers, styles and program in it."""
+    with warnings.catch_warnings():
+        # Singular poses are part of the answer: their status says so.
+        warnings.simplefilter("ignore", MechanismWarning)
+        data = page_data(motion, point, link, worst, checked(motion, drive), samples)
+    data |= {
+        "title": text.title or f"Where {point} goes",
+        "command": text.command,
+        "versions": versions(),
+        "units": list(text.units),
+        "about": [{"title": title, "text": whole} for title, whole in text.about],
+        "notes": [*text.notes, *data["notes"]],
+        "samples": text.samples,
+    }
+    return _filled(data)
+
+
+def framed(motion: FramedPoses, worst: WorstCase | None, point: str) -> str:
+    """The page in a frame of a notebook."""
+    inside = html.escape(page(motion, point, None, worst, PageText()), quote=True)
+    style = f"width:100%;height:{HEIGHT}px;border:0"
+    title = f"Where {html.escape(point)} goes"
+    return f'<iframe sandbox="allow-scripts" title="{title}" style="{style}" srcdoc="{inside}"></iframe>'
+
+
+def framed_point(motion: FramedPoses) -> str | None:
+    """The point of which a notebook shows a page; None where it would not say which, or there is nothing to drag."""
+    if len(motion.shape) != 1 or not 1 < motion.shape[0] <= MOST_POSES or not motion.linkage.drives:
+        return None
+    return traced_point(motion) if motion.is_assembled.any() else None
+
+
+def _filled(data: dict[str, Any]) -> str:
     room = files(__package__)
     text = room.joinpath("page.html").read_text(encoding="utf-8")
     # What closes a script must not stand in one.
-    numbers = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    numbers = as_json(data).replace("<", "\\u003c")
     for mark, value in (
         ("{{title}}", html.escape(data["title"])),
         ("{{style}}", room.joinpath("page.css").read_text(encoding="utf-8")),

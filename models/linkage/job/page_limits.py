@@ -1,0 +1,110 @@
+"""What the clearances and tolerances of a file allow at worst, as limits of its page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
+from ..files.toml import Path as Place
+from ..motion import Motion
+from ..worst_case.limits import Given, Limit, limits
+from ..worst_case.worst_case import WorstCase
+from .tolerances import Tolerance, dotted
+
+# Standard deviations that count as the end of a distribution that has none.
+DEVIATIONS = 3.0
+LEFT_OUT = "Not among the worst cases, as they do not move the rigid linkage or not to first order: {names}."
+ENDS = (
+    "Tolerances go to the ends of their distributions, or to {deviations:g} standard deviations where these have none."
+)
+
+
+def worst_case_of(
+    motion: Motion, point: str, tolerances: Mapping[str, Tolerance]
+) -> tuple[WorstCase | None, list[str]]:
+    """The worst case of a file's clearances and tolerances, None where nothing deviates; and what is to be told of it.
+
+    Parameters
+    ----------
+    motion
+        Motion of the linkage as the file has it.
+    point
+        The point that is looked at.
+    tolerances
+        Those of the file, by name. Of clearances, points and references of drives it is known what they do to the
+        rigid linkage.
+    """
+    if not tolerances and all(pair.clearance is None for pair in motion.linkage.joints.values()):
+        return None, []
+    by = with_redundant_rows(position_sensitivity(motion, point, None))
+    clearances: dict[str, Array] = {}
+    found, left_out = list[Limit](), list[str]()
+    for name, tolerance in tolerances.items():
+        ends = end_deviations(tolerance.distribution)
+        kinds = {(place[0], place[2]) if len(place) > 2 else () for place in tolerance.nominal}
+        if ends is None:
+            left_out.append(name)
+        elif kinds == {("joints", "clearance")}:
+            clearances |= _greatest(tolerance, ends[1])
+        elif limit := _limit(by, tolerance, ends):
+            found.append(limit)
+        else:
+            left_out.append(name)
+    found = [*limits(by, Given(clearances, {}, {}, {}, {}, {})), *found]
+    notes = [ENDS.format(deviations=DEVIATIONS)] if len(left_out) < len(tolerances) else []
+    notes += [LEFT_OUT.format(names=", ".join(left_out))] if left_out else []
+    return (WorstCase(by, tuple(found)) if found else None), notes
+
+
+def end_deviations(distribution: Any) -> tuple[float, float] | None:
+    """Where a distribution ends, or counts as ended; None where its deviation is not finite either."""
+    with np.errstate(all="ignore"):
+        mean, spread = float(distribution.mean()), DEVIATIONS * float(distribution.std())
+        ends = np.asarray(distribution.support(), dtype=np.float64)
+    found = np.where(np.isfinite(ends), ends, [mean - spread, mean + spread])
+    return (float(found[0]), float(found[1])) if np.isfinite(found).all() else None
+
+
+def _greatest(tolerance: Tolerance, end: float) -> Iterator[tuple[str, Array]]:
+    """The greatest clearance of each joint that the tolerance names."""
+    for place in tolerance.nominal:
+        yield str(place[1]), np.maximum(tolerance.samples(place, np.asarray(end)), 0.0)
+
+
+def _limit(by: PositionSensitivity, tolerance: Tolerance, ends: tuple[float, float]) -> Limit | None:
+    """The interval of one draw that moves points and references of drives; None where it names something else."""
+    total: Array | float = 0.0
+    for place, nominal in tolerance.nominal.items():
+        column = _column(by, place)
+        if column is None:
+            return None
+        total = total + (nominal * column if tolerance.relative else column)
+    start = 0.0 if tolerance.relative else next(iter(tolerance.nominal.values()))
+    radius, middle = 0.5 * (ends[1] - ends[0]), 0.5 * (ends[1] + ends[0]) - start
+    name = ", ".join(dotted(_spelt(place)) for place in tolerance.of)
+    return Limit(name, np.asarray(total)[..., None], np.asarray(radius), np.asarray(middle))
+
+
+def _spelt(place: Place) -> Place:
+    """A place in the file, the component of a point by its letter."""
+    match place:
+        case ("points", point, int(axis)):
+            return "points", point, "xyz"[axis]
+    return place
+
+
+def _column(by: PositionSensitivity, place: Place) -> Array | None:
+    """Derivative of the point by a number of the file, (..., 6 or more)."""
+    match place:
+        case ("points", str(point), int(axis)):
+            return by.points[point][..., axis]
+        case ("joints", str(joint), "reference", *rest):
+            kind, driven = by.linkage.joint(joint).kind, by.linkage.drives.get(joint, ())
+            coordinate = kind.coordinates[int(rest[0]) if rest else 0]
+            # The drive keeps its value, and the joint goes the less from where it is drawn.
+            return -by.drives[joint][..., driven.index(coordinate)] if coordinate in driven else None
+    return None

@@ -1,0 +1,80 @@
+"""The page of the job: the four-bar at its poses, with what its clearances and lengths let P reach."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..four_bar.description import JOINTS
+from ..job import digits
+from ..linkage.page.data import MOST_POSES
+from ..linkage.page.page import PageText, write_page
+
+if TYPE_CHECKING:
+    from ..linkage.motion import Motion
+    from .inputs import Inputs
+    from .result import Result
+
+# Standard deviations that count as the end of a normal distribution.
+DEVIATIONS = 3.0
+NUMBERS = (
+    "Numbers are written to 12 digits. The table has a bound on the numerical error of the deflection at each pose. "
+    "Worst cases are exact to first order in clearances and tolerances."
+)
+
+
+def write_job_page(result: Result, path: Path) -> None:
+    """The page of P, with its samples."""
+    inputs = result.inputs
+    every = -(-len(inputs.theta) // MOST_POSES)
+    motion = _motion(result, every)
+    clearances, lengths = _limits(inputs)
+    worst = motion.worst_case("P", clearances=clearances, lengths=lengths) if clearances or lengths else None
+    text = PageText(
+        title="Accuracy of a four-bar linkage",
+        command="linkframe four-bar",
+        about=[("Inputs", _inputs(inputs)), ("Certainty of digits", f"{NUMBERS}\n\n{digits.as_text(result)}")],
+        notes=list(_notes(inputs)),
+        samples=f"outermost of {inputs.samples} samples, seed {inputs.rng}",
+    )
+    write_page(motion, path, "P", None, worst, text, samples=result.samples[::every])
+
+
+def _motion(result: Result, every: int) -> Motion:
+    """The four-bar under its mean load, at every so many poses."""
+    inputs = result.inputs
+    linkage = result.motion.four_bar.linkage(inputs.theta[result.pose])
+    linkage.load("P", fy=inputs.load)
+    return linkage.move(A=inputs.theta[::every])
+
+
+def _limits(inputs: Inputs) -> tuple[dict[str, float], dict[str | tuple[str, str, str], float]]:
+    """Greatest clearances, and tolerances of the lengths, as `Motion.worst_case` takes them."""
+    clearance = inputs.to_radius * (inputs.clearance + DEVIATIONS * inputs.clearance_sd)
+    spans: tuple[str | tuple[str, str, str], ...] = ("crank", ("coupler", "B", "D"), "rocker", ("ground", "A", "E"))
+    clearances = dict.fromkeys(JOINTS, clearance) if clearance else {}
+    return clearances, dict.fromkeys(spans, DEVIATIONS * inputs.length_sd) if inputs.length_sd else {}
+
+
+def _notes(inputs: Inputs) -> Iterator[str]:
+    """How far the limits go, and what is none."""
+    yield (
+        f"Clearances and lengths go to {DEVIATIONS:g} standard deviations. Not among the worst cases, as they do not "
+        "move the rigid linkage: modulus of elasticity and stiffness of the joints; nor the load, which has its "
+        "slider, and the contact angle, which is free."
+    )
+
+
+def _inputs(inputs: Inputs) -> str:
+    """The options of the command line, one a line."""
+    given = {field.name: getattr(inputs, field.name) for field in fields(inputs)}
+    options = [f"--{name.replace('_', '-')} {_text(value)}" for name, value in given.items() if value is not None]
+    return "\n".join(["SI units, angles in degrees; sd is the standard deviation of a normal distribution.", *options])
+
+
+def _text(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_text, value))
+    return f"{value:.12g}" if isinstance(value, float) else str(value)

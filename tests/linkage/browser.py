@@ -1,0 +1,69 @@
+"""A headless Chromium for tests of pages."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import time
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+# Sets sliders, and returns the numbers of the table by their keys.
+SET = """
+for (const [key, value] of Object.entries(arguments[0])) {
+  const input = document.getElementById(key);
+  input.value = value;
+  input.dispatchEvent(new Event("input"));
+}
+const cells = [...document.querySelectorAll("td")];
+return Object.fromEntries(cells.map((td) => [td.parentNode.id.slice(4), td.dataset.value]));
+"""
+
+
+class Browser:
+    """A headless Chromium behind its driver, by the WebDriver protocol."""
+
+    def __init__(self, port: int, profile: Path) -> None:
+        self.driver = subprocess.Popen(
+            [str(shutil.which("chromedriver")), f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        self.root = f"http://127.0.0.1:{port}"
+        options = [
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            f"--user-data-dir={profile}",
+        ]
+        chosen = {"browserName": "chrome", "goog:chromeOptions": {"args": options, "binary": shutil.which("chromium")}}
+        for _ in range(100):
+            try:
+                made = self._asked("/session", {"capabilities": {"alwaysMatch": chosen}})
+                break
+            except OSError:
+                time.sleep(0.1)
+        self.session = f"/session/{made['sessionId']}"
+
+    def _asked(self, path: str, body: object) -> Any:
+        request = urllib.request.Request(
+            self.root + path, json.dumps(body).encode(), {"Content-Type": "application/json"}, method="POST"
+        )
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return json.load(answer)["value"]
+
+    def open(self, page: Path) -> None:
+        self._asked(f"{self.session}/url", {"url": page.as_uri()})
+
+    def run(self, program: str, *arguments: object) -> Any:
+        """What a program in the page returns."""
+        return self._asked(f"{self.session}/execute/sync", {"script": program, "args": list(arguments)})
+
+    def close(self) -> None:
+        self.driver.terminate()
+        self.driver.wait(20)

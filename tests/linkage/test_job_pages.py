@@ -1,0 +1,176 @@
+"""The pages of the jobs and of a file: limits are those of the tolerances, samples those that were drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from linkage.browser import SET, Browser
+from linkage.test_page_forces import data_of
+from linkframe.models import read_linkage
+from linkframe.models.command_line import main
+from linkframe.models.linkage.job.inputs import read_inputs
+from linkframe.models.linkage.job.page_limits import end_deviations
+from linkframe.models.linkage.job.run import LinkageJob
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.job import FourBarJob
+from numpy.testing import assert_allclose
+from scipy import stats
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
+FILE = """\
+title = "A four-bar <of mine>"
+[points]
+A = [0.0, 0.0]
+B = [0.0, 0.1]
+P = [0.15, 0.25]
+C = [0.3, 0.25]
+D = [0.3, 0.0]
+[links.crank]
+points = ["A", "B"]
+[links.coupler]
+points = ["B", "P", "C"]
+[links.rocker]
+points = ["C", "D"]
+[joints.A]
+kind = "revolute"
+point = "A"
+links = ["ground", "crank"]
+drive = true
+reference = 0.5
+[joints.B]
+kind = "revolute"
+point = "B"
+links = ["crank", "coupler"]
+clearance = 5e-5
+[joints.C]
+kind = "revolute"
+point = "C"
+links = ["coupler", "rocker"]
+[joints.D]
+kind = "revolute"
+point = "D"
+links = ["rocker", "ground"]
+[[loads]]
+point = "P"
+fy = -50.0
+"""
+RUN = """\
+[run]
+samples = 50
+rng = 3
+[run.drives.A]
+start = 30.0
+stop = 150.0
+steps = 7
+unit = "deg"
+[tolerances.gap]
+of = ["joints.B.clearance"]
+distribution = "uniform"
+loc = 4e-5
+scale = 2e-5
+[tolerances.place]
+of = ["points.C.x"]
+distribution = "uniform"
+loc = 0.2999
+scale = 2e-4
+[tolerances.angle]
+of = ["joints.A.reference"]
+distribution = "norm"
+loc = 0.5
+scale = 1e-4
+[tolerances.force]
+of = ["loads.0.fy"]
+distribution = "norm"
+loc = -50.0
+scale = 1.0
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "bar.toml"
+    path.write_text(FILE + RUN, encoding="utf-8")
+    return path
+
+
+def moved(file: Path, old: str, new: str) -> np.ndarray:
+    """Displacement of P where one number of the file is another."""
+    turns = np.radians(np.linspace(30.0, 150.0, 7))
+    places = []
+    for text in (FILE, FILE.replace(old, new)):
+        assert text == FILE or text.count(new) == 1
+        other = file.with_name("other.toml")
+        other.write_text(text, encoding="utf-8")
+        places.append(read_linkage(other).move(A=turns).position("P"))
+    return np.asarray(places[1] - places[0])[:, :2]
+
+
+def test_the_job_of_a_file(file: Path, tmp_path: Path) -> None:
+    """Limits against the linkage with other numbers, by finite differences; the cloud within its worst case."""
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    job.page(tmp_path / "index.html")
+    data = data_of(tmp_path / "index.html")
+    limits = {limit["name"]: limit for limit in data["limits"]}
+    assert set(limits) == {"joint B", "points.C.x", "joints.A.reference"}
+    assert limits["joint B"]["radius"] == pytest.approx(6e-5)
+    assert limits["points.C.x"]["radius"] == pytest.approx(1e-4)
+    assert limits["points.C.x"]["middle"] == pytest.approx(0.0, abs=1e-15)
+    assert limits["joints.A.reference"]["radius"] == pytest.approx(3e-4)
+    step = 1e-6
+    for name, old, new in (
+        ("points.C.x", "C = [0.3, ", f"C = [{0.3 + step!r}, "),
+        ("joints.A.reference", "reference = 0.5", f"reference = {0.5 + step!r}"),
+    ):
+        by = np.array(limits[name]["by"])[..., 0]
+        assert_allclose(by, moved(file, old, new) / step, atol=2e-5)
+    (note,) = (note for note in data["notes"] if "Not among" in note)
+    assert "force" in note
+    assert "place" not in note
+    assert data["title"] == "A four-bar <of mine>"
+    assert data["command"] == "linkframe run bar.toml"
+    about = {each["title"]: each["text"] for each in data["about"]}
+    assert FILE in about["Inputs: bar.toml"]
+    assert "seed 3" in about["Inputs: bar.toml"]
+    assert "Certainty of digits" in about
+    samples = job.samples()["displacement"][:, 0, :, :2]
+    cloud = np.array(data["cloud"])
+    assert_allclose(cloud[..., 0].max(axis=1), samples[..., 0].max(axis=0), rtol=1e-4)
+    assert_allclose(cloud[..., 1].min(axis=1), samples[..., 1].min(axis=0), rtol=1e-4)
+
+
+def test_the_four_bar_is_that_of_its_file(tmp_path: Path, browser: Browser) -> None:
+    """The paper's job and the same linkage from a file show the same numbers."""
+    job = FourBarJob(Inputs(poses=(30.0, 150.0, 30.0), samples=10))
+    job.compute(lambda *_: None)
+    job.page(tmp_path / "index.html")
+    assert main(["page", str(EXAMPLE), "--out", str(tmp_path / "file.html")]) == 0
+    shown = []
+    for path, pose in ((tmp_path / "index.html", 1), (tmp_path / "file.html", 6)):
+        browser.open(path)
+        shown.append(browser.run(SET, {"pose": str(pose), "load": "1.3"}))
+    own, other = shown
+    assert set(own) == set(other)
+    for name in set(own) - {"bound", "worst-x", "worst-y"}:
+        assert_allclose(
+            float(own[name].removesuffix(" %")), float(other[name].removesuffix(" %")), rtol=1e-9, atol=1e-12
+        )
+
+
+def test_the_page_of_a_file_without_a_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "bar.toml").write_text(FILE, encoding="utf-8")
+    assert main(["page", str(tmp_path / "bar.toml"), "--out", str(tmp_path / "x.html")]) == 0
+    assert "where P goes" in capsys.readouterr().out
+    data = data_of(tmp_path / "x.html")
+    assert len(data["status"]) > 100
+    assert [limit["name"] for limit in data["limits"]] == ["joint B"]
+    assert main(["page", str(tmp_path / "bar.toml"), "--out", str(tmp_path / "x.html"), "--point", "Q"]) == 2
+    assert "--point Q: the file has A, B, P, C, D" in capsys.readouterr().err
+
+
+def test_ends_of_distributions() -> None:
+    assert end_deviations(stats.uniform(1.0, 2.0)) == (1.0, 3.0)
+    assert end_deviations(stats.norm(1.0, 2.0)) == (-5.0, 7.0)
+    assert end_deviations(stats.cauchy()) is None
