@@ -17,9 +17,10 @@ from ..files.read import linkage_of
 from ..files.source import Source, shown_value
 from ..files.toml import Path as Place
 from ..linkage import Linkage
-from .effects import check_clearances, check_effects, check_single
-from .targets import numbers_at
-from .tolerances import Tolerance, tolerances, varied
+from ..study.single import check_single
+from ..study.targets import numbers_at
+from ..study.tolerances import Tolerance, tolerances, varied
+from .effects import check_clearances, check_effects
 
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
 RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify", "also")
@@ -155,7 +156,7 @@ class RunInputs:
 
     def varied(self, draws: Mapping[str, Array]) -> Linkage:
         """The linkage with samples (n,) in place of the numbers that the tolerances name."""
-        return varied(self.source, self.tolerances, draws)
+        return varied(self.source, self.tolerances, draws, Linkage)
 
 
 def read_inputs(path: Path) -> RunInputs:
@@ -171,7 +172,7 @@ def read_inputs(path: Path) -> RunInputs:
 
 def inputs_of(source: Source) -> RunInputs:
     """What a file says, checked; see `read_inputs`."""
-    linkage = linkage_of(source)
+    linkage = linkage_of(source, Linkage)
     if not isinstance(source.data.get("run", {}), dict):
         source.fail(("run",), "is not a table: give [run]")
     run = source.table(("run",), (), RUN) if "run" in source.data else {}
@@ -184,7 +185,7 @@ def inputs_of(source: Source) -> RunInputs:
     if not drives:
         source.fail(("run",), "moves nothing: drive a joint, and give its values in [run.drives.joint]")
     _check_lengths(source, drives)
-    check_single(source, linkage)
+    check_single(source, linkage, ("run",))
     points = tuple(source.texts(("run", "points"))) if "points" in run else _loaded(linkage)
     for index, point in enumerate(points):
         if point not in linkage.points:
