@@ -27,7 +27,7 @@ SECTIONS: dict[str, type[CrossSection]] = {
 OWN = {"second": "universal", "pitch": "screw", "contact": "revolute"}
 TABLES = ("title", "points", "links", "joints", "springs", "loads", "gravity", "beams", "sections", "materials")
 # Tables of the job of `linkframe run`, which the linkage does not know.
-JOB = ("run", "tolerances", "choices")
+JOB = ("run", "tolerances", "choices", "measured")
 
 
 def linkage_of(source: Source, kind: type[Described]) -> Described:

@@ -74,7 +74,7 @@ def read_linkage(path: str | Path) -> Linkage:
     Parameters
     ----------
     path
-        The file. Its tables ``run``, ``tolerances`` and ``choices`` belong to ``linkframe run``.
+        The file. Its tables ``run``, ``tolerances``, ``choices`` and ``measured`` belong to ``linkframe run``.
 
     Returns
     -------
