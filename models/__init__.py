@@ -7,6 +7,7 @@ from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Stu
 from .intervals import ConfidenceInterval
 from .job.histogram import plot_histogram
 from .linkage import (
+    AccuracyStudy,
     Contributors,
     DeadPoint,
     DisplacementSensitivity,
@@ -44,6 +45,7 @@ from .spread import Spread
 
 __all__ = [
     "Accuracy",
+    "AccuracyStudy",
     "Allocation",
     "Calibration",
     "Comparison",

@@ -12,6 +12,7 @@ from .poses.mobility import Mobility
 from .poses.states import PoseState
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
+from .study.study import AccuracyStudy
 from .worst_case.contributors import Contributors
 from .worst_case.finite import FiniteWorstCase
 from .worst_case.region import ReachableRegion
@@ -20,6 +21,7 @@ from .worst_case.worst_case import WorstCase
 __all__ = [
     "GROUND",
     "KINDS",
+    "AccuracyStudy",
     "Contributors",
     "DeadPoint",
     "DisplacementSensitivity",

@@ -1,19 +1,20 @@
-"""A linkage from a file."""
+"""A linkage from the tables of a file."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ....elements import Beam, Circle, CrossSection, ISection, Material, Rectangle, Section, Tube
 from ....framework.batch import rotation
 from ....framework.dofs import FORCES
 from ..description.joints import KINDS
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
-from ..linkage import Linkage
 from .source import Source, shown_value
+
+Described = TypeVar("Described", bound=LinkageDescription)
 
 SECTIONS: dict[str, type[CrossSection]] = {
     "rectangle": Rectangle,
@@ -26,120 +27,17 @@ SECTIONS: dict[str, type[CrossSection]] = {
 OWN = {"second": "universal", "pitch": "screw", "contact": "revolute"}
 TABLES = ("title", "points", "links", "joints", "springs", "loads", "gravity", "beams", "sections", "materials")
 # Tables of the job of `linkframe run`, which the linkage does not know.
-JOB = ("run", "tolerances", "choices")
+JOB = ("run", "tolerances", "choices", "measured")
 
 
-def read_linkage(path: str | Path) -> Linkage:
-    """Read a linkage from a TOML file.
-
-    Points, links and joints are tables by name; links name their beams, beams their sections and materials, ::
-
-        [points]
-        A = [0.0, 0.0]
-        B = [0.05, 0.0866]
-
-        [links.crank]
-        points = ["A", "B"]
-        beam = "bar"                    # or beams = [["A", "B", "bar"]]; mass, centre, inertia, length
-
-        [joints.A]
-        kind = "revolute"               # any kind of `Linkage`
-        point = "A"
-        links = ["ground", "crank"]
-        drive = true                    # or ["rz"]; axis, second, pitch, stiffness, clearance, contact, reference
-
-        [[springs]]
-        between = [["crank", "B"], ["ground", "E"]]
-        stiffness = 2e3
-        length = 0.1                    # damping
-
-        [[loads]]
-        link = "crank"
-        point = "B"                     # without a point a torque: mx, my, mz
-        fy = 100.0                      # follower = true where it turns with the link
-
-        [beams.bar]
-        section = "flat"
-        material = "steel"              # end, up, shear, segments, release
-
-        [sections.flat]
-        shape = "rectangle"             # circle, tube, i, properties
-        y = 0.0127
-        z = 0.00635
-
-        [materials.steel]
-        E = 2e11
-        nu = 0.3                        # or G; density
-
-    and ``gravity = [0.0, -9.81, 0.0]`` at the top. Lengths, forces and masses in any consistent units, angles in
-    radians. ``inf`` is a number.
-
-    ``linkframe run`` takes tolerances of these numbers from the same file, each a table by any name, ::
-
-        [tolerances.clearance]
-        of = ["joints.B.clearance"]     # entries that share one draw: all of them must have one and the same number
-        distribution = "norm"           # any continuous distribution of scipy.stats, and its numbers
-        loc = 1e-4                      # its mean may be off the number of the file by no more than it spreads
-        scale = 5e-6
-
-        [tolerances.stiffness]
-        of = ["joints.B.stiffness"]     # a list: every number in it but 0 and inf; one of them: joints.B.stiffness.ux
-        distribution = "norm"
-        scale = "5 %"                   # loc and scale in percent are deviations: number * (1 + draw), here ± 5 %
-
-    Components go by their names or from 0: ``ux uy uz rx ry rz`` of a stiffness, ``x y z`` of a point or direction,
-    ``xx yy zz xy yz zx`` of an inertia; entries of lists of tables by number, as in ``loads.0.fy``. No number may be
-    in two tolerances.
-
-    Parameters
-    ----------
-    path
-        The file. Its tables ``run``, ``tolerances`` and ``choices`` belong to ``linkframe run``.
-
-    Returns
-    -------
-    Linkage
-        The linkage.
-
-    Raises
-    ------
-    FrameError
-        If the file cannot be read or something in it is wrong; the line and the key are told.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from linkframe.models import read_linkage
-    >>> text = '''
-    ... [points]
-    ... A = [0.0, 0.0]
-    ... B = [1.0, 0.0]
-    ... [links.arm]
-    ... points = ["A", "B"]
-    ... [joints.A]
-    ... kind = "revolute"
-    ... point = "A"
-    ... links = ["ground", "arm"]
-    ... drive = true
-    ... '''
-    >>> with TemporaryDirectory() as folder:
-    ...     _ = (Path(folder) / "arm.toml").write_text(text)
-    ...     linkage = read_linkage(Path(folder) / "arm.toml")
-    >>> linkage.drives
-    {'A': ('rz',)}
-    """
-    return linkage_of(Source(path))
-
-
-def linkage_of(source: Source) -> Linkage:
-    """The linkage that a file describes."""
+def linkage_of(source: Source, kind: type[Described]) -> Described:
+    """The linkage that a file describes, such as a `Linkage`."""
     for key in source.data:
         if key not in (*TABLES, *JOB):
             source.fail((key,), f"there is no such table: use one of {', '.join((*TABLES, *JOB))}")
     if "title" in source.data:
         source.text_at(("title",))
-    linkage = Linkage()
+    linkage = kind()
     for name in source.names(("points",)):
         with source.at("points", name):
             linkage.point(name, source.numbers(("points", name)))
@@ -203,7 +101,7 @@ def _beam(source: Source, name: str, sections: Mapping[str, CrossSection], mater
         return Beam(**given)
 
 
-def _link(source: Source, linkage: Linkage, name: str, beams: Mapping[str, Beam]) -> None:
+def _link(source: Source, linkage: LinkageDescription, name: str, beams: Mapping[str, Beam]) -> None:
     path = ("links", name)
     table = source.table(path, ("points",), ("beam", "beams", "mass", "centre", "inertia", "length"))
     given: dict[str, Any] = {
@@ -222,7 +120,7 @@ def _link(source: Source, linkage: Linkage, name: str, beams: Mapping[str, Beam]
         linkage.link(name, *source.texts((*path, "points")), **given)
 
 
-def _joint(source: Source, linkage: Linkage, name: str) -> None:
+def _joint(source: Source, linkage: LinkageDescription, name: str) -> None:
     path = ("joints", name)
     numbers = ("axis", "second", "pitch", "stiffness", "clearance", "contact", "reference", "axes")
     table = source.table(path, ("kind", "point", "links"), ("drive", *numbers))
@@ -255,7 +153,7 @@ def _joint(source: Source, linkage: Linkage, name: str) -> None:
             _drive(source, linkage, name)
 
 
-def _drive(source: Source, linkage: Linkage, joint: str) -> None:
+def _drive(source: Source, linkage: LinkageDescription, joint: str) -> None:
     path = ("joints", joint, "drive")
     value = source.get(path)
     if isinstance(value, bool):
@@ -266,7 +164,7 @@ def _drive(source: Source, linkage: Linkage, joint: str) -> None:
         linkage.drive(joint, *source.texts(path))
 
 
-def _spring(source: Source, linkage: Linkage, index: int) -> None:
+def _spring(source: Source, linkage: LinkageDescription, index: int) -> None:
     path = ("springs", index)
     table = source.table(path, ("between", "stiffness", "length"), ("damping",))
     ends = table["between"]
@@ -285,7 +183,7 @@ def _spring(source: Source, linkage: Linkage, index: int) -> None:
         linkage.spring(first, second, **numbers)
 
 
-def _load(source: Source, linkage: Linkage, index: int) -> None:
+def _load(source: Source, linkage: LinkageDescription, index: int) -> None:
     path = ("loads", index)
     table = source.table(path, (), ("link", "point", "follower", *FORCES))
     force: dict[str, Any] = {key: source.numbers((*path, key)) for key in table if key in FORCES}

@@ -91,8 +91,11 @@ class Source:
                 path, message = self.by[place], f"{drawn}: {LONG_LIST.sub('[...]', message)}"
                 break
         path = (*self.written.get(path[:3], path[:3]), *path[3:])
-        key = ".".join(map(str, path))
-        raise FrameError(f"{self.file}, line {line_of(self.text, path)}, {key}: {message}")
+        raise FrameError(f"{self.place(path)}: {message}")
+
+    def place(self, path: Path) -> str:
+        """Where a key stands, in words."""
+        return f"{self.file}, line {line_of(self.text, path)}, {'.'.join(map(str, path))}"
 
     @contextmanager
     def at(self, *path: str | int) -> Iterator[None]:

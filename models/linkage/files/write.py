@@ -14,15 +14,15 @@ from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
 from ....framework.paraview.files import whole_or_nothing
 from ....framework.protocol import LineElement
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import LinkageLink, LinkageSpring, Load, Pair, joint_axes
-from ..linkage import Linkage
 from .read import SECTIONS
 from .toml import written
 
 Table = dict[str, Any]
 
 
-def write_linkage(linkage: Linkage, path: str | Path) -> None:
+def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
     """Write a linkage to a TOML file, from which `read_linkage` makes the same again, to the last bit.
 
     Parameters
@@ -55,7 +55,7 @@ def write_linkage(linkage: Linkage, path: str | Path) -> None:
         (stage / path.name).write_text(written(tables(linkage)), encoding="utf-8")
 
 
-def tables(linkage: Linkage) -> Table:
+def tables(linkage: LinkageDescription) -> Table:
     """The linkage as the tables of its file."""
     catalogue = Catalogue()
     out: Table = {"gravity": linkage.weight} if np.any(linkage.weight) else {}

@@ -50,16 +50,22 @@ joints.B.contact); without one the contact is found by equilibrium under the loa
   [choices."the other side in the plane"]   any name: numbers of this file set otherwise, in a line of its own
   "sections.flat.y" = 0.00635
 
+  [measured]                          positions of a point that were measured, beside those predicted
+  file = "measured.csv"               columns x, y, z, ux, uy, uz (standard uncertainty), and of each drive, such as
+                                      "A [deg]"; without these measured at the poses of the run
+  point = "P"                         the first point to report by default
+  level = 0.95                        probability with which a pose should lie within its band
+
   [tolerances.springs]
   of = ["joints.B.stiffness"]         all finite numbers of a list but 0, or one: joints.B.stiffness.ux, points.B.y
   distribution = "norm"
   scale = "5 %"                       loc and scale in percent: deviation, as a share of each number"""
 
 WRITES = """\
-writes into DIR: table.csv, reactions.csv, samples.npz (with tolerances), trajectory.pvd with its .vtu files, report.md;
-with --figures 2d index.html, which opens in a browser, mechanism.png, trajectory.png, reactions.png, histogram.png
-(with tolerances), and with --figures all figure3d.png as well (with beams, where rendering works); with --format svg
-pdf those but figure3d as such"""
+writes into DIR: table.csv, reactions.csv, measured.csv (with measured positions), samples.npz (with tolerances),
+trajectory.pvd with its .vtu files, report.md; with --figures 2d index.html, which opens in a browser, mechanism.png,
+trajectory.png, reactions.png, histogram.png (with tolerances), and with --figures all figure3d.png as well (with beams,
+where rendering works); with --format svg pdf those but figure3d as such"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
@@ -75,6 +81,9 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
     parser.add_argument(
         "--sampler", choices=SAMPLERS, help="how samples are drawn, in place of what the file says (else: random)"
     )
+    parser.add_argument(
+        "--measured", type=Path, metavar="CSV", help="table of measured positions, in place of that of the file"
+    )
     add_output(parser, None, " (default: results-NAME for NAME.toml)")
     parser.set_defaults(run=_start)
 
@@ -89,4 +98,6 @@ def _start(options: Namespace) -> None:
     inputs = read_inputs(options.file)
     if options.sampler is not None:
         inputs = inputs.drawn_by(options.sampler)
+    if options.measured is not None:
+        inputs = inputs.measured_by(options.measured)
     run(LinkageJob(inputs), out, options.figures, options.format, options.wide)

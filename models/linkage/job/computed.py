@@ -27,6 +27,7 @@ from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
 from .inputs import RunInputs
+from .measured import MeasuredOutcome
 
 # How large the drawn displacements are, as a share of the linkage.
 DRAWN = 0.06
@@ -241,6 +242,25 @@ class Computed:
         samples = np.moveaxis(self.propagation.samples, 0, 2)
         policy = self.inputs.nan_policy
         return {point: Spread(samples[index], policy) for index, point in enumerate(self.inputs.points)}
+
+    @cached_property
+    def measured(self) -> MeasuredOutcome | None:
+        """Measured positions beside those that are predicted at their poses; None where nothing was measured."""
+        given = self.inputs.measured
+        if given is None:
+            return None
+        with self.inputs.source.at("measured"):
+            inputs = self.inputs.at_measured_poses()
+        at = Computed(inputs)
+        shape = (len(given.table.position), 3)
+        found = at.main
+        moved, deviation = found.total[..., :3], np.zeros(shape)
+        if at.spread:
+            moved, deviation = at.spread[given.point].mean, at.spread[given.point].std
+        place = np.broadcast_to(found.rigid + moved, shape)
+        drives = {name: np.array(np.broadcast_to(drive.values, shape[:1])) for name, drive in inputs.drives.items()}
+        with self.inputs.source.at("measured"):
+            return MeasuredOutcome.of(given, drives, place, np.broadcast_to(deviation, shape))
 
     @cached_property
     def reported_status(self) -> NDArray[np.str_]:

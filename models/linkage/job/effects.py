@@ -6,13 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ....framework.batch import Array
 from ..description.parts import GROUND
 from ..files.source import Source
 from ..files.toml import written
 from ..files.write import tables
 from ..linkage import Linkage
-from .tolerances import Tolerance, dotted, varied
+from ..study.tolerances import Tolerance, dotted, varied
 
 # Options of [run] that speak of samples, which there are with tolerances only.
 OF_SAMPLES = ("samples", "rng", "sampler", "nan_policy")
@@ -34,10 +33,10 @@ def check_effects(source: Source, linkage: Linkage, distributions: Mapping[str, 
                 source.fail(("run", key), "has no effect, as the file has no tolerances: give [tolerances.name]")
         return
     tried = {name: np.full(2, tolerance.distribution.ppf(np.array(TRIED))) for name, tolerance in distributions.items()}
-    varied(source, distributions, tried)
+    varied(source, distributions, tried, Linkage)
     as_written = _described(linkage)
     for name, values in tried.items():
-        if _described(varied(source, distributions, {name: values[0]})) == as_written:
+        if _described(varied(source, distributions, {name: values[0]}, Linkage)) == as_written:
             what = ", ".join(map(dotted, distributions[name].of))
             source.fail(("tolerances", name), f"has no effect, as the linkage does not use {what}: leave it out")
 
@@ -59,39 +58,6 @@ def check_clearances(source: Source, linkage: Linkage) -> None:
                 source.fail(
                     place, f"is {pair.clearance:g}, no less than link {link!r} is long ({size:g}): check its unit"
                 )
-
-
-def check_single(source: Source, linkage: Linkage) -> None:
-    """Refuse a linkage that stands for a batch: the job has poses and samples of one.
-
-    Raises
-    ------
-    FrameError
-        If a number of the linkage is an array.
-    """
-    links, joints = linkage.links.values(), linkage.joints.values()
-    shapes: dict[str, tuple[int, ...]] = {"points or joints": linkage.shape, "gravity": linkage.weight.shape[:-1]}
-    for link in links:
-        given = {"mass": (link.mass, 0), "centre": (link.centre, 1), "inertia": (link.inertia, 2)}
-        shapes |= {f"{key} of {link.name}": _batch(*value) for key, value in given.items()}
-        shapes |= {f"beam {' '.join(pair)}": beam.shape for pair, beam in link.beams.items()}
-    for pair in joints:
-        shapes[f"stiffness of {pair.name}"] = _batch(pair.stiffness, 1)
-        shapes[f"clearance of {pair.name}"] = _batch(pair.clearance, 0)
-    for index, spring in enumerate(linkage.springs):
-        shapes |= {f"spring {index}": np.shape(spring.stiffness + spring.length + spring.damping)}
-    shapes |= {f"load {index}": load.value.shape[:-1] for index, load in enumerate(linkage.loads)}
-    for what, shape in shapes.items():
-        if shape:
-            source.fail(
-                ("run",),
-                f"{what}: the file has a list of shape {shape} where a job needs one number; give it, and what varies "
-                "as a tolerance",
-            )
-
-
-def _batch(value: Array | None, trailing: int) -> tuple[int, ...]:
-    return () if value is None else value.shape[: value.ndim - trailing]
 
 
 def _size(linkage: Linkage, points: tuple[str, ...]) -> float:

@@ -11,15 +11,18 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ...measured.table import read_measured
 from ...moments import NAN_POLICIES
 from ...sampling import SAMPLERS, Distribution
 from ..files.read import linkage_of
 from ..files.source import Source, shown_value
 from ..files.toml import Path as Place
 from ..linkage import Linkage
-from .effects import check_clearances, check_effects, check_single
-from .targets import numbers_at
-from .tolerances import Tolerance, tolerances, varied
+from ..study.single import check_single
+from ..study.targets import numbers_at
+from ..study.tolerances import Tolerance, tolerances, varied
+from .effects import check_clearances, check_effects
+from .measured import LEVEL, MeasuredPoint, read_measured_point
 
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
 RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify", "also")
@@ -88,6 +91,8 @@ class RunInputs:
         Which of `ALSO` are wanted: condition numbers, certain digits, large displacement.
     choices
         Numbers of the file that are set otherwise, by where they stand, by the name of the choice.
+    measured
+        Measured positions of a point; None where there are none.
     """
 
     source: Source
@@ -105,6 +110,7 @@ class RunInputs:
     magnify: float | None = None
     also: tuple[str, ...] = ()
     choices: Mapping[str, Mapping[Place, float]] = field(default_factory=dict)
+    measured: MeasuredPoint | None = None
 
     def chosen(self, pose: int, most: int) -> Iterator[tuple[str, RunInputs]]:
         """The inputs at one pose with at most so many samples, as they are and with each choice."""
@@ -116,13 +122,54 @@ class RunInputs:
             drives = {key: drive.at(pose) for key, drive in inputs.drives.items()}
             samples = min(self.samples, most)
             inputs = replace(inputs, drives=drives, pose=None, samples=samples, sampler=self.sampler)
-            yield name, replace(inputs, choices={}, also=())
+            yield name, replace(inputs, choices={}, also=(), measured=None)
 
     def drawn_by(self, sampler: str) -> RunInputs:
         """The same with another sampler; refused where nothing is sampled."""
         if not self.tolerances:
             raise FrameError(f"--sampler {sampler} has no effect, as the file has no tolerances: leave it out")
         return replace(self, sampler=sampler)
+
+    def measured_by(self, path: Path) -> RunInputs:
+        """The same beside another table of measured positions, of the first point where the file names none."""
+        before = self.measured or MeasuredPoint(path, self.points[0], LEVEL, read_measured(path))
+        return replace(self, measured=replace(before, file=path, table=read_measured(path)))
+
+    def at_measured_poses(self) -> RunInputs:
+        """The inputs for the measured point alone, at the drives of its table; where that has none, at the poses.
+
+        Raises
+        ------
+        FrameError
+            If the table has no column for a drive that takes several values, or one that is no drive.
+        """
+        assert self.measured is not None
+        own, name = self.measured.table.drives, self.measured.file.name
+        for column in own:
+            if column not in self.drives:
+                raise FrameError(
+                    f"{name} has a column {column!r}, which is no drive: the drives are {', '.join(self.drives)}"
+                )
+        drives = dict(self.drives)
+        for key, drive in self.drives.items() if own else ():
+            if key in own:
+                values = own[key] / drive.factor
+                rate, gain = (_steady(name, key, each) for each in (drive.rate, drive.acceleration))
+                drives[key] = Drive(values, drive.unit, rate, gain)
+            elif len(drive.values) > 1:
+                raise FrameError(f"{name} has no column {key!r} with the values of that drive: give it")
+        count, poses = len(self.measured.table.position), max(len(drive.values) for drive in drives.values())
+        if count != poses and not (own or poses == 1):
+            raise FrameError(
+                f"{name} has {count} measured poses and no columns with values of drives, and the run has {poses} "
+                f"poses: give it a column {self._column()!r}"
+            )
+        points = (self.measured.point,)
+        return replace(self, drives=drives, points=points, pose=None, also=(), choices={}, measured=None)
+
+    def _column(self) -> str:
+        key, drive = next(iter(self.drives.items()))
+        return f"{key} [deg]" if drive.unit == "deg" else key
 
     @property
     def first(self) -> Drive:
@@ -155,7 +202,7 @@ class RunInputs:
 
     def varied(self, draws: Mapping[str, Array]) -> Linkage:
         """The linkage with samples (n,) in place of the numbers that the tolerances name."""
-        return varied(self.source, self.tolerances, draws)
+        return varied(self.source, self.tolerances, draws, Linkage)
 
 
 def read_inputs(path: Path) -> RunInputs:
@@ -171,7 +218,7 @@ def read_inputs(path: Path) -> RunInputs:
 
 def inputs_of(source: Source) -> RunInputs:
     """What a file says, checked; see `read_inputs`."""
-    linkage = linkage_of(source)
+    linkage = linkage_of(source, Linkage)
     if not isinstance(source.data.get("run", {}), dict):
         source.fail(("run",), "is not a table: give [run]")
     run = source.table(("run",), (), RUN) if "run" in source.data else {}
@@ -184,7 +231,7 @@ def inputs_of(source: Source) -> RunInputs:
     if not drives:
         source.fail(("run",), "moves nothing: drive a joint, and give its values in [run.drives.joint]")
     _check_lengths(source, drives)
-    check_single(source, linkage)
+    check_single(source, linkage, ("run",))
     points = tuple(source.texts(("run", "points"))) if "points" in run else _loaded(linkage)
     for index, point in enumerate(points):
         if point not in linkage.points:
@@ -212,6 +259,7 @@ def inputs_of(source: Source) -> RunInputs:
             if each not in ALSO:
                 source.fail(("run", "also", index), f"there is no further table {each!r}: choose of {', '.join(ALSO)}")
     given["choices"] = _choices(source)
+    given["measured"] = read_measured_point(source, linkage, points)
     distributions = tolerances(source)
     check_effects(source, linkage, distributions)
     check_clearances(source, linkage)
@@ -256,6 +304,16 @@ def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
         if speeds[-1].shape not in ((), values.shape):
             source.fail((*path, key), f"has shape {speeds[-1].shape}: give one number, or {len(values)}, one a pose")
     return Drive(values, unit, *speeds)
+
+
+def _steady(name: str, drive: str, rate: Array) -> Array:
+    """A rate that holds at measured poses as well."""
+    if rate.ndim and np.ptp(rate):
+        raise FrameError(
+            f"{name} has poses of its own, and drive {drive} a rate or acceleration for each pose of the run: give one "
+            "number for all poses"
+        )
+    return rate.reshape(-1)[:1].reshape(())
 
 
 def _named(joint: str, coordinate: str, driven: tuple[str, ...]) -> str:

@@ -48,6 +48,7 @@ def report(result: RunResult) -> Report:
             TABLE.format(point=result.inputs.points[0]),
             as_markdown(result),
             *sections(result),
+            *(result.measured.section() if result.measured is not None else ()),
         ],
         paraview=PARAVIEW.format(time=time, how=BEAMS if result.has_beams else LINKS),
     )

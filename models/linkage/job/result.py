@@ -55,7 +55,7 @@ def compute(inputs: RunInputs, advance: Advance | None = None) -> RunResult:
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        _ = result.pose, result.status, result.reactions, result.propagation
+        _ = result.pose, result.status, result.reactions, result.propagation, result.measured
         for found in result.accuracy.values():
             _ = found.compliance, found.total
         if "large" in inputs.also:

@@ -36,7 +36,7 @@ class LinkageJob(Job):
     """
 
     name = "run"
-    optional = (*CAPTIONS, "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
+    optional = (*CAPTIONS, "measured.csv", "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
     result: RunResult
 
     def __init__(self, inputs: RunInputs) -> None:
@@ -67,8 +67,9 @@ class LinkageJob(Job):
         return self.result.pose
 
     def tables(self) -> Mapping[str, str]:
-        """The table and the reactions."""
-        return {"table.csv": as_csv(self.result), "reactions.csv": reactions_csv(self.result)}
+        """The table, the reactions, and where something was measured its residuals."""
+        found = {"table.csv": as_csv(self.result), "reactions.csv": reactions_csv(self.result)}
+        return found if self.result.measured is None else found | {"measured.csv": self.result.measured.as_csv()}
 
     def samples(self) -> Mapping[str, NDArray[Any]]:
         """Samples of the displacement; nothing without tolerances."""
@@ -107,4 +108,5 @@ class LinkageJob(Job):
     def summary(self, width: int | None = None) -> str:
         """What the table's columns are, the table, and what its brackets hold."""
         table = as_text(self.result, width)
-        return "\n\n".join([legend(self.result), table, *([DRAWN] if self.inputs.tolerances else [])])
+        measured = [] if self.result.measured is None else [self.result.measured.in_words()]
+        return "\n\n".join([legend(self.result), table, *([DRAWN] if self.inputs.tolerances else []), *measured])

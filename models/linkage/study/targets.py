@@ -37,7 +37,7 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     """
     place = _place(source, path, text)
     value = source.get(place)
-    if place[0] in ("run", "tolerances", "title"):
+    if place[0] in ("run", "tolerances", "choices", "measured", "title"):
         source.fail(path, f"{text!r} is no part of the linkage")
     numbers = dict(_numbers(value, place))
     if not numbers or any(isinstance(entry, bool) or not isinstance(entry, int | float) for entry in numbers.values()):

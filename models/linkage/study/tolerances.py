@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....framework.batch import Array
-from ..files.read import linkage_of
+from ...distributions import distribution_of
+from ...distributions import tolerance as within
+from ..files.read import Described, linkage_of
 from ..files.source import Source
 from ..files.toml import Path
-from ..linkage import Linkage
 from .targets import numbers_at
 
 if TYPE_CHECKING:
-    from ...sampling import Distribution
+    from ...distributions import Distribution, Uncertain
 
 PERCENT = re.compile(r"\s*(±?)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
 # Of a distribution within limits, the nominal value may lie at one of them, but not further out than this.
@@ -56,21 +57,33 @@ class Tolerance:
 
 def tolerances(source: Source) -> dict[str, Tolerance]:
     """Read and check all tolerances of a file, by name."""
-    found: dict[str, Tolerance] = {}
+    found = {name: tolerance(source, name) for name in source.names(("tolerances",))}
+    check_owners(source, found)
+    return found
+
+
+def check_owners(source: Source, found: Mapping[str, Tolerance]) -> None:
+    """Refuse two tolerances of one number.
+
+    Raises
+    ------
+    FrameError
+        With the name of both.
+    """
     owners: dict[Path, str] = {}
-    for name in source.names(("tolerances",)):
-        found[name] = tolerance(source, name)
-        for place in found[name].nominal:
+    for name, each in found.items():
+        for place in each.nominal:
             if place in owners:
                 source.fail(
                     ("tolerances", name, "of"),
                     f"{dotted(place)} is in tolerance {owners[place]!r}, too: let one distribution draw it",
                 )
             owners[place] = name
-    return found
 
 
-def varied(source: Source, distributions: Mapping[str, Tolerance], draws: Mapping[str, Array]) -> Linkage:
+def varied(
+    source: Source, distributions: Mapping[str, Tolerance], draws: Mapping[str, Array], kind: type[Described]
+) -> Described:
     """The linkage of a file with samples (n,) in place of the numbers that the tolerances name."""
     samples: dict[Path, Array] = {}
     by: dict[Path, Path] = {}
@@ -78,7 +91,7 @@ def varied(source: Source, distributions: Mapping[str, Tolerance], draws: Mappin
         for place in distributions[name].nominal:
             samples[place] = distributions[name].samples(place, values)
             by[place] = ("tolerances", name)
-    return linkage_of(source.with_samples(samples, by))
+    return linkage_of(source.with_samples(samples, by), kind)
 
 
 def tolerance(source: Source, name: str) -> Tolerance:
@@ -96,10 +109,44 @@ def tolerance(source: Source, name: str) -> Tolerance:
             source.fail((*path, "of", index), f"names {dotted(twice)} a second time: name it once")
         of.append(place)
         nominal |= numbers
-    if not relative:
-        _check_equal(source, path, nominal, description)
-    _check_middle(source, path, nominal, distribution, relative, description)
-    return Tolerance(tuple(of), nominal, distribution, relative, description)
+    return _checked(source, path, Tolerance(tuple(of), nominal, distribution, relative, description))
+
+
+def toleranced(source: Source, name: str, given: Uncertain | float) -> Tolerance:
+    """A tolerance of one of the source's numbers that Python gives under the name of the number.
+
+    Parameters
+    ----------
+    source
+        Where the number stands.
+    name
+        Its name, as for `numbers_at`.
+    given
+        What `propagate` takes, a deviation from the nominal value in words such as ``"± 5 %"`` or ``"+0.2/-0.1"``, or
+        the half width of the interval about the nominal value.
+    """
+    path = ("tolerances", name)
+    share = PERCENT.fullmatch(given) if isinstance(given, str) else None
+    place, nominal = numbers_at(source, path, name, relative=share is not None)
+    middle = next(iter(nominal.values()))
+    distribution: Distribution
+    if share is not None:
+        half = 0.01 * float(share[2])
+        distribution = distribution_of(name, (-half, half))
+    elif isinstance(given, str) and given.strip().startswith(("±", "+")):
+        distribution = within(middle, given)
+    elif isinstance(given, int | float) and not isinstance(given, bool):
+        distribution = distribution_of(name, (middle - given, middle + given))
+    else:
+        distribution = distribution_of(name, given)
+    return _checked(source, path, Tolerance((place,), nominal, distribution, share is not None, str(given)))
+
+
+def _checked(source: Source, path: tuple[str, str], found: Tolerance) -> Tolerance:
+    if not found.relative:
+        _check_equal(source, path, found.nominal, found.description)
+    _check_middle(source, path, found.nominal, found.distribution, found.relative, found.description)
+    return found
 
 
 def dotted(place: Path) -> str:
@@ -209,6 +256,10 @@ def _check_middle(
 
 def _shape(distribution: Any) -> tuple[float, float, Array]:
     """Mean, standard deviation, and limits of a distribution; of one without moments, median and half quartiles."""
+    if not all(callable(getattr(distribution, key, None)) for key in ("mean", "std", "support")):
+        low, mean, high = (float(distribution.ppf(np.array(p))) for p in (0.25, 0.5, 0.75))
+        limits = np.array([float(distribution.ppf(np.array(p))) for p in (0.0, 1.0)])
+        return mean, 0.5 * (high - low), limits
     with np.errstate(all="ignore"):
         mean, spread = float(distribution.mean()), float(distribution.std())
         if not np.isfinite([mean, spread]).all():

@@ -1,0 +1,112 @@
+"""A linkage from a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..linkage import Linkage
+from .read import linkage_of
+from .source import Source
+
+
+def read_linkage(path: str | Path) -> Linkage:
+    """Read a linkage from a TOML file.
+
+    Points, links and joints are tables by name; links name their beams, beams their sections and materials, ::
+
+        [points]
+        A = [0.0, 0.0]
+        B = [0.05, 0.0866]
+
+        [links.crank]
+        points = ["A", "B"]
+        beam = "bar"                    # or beams = [["A", "B", "bar"]]; mass, centre, inertia, length
+
+        [joints.A]
+        kind = "revolute"               # any kind of `Linkage`
+        point = "A"
+        links = ["ground", "crank"]
+        drive = true                    # or ["rz"]; axis, second, pitch, stiffness, clearance, contact, reference
+
+        [[springs]]
+        between = [["crank", "B"], ["ground", "E"]]
+        stiffness = 2e3
+        length = 0.1                    # damping
+
+        [[loads]]
+        link = "crank"
+        point = "B"                     # without a point a torque: mx, my, mz
+        fy = 100.0                      # follower = true where it turns with the link
+
+        [beams.bar]
+        section = "flat"
+        material = "steel"              # end, up, shear, segments, release
+
+        [sections.flat]
+        shape = "rectangle"             # circle, tube, i, properties
+        y = 0.0127
+        z = 0.00635
+
+        [materials.steel]
+        E = 2e11
+        nu = 0.3                        # or G; density
+
+    and ``gravity = [0.0, -9.81, 0.0]`` at the top. Lengths, forces and masses in any consistent units, angles in
+    radians. ``inf`` is a number.
+
+    ``linkframe run`` takes tolerances of these numbers from the same file, each a table by any name, ::
+
+        [tolerances.clearance]
+        of = ["joints.B.clearance"]     # entries that share one draw: all of them must have one and the same number
+        distribution = "norm"           # any continuous distribution of scipy.stats, and its numbers
+        loc = 1e-4                      # its mean may be off the number of the file by no more than it spreads
+        scale = 5e-6
+
+        [tolerances.stiffness]
+        of = ["joints.B.stiffness"]     # a list: every number in it but 0 and inf; one of them: joints.B.stiffness.ux
+        distribution = "norm"
+        scale = "5 %"                   # loc and scale in percent are deviations: number * (1 + draw), here ± 5 %
+
+    Components go by their names or from 0: ``ux uy uz rx ry rz`` of a stiffness, ``x y z`` of a point or direction,
+    ``xx yy zz xy yz zx`` of an inertia; entries of lists of tables by number, as in ``loads.0.fy``. No number may be
+    in two tolerances.
+
+    Parameters
+    ----------
+    path
+        The file. Its tables ``run``, ``tolerances``, ``choices`` and ``measured`` belong to ``linkframe run``.
+
+    Returns
+    -------
+    Linkage
+        The linkage.
+
+    Raises
+    ------
+    FrameError
+        If the file cannot be read or something in it is wrong; the line and the key are told.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from linkframe.models import read_linkage
+    >>> text = '''
+    ... [points]
+    ... A = [0.0, 0.0]
+    ... B = [1.0, 0.0]
+    ... [links.arm]
+    ... points = ["A", "B"]
+    ... [joints.A]
+    ... kind = "revolute"
+    ... point = "A"
+    ... links = ["ground", "arm"]
+    ... drive = true
+    ... '''
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "arm.toml").write_text(text)
+    ...     linkage = read_linkage(Path(folder) / "arm.toml")
+    >>> linkage.drives
+    {'A': ('rz',)}
+    """
+    return linkage_of(Source(path), Linkage)

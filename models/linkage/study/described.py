@@ -1,0 +1,70 @@
+"""A linkage in Python as the tables of its file, whose numbers have names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path as File
+from typing import Any
+
+from ....framework.errors import FrameError
+from ..description.linkage_description import LinkageDescription
+from ..files.parsing import parsed
+from ..files.source import Source
+from ..files.toml import Path, written
+from ..files.write import tables
+from .single import check_single
+from .tolerances import Tolerance, check_owners, tolerance, toleranced
+
+
+class DescribedLinkage(Source):
+    """A linkage as the tables of its file.
+
+    Parameters
+    ----------
+    linkage
+        The linkage.
+    given
+        Its tolerances by name.
+
+    Raises
+    ------
+    FrameError
+        If the linkage has parts for which a file has no words.
+    """
+
+    def __init__(self, linkage: LinkageDescription, given: Mapping[str, object]) -> None:
+        try:
+            text = written(tables(linkage))
+        except FrameError as error:
+            raise FrameError(f"a study varies the numbers that the file of a linkage has, and {error}") from error
+        self.file, self.text = File("study"), ""
+        self.data: dict[str, Any] = parsed(text)
+        self.data["tolerances"] = {name: dict(each) for name, each in given.items() if isinstance(each, Mapping)}
+        self.written, self.samples, self.by = {}, {}, {}
+
+    def place(self, path: Path) -> str:
+        """Where a key stands, in words."""
+        return f"{self.file}, {'.'.join(map(str, path))}"
+
+
+def described(linkage: LinkageDescription, given: Mapping[str, Any]) -> tuple[Source, dict[str, Tolerance]]:
+    """The linkage as a source, and its tolerances checked: tables as in a file, or anything else by a number's name.
+
+    Raises
+    ------
+    FrameError
+        If there is no such number, it is in two tolerances, or what is given is no tolerance.
+    """
+    if not isinstance(given, Mapping) or not given:
+        raise FrameError(
+            f"study was given {given!r} for tolerances: give a mapping of numbers of the linkage to what they deviate "
+            'by, such as {"joints.B.clearance": "± 5 %"}'
+        )
+    source = DescribedLinkage(linkage, given)
+    check_single(source, linkage, ("linkage",))
+    found = {
+        name: tolerance(source, name) if isinstance(each, Mapping) else toleranced(source, name, each)
+        for name, each in given.items()
+    }
+    check_owners(source, found)
+    return source, found

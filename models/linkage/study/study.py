@@ -1,0 +1,300 @@
+"""All that tolerances do to the points of a linkage, in one call."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ....framework.batch import Array, finite
+from ....framework.errors import FrameError, SampleWarning
+from ....framework.listing import text_table
+from ...intervals import ConfidenceInterval, checked_level
+from ...propagation import Propagation, propagate
+from ..continuation.drives import by_joint
+from ..description.linkage_description import LinkageDescription
+from ..motion import Motion
+from ..statics.accuracy import PointAccuracy
+from ..worst_case.contributors import Contributors
+from ..worst_case.worst_case import WorstCase
+from ..zone import driven_values
+from .described import described
+from .deviations import contributors, worst_cases
+from .sampled import DrivenPoses, SampledDisplacement, nominal_positions
+from .tabulated import to_dataframe, to_xarray
+from .tolerances import Tolerance
+
+# Samples of one call: memory holds what is made of them.
+CHUNK = 1024
+# Rows that the table of a study shows.
+MOST_SHOWN = 12
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AccuracyStudy:
+    """Where points of a linkage go under tolerances, at every pose; made by `Linkage.study`.
+
+    Arrays are (points, poses) or (points, poses, 3), in the order of `points`. Displacements are from the position with
+    rigid links, no clearance and nominal numbers. Poses without a result hold NaN.
+
+    Attributes
+    ----------
+    motion
+        Motion of the nominal linkage.
+    points
+        Names of the points.
+    tolerances
+        What varies, by name.
+    accuracy
+        Displacement of the nominal linkage by compliance and by clearance, by point.
+    propagation
+        Samples of the displacement, (samples, points, poses, 3), with statistics, failures and Sobol' indices.
+    worst_case
+        How far tolerances and clearances can move each point from there, by point, exact to first order. A tolerance
+        without limits counts three standard deviations to either side, a clearance its upper limit in any direction.
+    """
+
+    motion: Motion
+    points: tuple[str, ...]
+    tolerances: Mapping[str, Tolerance]
+    accuracy: Mapping[str, PointAccuracy]
+    propagation: Propagation
+    worst_case: Mapping[str, WorstCase]
+
+    @property
+    def _poses(self) -> int:
+        return int(np.prod(self.motion.shape))
+
+    def _each(self, part: str) -> Array:
+        """A part of the nominal results of all points, (points, poses, 3)."""
+        parts = [getattr(found, part)[..., :3] for found in self.accuracy.values()]
+        return np.stack([np.broadcast_to(each, (self._poses, 3)) for each in parts])
+
+    @cached_property
+    def drives(self) -> dict[str, Array]:
+        """Values of the drives by joint, where one coordinate of it is driven, (poses,)."""
+        found = {name: driven_values(self.motion, name) for name in self.motion.linkage.drives}
+        single = {name: each for name, each in found.items() if each.ndim == len(self.motion.shape)}
+        return {name: np.array(np.broadcast_to(each, (self._poses,))) for name, each in single.items()}
+
+    @cached_property
+    def position(self) -> Array:
+        """Position with rigid links, no clearance and nominal numbers, (points, poses, 3)."""
+        return self._each("rigid")
+
+    @cached_property
+    def compliance(self) -> Array:
+        """Displacement of the nominal linkage by compliance alone, (points, poses, 3)."""
+        return self._each("compliance")
+
+    @cached_property
+    def clearance(self) -> Array:
+        """What its clearances add, (points, poses, 3)."""
+        return self._each("clearance")
+
+    @property
+    def mean(self) -> Array:
+        """Mean displacement, (points, poses, 3)."""
+        return self.propagation.mean
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation of the displacement, (points, poses, 3)."""
+        return self.propagation.std
+
+    @cached_property
+    def greatest(self) -> Array:
+        """Largest displacement in the worst case, (points, poses)."""
+        return np.stack([np.broadcast_to(each.greatest, (self._poses,)) for each in self.worst_case.values()])
+
+    @cached_property
+    def contributors(self) -> dict[str, Contributors]:
+        """Shares in the worst case and in the variance along the largest displacement, by point: a ranked table."""
+        return {point: contributors(worst, self.tolerances) for point, worst in self.worst_case.items()}
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """Why a pose has no result, or ``"regular"``, (poses,)."""
+        frame = np.broadcast_to(next(iter(self.accuracy.values())).status, (self._poses,))
+        motion = np.broadcast_to(self.motion.status, (self._poses,))
+        return np.where(motion == "regular", frame, motion)
+
+    # -- the zone ---------------------------------------------------------------------------------------------------
+
+    def probability(self, limit: float) -> Array:
+        """Share of the samples in which a point is farther than a limit from its nominal position.
+
+        Parameters
+        ----------
+        limit
+            Radius of the zone about the nominal position, a length.
+
+        Returns
+        -------
+        ndarray
+            Probability, (points, poses); NaN where no sample has a result. Of rare failures `Motion.reliability` tells
+            more than samples do.
+
+        Raises
+        ------
+        FrameError
+            If the limit is no length above zero.
+        """
+        outside, there = self._counts(limit)
+        return np.asarray(np.where(there > 0, outside / np.maximum(there, 1), np.nan))
+
+    def probability_interval(self, limit: float, level: float = 0.95) -> ConfidenceInterval:
+        """Bound `probability` by the number of samples (C. J. Clopper & E. S. Pearson, Biometrika 26, 1934).
+
+        Parameters
+        ----------
+        limit
+            As for `probability`.
+        level
+            Confidence, between 0 and 1.
+
+        Returns
+        -------
+        ConfidenceInterval
+            Bounds, (points, poses); they hold for independent random samples.
+
+        Raises
+        ------
+        FrameError
+            If the limit is no length above zero, or the level no probability.
+        """
+        from scipy.special import betaincinv
+
+        outside, there = self._counts(limit)
+        half, inside = 0.5 * (1.0 - checked_level(level)), there - outside
+        low = betaincinv(np.maximum(outside, 1), inside + 1.0, half)
+        high = betaincinv(outside + 1.0, np.maximum(inside, 1), 1.0 - half)
+        return ConfidenceInterval(
+            np.where(there > 0, np.where(outside > 0, low, 0.0), np.nan),
+            np.where(there > 0, np.where(inside > 0, high, 1.0), np.nan),
+        )
+
+    def _counts(self, limit: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """How many samples lie outside, and how many have a result, (points, poses) each."""
+        radius = finite(limit, "limit")
+        if radius.ndim or not radius > 0.0:
+            raise FrameError(f"limit is {limit!r}: give the radius of the zone, a length above zero")
+        off = np.linalg.norm(self.propagation.samples, axis=-1)
+        return np.count_nonzero(off > radius, axis=0), np.count_nonzero(np.isfinite(off), axis=0)
+
+    # -- tables -----------------------------------------------------------------------------------------------------
+
+    def arrays(self) -> dict[str, Array]:
+        """The numbers of the table by name, (points, poses) or (points, poses, 3).
+
+        Returns
+        -------
+        dict
+            ``position``, ``compliance``, ``clearance``, ``mean``, ``std`` and ``standard_error``,
+            (points, poses, 3), and ``worst_case``, (points, poses); lengths.
+        """
+        return {
+            "position": self.position,
+            "compliance": self.compliance,
+            "clearance": self.clearance,
+            "mean": self.mean,
+            "std": self.std,
+            "standard_error": self.propagation.standard_error,
+            "worst_case": self.greatest,
+        }
+
+    def to_dataframe(self) -> Any:
+        """The table, one row a point and pose.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns ``point``, ``pose``, one for each drive, those of `arrays`, vectors as ``mean_x``, ``mean_y``,
+            ``mean_z``, and ``status``.
+
+        Raises
+        ------
+        FrameError
+            If pandas is not installed.
+        """
+        return to_dataframe(self)
+
+    def to_xarray(self) -> Any:
+        """All numbers with their dimensions named ``point``, ``pose``, ``axis``, ``sample`` and ``contributor``.
+
+        Returns
+        -------
+        xarray.Dataset
+            `arrays`, the samples as ``sample_displacement``, and the shares of the contributors in per cent as
+            ``worst_case_share`` and ``variance_share``; values of the drives as coordinates of the poses.
+
+        Raises
+        ------
+        FrameError
+            If xarray is not installed.
+        """
+        return to_xarray(self)
+
+    def __repr__(self) -> str:
+        """A table of the first point, and who is to blame."""
+        heads = [*self.drives, *(f"{name}{axis}" for name in ("mean u_", "σ_") for axis in "xyz"), "worst", "status"]
+        columns = [*self.drives.values(), *self.mean[0].T, *self.std[0].T, self.greatest[0]]
+        rows = [
+            [*(f"{value:.4g}" for value in row), status]
+            for row, status in zip(np.column_stack(columns).tolist(), self.status.tolist(), strict=True)
+        ]
+        left = len(rows) - MOST_SHOWN
+        title = (
+            f"Study of {', '.join(self.points)}: {self._poses} poses, {self.propagation.n} samples; {self.points[0]}"
+        )
+        parts = [text_table(title, heads, rows[:MOST_SHOWN]), *([f"and {left} more poses"] if left > 0 else [])]
+        if np.isfinite(self.greatest[0]).any():
+            parts.append(repr(self.contributors[self.points[0]]))
+        return "\n".join([*parts, repr(self.propagation.failures)])
+
+
+def study(
+    linkage: LinkageDescription,
+    tolerances: Mapping[str, Any],
+    points: str | Sequence[str],
+    poses: DrivenPoses,
+    *,
+    inertia: bool,
+    **options: Any,
+) -> AccuracyStudy:
+    """All that tolerances do to points of a linkage; see `Linkage.study`."""
+    names = (points,) if isinstance(points, str) else tuple(points)
+    source, found = described(linkage, tolerances)
+    motion = poses.move(linkage)
+    if not names or len(motion.shape) > 1:
+        wrong = "no point" if not names else f"a motion of shape {motion.shape}"
+        raise FrameError(f"study was given {wrong}: give one point or more, and drives with one axis of poses")
+    accuracy = {point: motion.accuracy(point, inertia=inertia) for point in names}
+    sampled = SampledDisplacement(source, found, poses, names, nominal_positions(motion, accuracy), inertia)
+    worst = worst_cases(motion, sampled)
+    laws = {name: each.distribution for name, each in found.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SampleWarning)  # the study tells of them
+        propagation = propagate(sampled, laws, axis=2, chunk=CHUNK, **options)
+    return AccuracyStudy(motion, names, found, accuracy, propagation, worst)
+
+
+def driven(
+    drives: Mapping[str, ArrayLike] | None,
+    rates: Mapping[str, ArrayLike] | None,
+    accelerations: Mapping[str, ArrayLike] | None,
+    branch: str,
+    tolerance: float,
+) -> DrivenPoses:
+    """What `Linkage.move` takes, as arrays."""
+    given = [("drives", drives), ("rates", rates), ("accelerations", accelerations)]
+    values, speeds, gains = (
+        {name: finite(each, f"{what} of joint {name!r}") for name, each in by_joint(what, found).items()}
+        for what, found in given
+    )
+    return DrivenPoses(values, speeds, gains, branch, tolerance)

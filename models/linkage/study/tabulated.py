@@ -1,0 +1,90 @@
+"""The numbers of a study as a table of pandas, or as a data set of xarray."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ...propagation import Propagation
+from ..worst_case.contributors import Contributors
+
+AXES = ("x", "y", "z")
+# Dimensions of the arrays of a study by their number of axes.
+DIMS = {1: ("pose",), 2: ("point", "pose"), 3: ("point", "pose", "axis")}
+
+
+class Tabulated(Protocol):
+    """What a table needs of a study."""
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Names of the points."""
+
+    @property
+    def propagation(self) -> Propagation:
+        """Samples of the displacement, (samples, points, poses, 3)."""
+
+    @property
+    def drives(self) -> dict[str, Array]:
+        """Values of the drives, (poses,) each."""
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """Why a pose has no result, (poses,)."""
+
+    @property
+    def contributors(self) -> Mapping[str, Contributors]:
+        """Shares by point."""
+
+    def arrays(self) -> dict[str, Array]:
+        """Numbers by name, (points, poses) or (points, poses, 3)."""
+
+
+def to_dataframe(study: Tabulated) -> Any:
+    """One row a point and pose: see `AccuracyStudy.to_dataframe`."""
+    pandas = _imported("pandas", "to_dataframe")
+    poses = len(study.status)
+    columns: dict[str, Any] = {
+        "point": np.repeat(study.points, poses),
+        "pose": np.tile(np.arange(poses), len(study.points)),
+    }
+    columns |= {name: np.tile(values, len(study.points)) for name, values in study.drives.items()}
+    for name, values in study.arrays().items():
+        if values.ndim == 3:
+            columns |= {f"{name}_{axis}": values[..., k].reshape(-1) for k, axis in enumerate(AXES)}
+        else:
+            columns[name] = values.reshape(-1)
+    columns["status"] = np.tile(study.status, len(study.points))
+    return pandas.DataFrame(columns)
+
+
+def to_xarray(study: Tabulated) -> Any:
+    """With dimensions named: see `AccuracyStudy.to_xarray`."""
+    xarray = _imported("xarray", "to_xarray")
+    data: dict[str, Any] = {name: (DIMS[values.ndim], values) for name, values in study.arrays().items()}
+    data["status"] = (("pose",), study.status)
+    coords: dict[str, Any] = {
+        "point": list(study.points), "pose": np.arange(len(study.status)), "axis": list(AXES),
+    }  # fmt: skip
+    coords |= {name: (("pose",), values) for name, values in study.drives.items()}
+    data["sample_displacement"] = (("sample", "point", "pose", "axis"), study.propagation.samples)
+    shares = [study.contributors[point] for point in study.points]
+    coords["contributor"] = list(shares[0].names)
+    shape = (len(shares), len(study.status), -1)
+    for name, part in (("worst_case_share", "worst"), ("variance_share", "of_variance")):
+        stacked = np.stack([getattr(each, part) for each in shares]).reshape(shape)
+        data[name] = (("point", "pose", "contributor"), stacked)
+    return xarray.Dataset(data, coords)
+
+
+def _imported(name: str, method: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError:
+        raise FrameError(f"{method} needs {name}, which is not installed: pip install {name}") from None
