@@ -234,7 +234,7 @@ def test_the_population_has_another_spread_than_its_samples() -> None:
     wanted[1, 1] = 0.5 * (1e-6 + 25e-10 - square.real) - mean.imag**2
     wanted[0, 1] = wanted[1, 0] = 0.5 * square.imag - mean.real * mean.imag
     assert_allclose(offset_covariance(1e-3, 5e-5, np.pi, 1.3), wanted, atol=1e-18)
-    many = compute(Inputs(samples=20000, poses=(30.0, 30.0, 1.0)))
+    many = compute(Inputs(samples=20000, poses=(30.0, 30.0, 1.0)), large=False)
     found = run_std(many.inputs, many.motion)
     assert found is not None
     spread = many.study.clearance
