@@ -105,7 +105,10 @@ def test_sizes_must_be_positive(option: str, value: str, capsys: pytest.CaptureF
         (["--poses", "90", "0", "10"], ["--poses", "90 0 10", "LAST ≥ FIRST"]),
         (["--poses", "0", "360", "1e-9"], ["--poses", "greater STEP"]),
         (["--histogram-pose", "33"], ["--histogram-pose 33", "none of the poses", "30"]),
-        (["--histogram-pose", "180"], ["--histogram-pose 180", "singular: coupler and rocker in line"]),
+        (
+            ["--histogram-pose", "180", "--samples", "3"],
+            ["--histogram-pose 180", "singular: coupler and rocker in line"],
+        ),
         (["--ground", "0.5"], ["no pose can be assembled", "--ground 0.5", "gap of 0.1 m", "at 0°"]),
         (["--frobnicate"], ["--frobnicate"]),
     ],
