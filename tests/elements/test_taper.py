@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import mpmath as mp
@@ -30,6 +31,7 @@ def circle(d: Any) -> dict[str, Any]:
 def tip_flexibility(properties: Any, start: list[float], end: list[float]) -> np.ndarray:
     """Flexibility of the tip of a cantilever, (6, 6), by Mohr's integrals of the sizes' linear course."""
 
+    @cache  # all integrals take the same points
     def at(x: Any) -> dict[str, Any]:
         return properties(
             *[mp.mpf(a) + (mp.mpf(b) - mp.mpf(a)) * x / mp.mpf(L) for a, b in zip(start, end, strict=True)]

@@ -65,5 +65,9 @@ class Browser:
         return self._asked(f"{self.session}/execute/sync", {"script": program, "args": list(arguments)})
 
     def close(self) -> None:
+        """End the browser by its driver, without which it would run on."""
+        request = urllib.request.Request(self.root + self.session, method="DELETE")
+        with urllib.request.urlopen(request, timeout=60):
+            pass
         self.driver.terminate()
         self.driver.wait(20)

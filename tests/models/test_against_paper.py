@@ -77,24 +77,27 @@ class Corotational:
         self.moves = moves
 
     def forces(self, state: Array) -> Array:
-        """Internal forces and moments minus the load on the free coordinates."""
-        moved, turned = state[: self.moves].reshape(-1, 2), state[self.moves :]
+        """Internal forces and moments minus the load on the free coordinates, of states (..., coordinates)."""
+        moved, turned = state[..., : self.moves].reshape(*state.shape[:-1], -1, 2), state[..., self.moves :]
         out = np.zeros_like(state)
         for (i, r), (j, s) in self.elements:
-            start, now = self.places[j] - self.places[i], self.places[j] + moved[j] - self.places[i] - moved[i]
-            length, reach = np.hypot(*start), np.hypot(*now)
+            start, now = self.places[j] - self.places[i], self.places[j] - self.places[i]
+            now = now + moved[..., j, :] - moved[..., i, :]
+            length, reach = np.hypot(*start), np.hypot(now[..., 0], now[..., 1])
             chord = np.angle((now @ [1.0, 1.0j]) / (start @ [1.0, 1.0j]))
-            first, second = turned[r] - chord, turned[s] - chord
+            first, second = turned[..., r] - chord, turned[..., s] - chord
             ends = BENDING / length * np.array([4.0 * first + 2.0 * second, 2.0 * first + 4.0 * second])
-            along = now / reach
-            across = np.array([-along[1], along[0]])
-            pull = AREA * (reach - length) / length * along - ends.sum() / reach * across
-            out[2 * j : 2 * j + 2] += pull
-            out[2 * i : 2 * i + 2] -= pull
-            out[self.moves + r] += ends[0]
-            out[self.moves + s] += ends[1]
-        out[2 * self.loaded + 1] -= FORCE
-        return out[self.free]
+            along = now / reach[..., None]
+            across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+            pull = (AREA * (reach - length) / length)[..., None] * along - (ends.sum(axis=0) / reach)[
+                ..., None
+            ] * across
+            out[..., 2 * j : 2 * j + 2] += pull
+            out[..., 2 * i : 2 * i + 2] -= pull
+            out[..., self.moves + r] += ends[0]
+            out[..., self.moves + s] += ends[1]
+        out[..., 2 * self.loaded + 1] -= FORCE
+        return out[..., self.free]
 
     def displacement(self, turn: float) -> Array:
         """Displacement of P by Newton's method from a coupler that has turned, its rocker closing the loop."""
@@ -112,11 +115,8 @@ class Corotational:
             off = self.forces(state)
             if np.abs(off).max() < 1e-7:
                 return state[2 * self.loaded : 2 * self.loaded + 2]
-            slope = np.zeros((len(off), len(off)))
-            for column, k in enumerate(self.free):
-                step = np.zeros_like(state)
-                step[k] = 1e-8
-                slope[:, column] = (self.forces(state + step) - self.forces(state - step)) / 2e-8
+            steps = 1e-8 * np.eye(len(state))[self.free]
+            slope = (self.forces(state + steps) - self.forces(state - steps)).T / 2e-8
             change = np.linalg.solve(slope, -off)
             state[self.free] += change * min(1.0, 0.01 / np.abs(change).max())
         raise AssertionError("no equilibrium was found")
@@ -234,7 +234,7 @@ def test_the_population_has_another_spread_than_its_samples() -> None:
     wanted[1, 1] = 0.5 * (1e-6 + 25e-10 - square.real) - mean.imag**2
     wanted[0, 1] = wanted[1, 0] = 0.5 * square.imag - mean.real * mean.imag
     assert_allclose(offset_covariance(1e-3, 5e-5, np.pi, 1.3), wanted, atol=1e-18)
-    many = compute(Inputs(samples=20000, poses=(30.0, 30.0, 1.0)))
+    many = compute(Inputs(samples=20000, poses=(30.0, 30.0, 1.0)), large=False)
     found = run_std(many.inputs, many.motion)
     assert found is not None
     spread = many.study.clearance

@@ -31,7 +31,7 @@ from reference.as_frame import as_beam, as_frame
 from reference.compare import FORCES, allowed, apart, stacked
 from reference.four_bar import CLAMPED, ENDS, JOINTS, LENGTH, STIFFNESS, coordinates, four_bar
 from reference.random_structures import few, structures
-from reference.stiffness_method import DOUBLE, EXACT, mp, solve
+from reference.stiffness_method import DOUBLE, mp, solve
 from reference.structure import LOADS, Structure, Vector
 
 Array = NDArray[np.float64]
@@ -148,7 +148,7 @@ def test_four_bar_agrees_with_fifty_digits_where_the_usual_assembly_does_not(
     """
     frame, each = described(CASES[case])
     solution = frame.solve()
-    truth = [solve(structure, EXACT) for structure in each]
+    truth = [solve(structure) for structure in each]
     usual = [solve(structure, DOUBLE) for structure in each]
 
     exact = np.stack([stacked(result.displacement) for result in truth])
@@ -173,7 +173,7 @@ def test_random_frames_agree_with_fifty_digits(structure: Structure) -> None:
     """Displacements to the numerical contract; forces and joint displacements to FORCES times it."""
     frame = as_frame(structure)
     solution = frame.solve()
-    truth = solve(structure, EXACT)
+    truth = solve(structure)
     bound = allowed(solution.scaled_condition_number())
     ours = stacked({name: solution.displacement(name) for name in structure.nodes})
     assert apart(ours, stacked(truth.displacement)) <= bound
