@@ -14,6 +14,7 @@ from ....framework.errors import FrameError
 from ...job import digits
 from ..files.read import linkage_of
 from ..files.source import Source
+from ..linkage import Linkage
 from ..motion import Motion
 from ..page.data import MOST_POSES, traced_point
 from ..page.page import PageText, write_page
@@ -77,7 +78,7 @@ def write_file_page(source: Source, path: Path, point: str | None) -> str:
         text = PageText(title(source), command, about=list(_about(inputs, "")))
         _write(_few(Computed(inputs))[0], path, chosen, inputs, text, None)
         return chosen
-    linkage = linkage_of(source)
+    linkage = linkage_of(source, Linkage)
     motion = linkage.move()
     chosen = _known(point, linkage.points) or traced_point(motion) or ""
     if not chosen:

@@ -11,9 +11,9 @@ from ....framework.batch import Array
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..files.toml import Path as Place
 from ..motion import Motion
+from ..study.tolerances import Tolerance, dotted
 from ..worst_case.limits import Given, Limit, limits
 from ..worst_case.worst_case import WorstCase
-from .tolerances import Tolerance, dotted
 
 # Standard deviations that count as the end of a distribution that has none.
 DEVIATIONS = 3.0
