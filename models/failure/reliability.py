@@ -16,8 +16,8 @@ from ..propagation.inputs import JointInputs
 from ..sampling import Seed, root_seed, stream, whole
 from .design_points import DesignPoints, design_points, joined, likely
 from .importance import Estimate, Mixture, importance_sampling
-from .planes import beyond_planes
 from .limit_state import Function, LimitState
+from .planes import beyond_planes
 from .subset import Value, subset_simulation
 
 Array = NDArray[np.float64]
