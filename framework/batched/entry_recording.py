@@ -339,7 +339,10 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
         nodes: list[Value] = []
         for node in range(len(plan.topology.number)):
             nodes += values_of(written.tree.global_rows(node), written.component, written.excited, known)
-    program = _Layout(writer, [*nodes, *known.values(), *least.values()])
+    asked = [*nodes, *known.values(), *least.values()]
+    if any(not isinstance(value, Term) and np.isnan(value) for value in asked):
+        return None  # a pivot is zero whatever the numbers are: something is free to move
+    program = _Layout(writer, asked)
     places = program.outputs
     known_at = places[len(nodes) : len(nodes) + len(known)]
     return EntryProgram(

@@ -33,7 +33,7 @@ MANY, APART = 10, 1.0
 
 @dataclass(frozen=True, eq=False)
 class DesignPoints:
-    """Most likely failures of one limit state at several poses, the likeliest first at each.
+    """Most likely failures of one limit state at several poses, the nearest to the median first at each.
 
     Attributes
     ----------
@@ -173,16 +173,17 @@ class _Search:
 
 def _distinct(points: DesignPoints) -> DesignPoints:
     """Each point once, those that add something, sorted by pose and distance."""
-    order = np.lexsort((points.beta, ~points.converged, points.pose))
-    points = points[order]
+    distance = np.abs(points.beta)
+    order = np.lexsort((distance, ~points.converged, points.pose))
+    points, distance = points[order], distance[order]
     kept: list[int] = []
     for pose in np.unique(points.pose):
         here = np.flatnonzero(points.pose == pose)
-        here = here[points.beta[here] <= points.beta[here][points.converged[here]].min(initial=np.inf) + FURTHER]
+        here = here[distance[here] <= distance[here][points.converged[here]].min(initial=np.inf) + FURTHER]
         mine: list[int] = []
         for row in here:
             off = np.linalg.norm(points.scores[mine] - points.scores[row], axis=-1)
-            if not np.any(off <= SAME * max(1.0, abs(float(points.beta[row])))):
+            if not np.any(off <= SAME * max(1.0, float(distance[row]))):
                 mine.append(int(row))
         kept += mine
     return points[np.array(kept, dtype=np.int64)]

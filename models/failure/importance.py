@@ -128,36 +128,5 @@ def importance_sampling(
     error = np.sqrt(np.maximum(second / samples - mean**2, 0.0) / (samples - 1.0))
     # Where nothing failed, what a 95 % bound from the samples drawn as they are leaves open.
     error = np.where(hits > 0.0, error, 3.0 / (1.96 * AS_THEY_ARE * samples))
-    return Estimate(mean, error, samples.astype(np.int64))
-
-
-def union_of_half_spaces(normals: Array, beta: Array, rng: np.random.Generator, samples: int = 20_000) -> float:
-    """Probability of being beyond at least one of several planes.
-
-    Each sample lies beyond one plane, chosen by its probability, and counts for one over the number of planes that it
-    lies beyond (A. B. Owen, Y. Maximov & M. Chertkov, Electronic J. of Statistics 13, 2019, doi:10.1214/18-EJS1507).
-
-    Parameters
-    ----------
-    normals
-        Unit normals (n, k), away from the median.
-    beta
-        Distances of the planes, (n,).
-    rng
-        Source of the samples.
-    samples
-        Their number.
-    """
-    from scipy.special import ndtr, ndtri
-
-    single = ndtr(-beta)
-    whole = float(single.sum())
-    if whole == 0.0 or len(beta) == 1:
-        return whole
-    chosen = rng.choice(len(beta), size=samples, p=single / whole)
-    scores = rng.normal(size=(samples, normals.shape[1]))
-    # The score along the chosen normal, drawn from what lies beyond its plane.
-    along = -ndtri(np.maximum(rng.random(samples), 2.0**-54) * single[chosen])
-    scores += (along - np.sum(scores * normals[chosen], axis=1))[:, None] * normals[chosen]
-    beyond = (scores @ normals.T >= beta).sum(axis=1)
-    return whole * float(np.mean(1.0 / np.maximum(beyond, 1)))
+    # Weights add up to a little more than one where nearly everything fails.
+    return Estimate(np.minimum(mean, 1.0), error, samples.astype(np.int64))

@@ -76,7 +76,8 @@ class LimitState:
         stencil = np.concatenate([np.zeros((1, self.size)), STEP * np.eye(self.size), -STEP * np.eye(self.size)])
         if self.gradient is None:
             found = self.values(scores[:, None] + stencil, pose[:, None])
-            slopes = (found[:, 1 : self.size + 1] - found[:, self.size + 1 :]) / (2.0 * STEP)
+            with np.errstate(invalid="ignore"):
+                slopes = (found[:, 1 : self.size + 1] - found[:, self.size + 1 :]) / (2.0 * STEP)
             return found[:, 0], np.where(np.isfinite(slopes), slopes, 0.0)
         by_input = self.gradient(*self._arguments(self.inputs.at_scores(scores), pose))
         around = self.inputs.at_scores((scores[:, None] + stencil).reshape(-1, self.size))

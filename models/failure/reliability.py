@@ -15,8 +15,9 @@ from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.inputs import JointInputs
 from ..sampling import Seed, root_seed, stream, whole
 from .design_points import DesignPoints, design_points, joined, likely
-from .importance import Estimate, Mixture, importance_sampling, union_of_half_spaces
+from .importance import Estimate, Mixture, importance_sampling
 from .limit_state import Function, LimitState
+from .planes import beyond_planes
 from .subset import Value, subset_simulation
 
 Array = NDArray[np.float64]
@@ -118,9 +119,9 @@ class Reliability:
         z = float(ndtri(p) if np.isinf(self.freedom) else stdtrit(self.freedom, p))
         with np.errstate(divide="ignore", invalid="ignore"):
             spread = np.exp(z * np.sqrt(np.log1p(self.coefficient_of_variation**2)))
-        some = self.probability > 0.0
-        low = np.where(some, self.probability / spread, 0.0 * self.standard_error)
-        high = np.where(some, self.probability * spread, z * self.standard_error)
+            some = self.probability > 0.0
+            low = np.where(some, self.probability / spread, 0.0 * self.standard_error)
+            high = np.where(some, self.probability * spread, z * self.standard_error)
         return ConfidenceInterval(low, np.minimum(high, 1.0))
 
     def __repr__(self) -> str:
@@ -255,7 +256,7 @@ class _Run:
         return self._of_points(points[~np.isnan(found)], found[~np.isnan(found)])
 
     def _of_points(self, points: DesignPoints, probability: Array) -> Estimate:
-        """Of planes with the probabilities of the points: beyond at least one of them."""
+        """Of planes with the probabilities of the points."""
         from scipy.special import ndtri
 
         pose = np.zeros_like(points.pose) if self.together else points.pose
@@ -263,7 +264,7 @@ class _Run:
         for problem in np.unique(pose):
             mine = pose == problem
             rng = stream(self.root, f"planes {problem}")
-            out[problem] = union_of_half_spaces(points.normals[mine], -ndtri(probability[mine]), rng)
+            out[problem] = beyond_planes(points.normals[mine], -ndtri(probability[mine]), points.pose[mine], rng)
         lost = np.setdiff1d(np.arange(self.problems), pose)
         if lost.size:
             where = f" at pose number {lost[0]}" if self.state.poses and not self.together else ""
@@ -304,4 +305,6 @@ class _Run:
             found = subset_simulation(self._of_one(pose), self.state.size, rng, 10 * (samples // 10))
             out[run, problem] = found.probability
         error = out.std(axis=0, ddof=1) / np.sqrt(RUNS)
+        # Of nothing, a 95 % bound by the samples of the first levels.
+        error = np.where(out.any(axis=0), error, 3.0 / (1.96 * RUNS * samples))
         return Estimate(out.mean(axis=0), error, np.full(self.problems, RUNS * samples), RUNS - 1.0)

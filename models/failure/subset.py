@@ -54,14 +54,21 @@ def subset_simulation(value: Value, size: int, rng: np.random.Generator, samples
         threshold = float(0.5 * (flat[order[chains - 1]] + flat[order[chains]]))
         last = threshold <= 0.0
         inside = table <= (0.0 if last else threshold)
+        if inside.all():
+            # Where most of the samples are alike no level leads on: the failures among them are counted.
+            last, inside = True, table <= 0.0
         share = float(inside.mean())
         if share == 0.0:
             return Subset(0.0, np.zeros((0, size)))
         probability *= share
         if last:
             break
-        start = scores.reshape(-1, size)[order[:chains]]
-        scores, table, spread = _chains(value, start, flat[order[:chains]], threshold, rng, samples // chains, spread)
+        begin = order[:chains]
+        if np.count_nonzero(inside) > chains:
+            # Of samples that are alike none is preferred: the chains begin with a fair choice of the level.
+            begin = rng.choice(np.flatnonzero(inside), chains, replace=False)
+        start = scores.reshape(-1, size)[begin]
+        scores, table, spread = _chains(value, start, flat[begin], threshold, rng, samples // chains, spread)
     else:
         return Subset(0.0, np.zeros((0, size)))
     failed = scores.reshape(-1, size)[table.reshape(-1) <= 0.0]

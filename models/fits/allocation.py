@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 # Share of the limit by which a solution may pass it for rounding.
 ROUNDING = 1e-9
+# Greatest cost that the solver is given: it takes sums for the same that differ by less than 1e-6.
+LARGEST_COST = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +131,15 @@ def _cheapest(used: Array, costs: Array, part_of: Sequence[int] | NDArray[np.int
     """Which choices (n,) are cheapest with at most 1 used in every row of (rows, n); None where none holds."""
     from scipy.optimize import Bounds, LinearConstraint, milp
 
-    one_each = (np.asarray(part_of) == np.arange(max(part_of) + 1)[:, None]).astype(np.float64)
+    mine = np.asarray(part_of) == np.arange(max(part_of) + 1)[:, None]
+    one_each = mine.astype(np.float64)
+    # What a choice costs more than the cheapest of its part, in numbers that the solver can tell apart.
+    more = costs - np.where(mine, costs, np.inf).min(axis=1)[np.asarray(part_of)]
+    if more.max() > 0.0:
+        more = more / more.max() * LARGEST_COST
     kept = used[_undominated(used)]
     found = milp(
-        costs,
+        more,
         integrality=np.ones(len(costs), dtype=np.int64),
         bounds=Bounds(0.0, 1.0),
         constraints=[LinearConstraint(kept, -np.inf, 1.0 + ROUNDING), LinearConstraint(one_each, 1.0, 1.0)],

@@ -150,6 +150,11 @@ def calibrate(
 
     with np.errstate(invalid="ignore"):
         found = least_squares(off, np.zeros(len(start)), model.slopes, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    if found.status < 1:
+        raise FrameError(
+            f"the search for the parameters did not end after {found.nfev} steps, at {model.told(found.x)}: begin "
+            "nearer, or give scales"
+        )
     return _calibration(model, found.x, target, known=spread is not None)
 
 
@@ -179,6 +184,10 @@ class _Model:
         """Parameters (m, p) or (p,)."""
         return np.array(list(self.start.values()), dtype=np.float64) + changes * self.sizes
 
+    def told(self, changes: Array) -> str:
+        """The parameters in words."""
+        return ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.start, self.values(changes), strict=True))
+
     def residual(self, changes: Array) -> Array:
         """What is predicted at changes (m, p), of what was measured, (m, n), over its uncertainty."""
         several = np.atleast_2d(changes)
@@ -197,6 +206,11 @@ class _Model:
         """Derivatives of the residuals, (n, p), by differences in one batch."""
         steps = STEP * np.eye(len(changes))
         found = self.residual(np.concatenate([changes + steps, changes - steps]))
+        if not np.isfinite(found).all():
+            raise FrameError(
+                f"the search for the parameters came to {self.told(changes)}, where the model predicts no value for "
+                "something measured: begin elsewhere, or leave out what was measured there"
+            )
         return np.asarray((found[: len(steps)] - found[len(steps) :]).T / (2.0 * STEP))
 
 

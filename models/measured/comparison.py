@@ -104,7 +104,8 @@ def compare(predicted: ArrayLike, measured: Measured, *, deviation: ArrayLike = 
     Raises
     ------
     FrameError
-        If shapes do not fit, neither of the two has an uncertainty, or the level is no probability.
+        If shapes do not fit, nothing measured is predicted, neither of the two has an uncertainty, or the level is no
+        probability.
 
     Examples
     --------
@@ -121,6 +122,8 @@ def compare(predicted: ArrayLike, measured: Measured, *, deviation: ArrayLike = 
     own = 0.0 if measured.uncertainty is None else measured.uncertainty
     whole = np.broadcast_to(np.hypot(own, spread), place.shape)
     known = np.isfinite(measured.position) & np.isfinite(place)
+    if not known.any():
+        raise FrameError("no pose that was measured has a predicted position: look at the drives and their units")
     if np.any(whole[known] <= 0.0):
         raise FrameError("neither measurement nor prediction has an uncertainty: give one of them")
     return Comparison(np.where(known, measured.position - place, np.nan), np.where(known, whole, 1.0), float(level))

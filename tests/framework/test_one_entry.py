@@ -297,3 +297,23 @@ def test_two_parts_that_nothing_connects_are_solved_apart() -> None:
     solution = pair(1.5).solve()
     np.testing.assert_array_equal(solution.displacement("B"), anew(pair(1.5))["displacement of B"])
     assert solution.plan.entry is None
+
+
+def test_a_rotation_that_nothing_holds_is_told_of_every_frame() -> None:
+    """A moment turns an end that is hinged on both sides: the pivot is zero whatever the numbers are."""
+
+    def hinged(length: float) -> Frame:
+        frame = Frame()
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", (length, 0.0, 0.0))
+        frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), STEEL, release=("end rz",)), "A", "B")
+        frame.fix("A")
+        frame.fix("B", "ux", "uy", "uz")
+        frame.load("B", mz=2.0)
+        return frame
+
+    for k in range(MET):
+        solution = hinged(1.0 + k).solve()
+        with pytest.warns(MechanismWarning):
+            assert np.isnan(solution.displacement("B")).any()
+        assert solution.status == "mechanism"

@@ -339,3 +339,32 @@ def test_clearance_that_is_not_small() -> None:
     assert "first order is off by up to" in repr(found)
     with pytest.raises(FrameError, match="drive A is none that contact can take up"):
         worst.sensitivity.motion.worst_case("P", drives={"A": 1e-3}).finite()  # type: ignore[attr-defined]
+
+
+def test_middles_of_tolerances_that_do_not_close_overconstrained_loops() -> None:
+    """Three parallel cranks: the length of the middle one has to be the mean of the others."""
+    linkage = Linkage(A=(0, 0), B=(0.3, 1), C=(2, 0), D=(2.3, 1), E=(4, 0), F=(4.3, 1))
+    for name, on in {"one": "AB", "two": "CD", "three": "EF", "coupler": "BDF"}.items():
+        linkage.link(name, *on)
+    linkage.revolute("A", "ground", "one", drive=True)
+    for point, first, second in (
+        ("B", "one", "coupler"),
+        ("D", "coupler", "two"),
+        ("F", "coupler", "three"),
+        ("C", "two", "ground"),
+        ("E", "three", "ground"),
+    ):
+        linkage.revolute(point, first, second)
+    motion = linkage.move(A=[1.0, 1.5])
+    with pytest.raises(FrameError, match="middles"):
+        motion.worst_case("D", lengths={"two": (0.0, 2e-4)}).support((0, 1))
+    # All of them longer by the same.
+    together = dict.fromkeys(("one", "two", "three"), (0.0, 2e-4))
+    found, even = (
+        motion.worst_case("D", lengths=together),
+        motion.worst_case("D", lengths=dict.fromkeys(together, 1e-4)),
+    )
+    along = motion.position("D") - motion.position("C")
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    assert_allclose(found.support(along), even.support(along) + 1e-4, rtol=1e-6)
+    assert_allclose(found.support(-along), even.support(-along) - 1e-4, atol=1e-10)

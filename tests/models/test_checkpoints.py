@@ -206,3 +206,19 @@ def test_runs_that_are_killed_go_on_to_the_same_bits():
     """Two here; ``python tests/stress/kills.py`` kills twenty."""
     script = "import sys, warnings; warnings.simplefilter('ignore'); from stress.kills import kills; kills(2)"
     subprocess.run([sys.executable, "-c", script], check=True, timeout=60, cwd=TESTS)
+
+
+@pytest.mark.parametrize("other", [1e9, np.inf])
+def test_another_function_beside_results_that_are_great(tmp_path, other):
+    """Displacements beside stresses: a function that has changed in the small ones alone is another one."""
+
+    def run(size):
+        def fn(x):
+            return np.stack([size * x, np.full_like(x, other)], axis=-1)
+
+        with np.errstate(invalid="ignore"):
+            return propagate(fn, {"x": stats.norm(1.0, 0.1)}, n=4096, rng=0, checkpoint=tmp_path)
+
+    assert run(1e-5 * (1.0 + 1e-13)).mean[0] == run(1e-5).mean[0]
+    with pytest.raises(FrameError, match="another run"):
+        run(1.3e-5)

@@ -122,3 +122,25 @@ def test_allocations_that_are_refused() -> None:
         allocate({"A": [1.0]}, {"A": {"H7/g6": (-1.0, 1.0)}}, 1.0)
     with pytest.raises(FrameError, match="the tightest of all parts come to 1"):
         allocate({"A": [1.0]}, {"A": some}, 0.5)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("unit", [1e-8, 1.0, 1e8])
+def test_costs_in_any_unit(unit: float, seed: int) -> None:
+    """The cheapest by trying all, whatever the costs are counted in; one part is dear in all its choices."""
+    rng = np.random.default_rng(seed)
+    effects = {name: rng.normal(size=5) for name in "ABCD"}
+    choices = {
+        name: {f"{k}": (float(rng.uniform(5e-6, 50e-6)), unit * float(10.0 ** rng.uniform(0.0, 2.0))) for k in range(3)}
+        for name in effects
+    }
+    choices["A"] = {name: (size, cost + 1000.0 * unit) for name, (size, cost) in choices["A"].items()}
+    least = np.max(
+        sum(np.abs(effects[name]) * min(size for size, _ in some.values()) for name, some in choices.items())
+    )
+    limit, best = 2.0 * float(least), np.inf
+    for chosen in product(*(some.values() for some in choices.values())):
+        off = sum(np.abs(effect) * size for effect, (size, _) in zip(effects.values(), chosen, strict=True))
+        if np.max(off) <= limit:
+            best = min(best, sum(cost for _, cost in chosen))
+    assert allocate(effects, choices, limit).cost == pytest.approx(best, rel=1e-12)

@@ -162,3 +162,15 @@ def test_what_is_refused() -> None:
         calibrate(decay, {"a": 1.0, "b": 1.0}, PLACES[:3])
     with pytest.raises(FrameError, match="predicts no value at the start"):
         calibrate(lambda a: np.full((len(a), 1), np.nan), {"a": 1.0}, [1.0])
+
+
+def test_a_search_that_comes_to_where_nothing_is_predicted_is_told() -> None:
+    """Such as dimensions with which the linkage cannot be assembled."""
+    with pytest.raises(FrameError, match="predicts no value"):
+        calibrate(lambda a: np.where(a < 0.5, np.nan, a)[:, None] * PLACES, {"a": 1.0}, 0.1 * PLACES)
+
+
+def test_a_comparison_of_nothing_is_refused() -> None:
+    """As where degrees were taken for radians, and no pose is assembled: it would lie within every band."""
+    with pytest.raises(FrameError, match="no pose that was measured"):
+        compare(np.full((2, 3), np.nan), Measured(np.ones((2, 3)), 1e-3, {}))

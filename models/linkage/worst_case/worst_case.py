@@ -80,7 +80,25 @@ class WorstCase:
         # Redundant constraints that nothing opens, as those across the plane of a plane linkage, hold by themselves.
         opened = np.abs(stress) > OPENED * np.nanmax(np.abs(columns), initial=0.0)
         kept = np.nan_to_num(stress) if opened.any() else None
+        if kept is not None:
+            self._check_middles(np.nanmax(np.abs(columns), initial=0.0))
         return ReachableRegion(centre, columns[..., :3, :], sizes, tuple(each.name for each in self.limits), kept)
+
+    def _check_middles(self, moved: float) -> None:
+        """Refuse intervals whose middles, all together, open a redundant constraint: nothing is symmetric about them.
+
+        Parameters
+        ----------
+        moved
+            The most that a deviation moves.
+        """
+        aside = [each for each in self.limits if each.middle.any()]
+        open_by = [each.by[..., 6:, 0] * each.middle[..., None] for each in aside]
+        if np.any(np.abs(np.sum(np.broadcast_arrays(0.0, *open_by), axis=0)) > OPENED * moved):
+            raise FrameError(
+                f"the tolerances of {', '.join(each.name for each in aside)} are not symmetric, and with all of them "
+                "at their middles the overconstrained loops do not close: give tolerances whose middles fit each other"
+            )
 
     @property
     def greatest(self) -> Array:
