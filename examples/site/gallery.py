@@ -1,0 +1,66 @@
+"""The scripts of examples/ as sphinx-gallery wants them: a title, the sketch as it was typed, a figure, a live page."""
+
+import ast
+import runpy
+import shutil
+import textwrap
+from pathlib import Path
+
+# These two draw README's pictures from the linkages of the other scripts.
+LEFT_OUT = {"four_bar_picture", "linkage_pictures"}
+# Name of the script: the point that its figure and its live page follow, for scripts that leave a `motion`.
+FOLLOWED = {
+    "andrews_squeezer": "E",
+    "cardan_shaft": "E",
+    "delta_robot": "P",
+    "excavator": "E",
+    "five_bar": "P",
+    "rssr": "B",
+    "scissor_lift": "L4",
+    "six_bar": "P",
+    "slider_crank": "C",
+    "stewart_platform": "P",
+    "three_rrr": "P",
+    "worst_case": "P",
+}
+
+
+def prepare(scripts: Path, target: Path, live: Path) -> None:
+    """Write the scripts in folder `scripts` to `target`, and their live pages to ``live/pages``."""
+    shutil.rmtree(target, ignore_errors=True)
+    target.mkdir(parents=True)
+    (live / "pages").mkdir(parents=True, exist_ok=True)
+    (target / "README.rst").write_text(INTRODUCTION, encoding="utf-8")
+    for data in scripts.glob("*.toml"):
+        shutil.copy(data, target)
+    for script in sorted(scripts.glob("*.py")):
+        if script.stem not in LEFT_OUT:
+            point = FOLLOWED.get(script.stem)
+            (target / script.name).write_text(_titled(script, point), encoding="utf-8")
+            if point:
+                runpy.run_path(str(script))["motion"].page(
+                    live / "pages" / f"{script.stem}.html", point, title=script.stem.replace("_", " ")
+                )
+
+
+def _titled(script: Path, point: str | None) -> str:
+    """The script with its docstring as a page: first sentence as title, the rest as it was typed."""
+    source = script.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    title, _, sketch = (ast.get_docstring(tree, clean=False) or "").partition("\n")
+    rest = "\n".join(source.splitlines()[tree.body[0].end_lineno :]).strip().replace("__file__", repr(script.name))
+    name = script.stem.replace("_", " ").capitalize()
+    page = [name, "=" * len(name), "", title.replace("\\", "\\\\")]
+    if point:
+        page += ["", f"`Live page <../../pages/{script.stem}.html>`__: drag the drive, move the sliders."]
+    page += ["", ".. code-block:: text", "", textwrap.indent(textwrap.dedent(sketch).strip("\n"), "    ")]
+    text = 'r"""' + "\n".join(page) + f'\n"""\n\n{rest}\n'
+    return text + f'\n# %%\n# The path of {point}.\n\nmotion.plot(trace="{point}")\n' if point else text
+
+
+INTRODUCTION = """Gallery
+=======
+
+Every script of the folder `examples`, run when this site was built. The tests check each of them against a closed form
+or a published value.
+"""
