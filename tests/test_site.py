@@ -14,14 +14,13 @@ import pytest
 SITE = Path(__file__).parents[1] / "examples" / "site"
 MADE = {"generated", "templates"}
 PAGES = sorted(page for page in SITE.rglob("*.rst") if not MADE.intersection(page.parts))
-BLOCK = re.compile(r"^\.\. (?:code-block:: python|plot::)\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
+BLOCK = re.compile(r"^\.\. run::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
 TREE = re.compile(r"^\.\. toctree::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
 
 
 def blocks(page: Path) -> list[str]:
-    """Blocks of Python, without the options of their directives."""
-    found = BLOCK.findall(page.read_text(encoding="utf-8"))
-    return [re.sub(r"\A(?:\s*:.*\n)+", "", textwrap.dedent(block)) for block in found]
+    """Blocks of Python that are run when the site is built."""
+    return [textwrap.dedent(block) for block in BLOCK.findall(page.read_text(encoding="utf-8"))]
 
 
 @pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWarning")  # pages read singular poses to show them
@@ -43,5 +42,12 @@ def test_every_page_is_in_a_list() -> None:
     listed = {SITE / "index.rst"}
     for page in PAGES:
         for tree in TREE.findall(page.read_text(encoding="utf-8")):
-            listed |= {page.parent / f"{name}.rst" for name in re.findall(r"^   (\w[\w/]*)$", tree, flags=re.MULTILINE)}
+            listed |= {
+                page.parent / f"{name}.rst"
+                for name in re.findall(r"^   (?:.*<)?(\w[\w/]*)>?$", tree, flags=re.MULTILINE)
+            }
     assert set(PAGES) <= listed
+
+
+def test_no_block_of_python_is_only_shown() -> None:
+    assert not [page.name for page in PAGES if "code-block:: python" in page.read_text(encoding="utf-8")]

@@ -22,7 +22,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
     "numpydoc",
-    "matplotlib.sphinxext.plot_directive",
+    "run_blocks",
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["generated/examples", "**/*.inc"]
@@ -34,15 +34,13 @@ autodoc_typehints = "none"  # the text says types, shapes and units
 autosummary_ignore_module_all = False
 numpydoc_show_class_members = False
 
-plot_include_source = True
-plot_html_show_source_link = False
-plot_html_show_formats = False
-plot_formats = [("png", 110)]
-
 html_theme = "pydata_sphinx_theme"
 html_title = f"linkframe {version}"
 html_theme_options = {"secondary_sidebar_items": ["page-toc"], "show_prev_next": True, "navigation_with_keys": False}
 html_show_sourcelink = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_sidebars = {page: [] for page in ("index", "tutorial", "theory", "validation", "benchmarks")}
 html_extra_path = ["generated/live"]
 
 sphinx_gallery_conf = {
@@ -53,6 +51,7 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "show_memory": False,
     "show_signature": False,
+    "within_subsection_order": "FileNameSortKey",
     "min_reported_time": 1e9,
     "write_computation_times": False,
 }

@@ -23,6 +23,30 @@ FOLLOWED = {
     "three_rrr": "P",
     "worst_case": "P",
 }
+# What the other scripts show, drawn.
+BEND = "import matplotlib.pyplot as plt\n\n"
+DRAWN = {
+    "batch_sweep": 'solution.plot("deformed", entry=(0, 0))',
+    "bennett": 'motion.plot(trace="H2")',
+    "bricard": 'motion.plot(trace="H3")',
+    "cantilever": 'solution.plot("M")',
+    "four_bar": BEND + 'plt.semilogy(np.degrees(theta), compliance)\nplt.xlabel("crank [°]")\n'
+    'plt.ylabel("P under 100 N [m]")',
+    "loose_pins": BEND + 'plt.plot(np.degrees(theta), 1e6 * by_clearance)\nplt.xlabel("crank [°]")\n'
+    'plt.ylabel("displacement of P by clearance [µm]")',
+    "optimal_six_bar": 'six_bar(found.x).move(A=THETA).plot(trace="P")',
+    "own_cable": 'solution.plot("deformed", entry=0)',
+    "own_foundation": 'frame.solve().plot("deformed", entry=0)',
+    "own_hardening_spring": BEND + 'plt.plot(force, 1e3 * elongation, "o-", label="hardening")\n'
+    'plt.plot(force, 1e3 * linear.displacement("B")[:, 0], "--", label="linear")\n'
+    'plt.legend()\nplt.xlabel("force [N]")\nplt.ylabel("elongation [mm]")',
+    "own_heated_beam": 'frame.solve().plot("M", entry=1)',
+    "own_truss": 'frame.solve().plot("deformed", entry=0)',
+    "pictures": 'solution.plot("M", entry=pose)',
+    "portal_frame": 'solution.plot("M")',
+    "scikit_fem_form": 'solution.plot("deformed", entry=0)',
+    "three_hinged_frame": 'solution.plot("M")',
+}
 
 
 def prepare(scripts: Path, target: Path, live: Path) -> None:
@@ -54,8 +78,8 @@ def _titled(script: Path, point: str | None) -> str:
     if point:
         page += ["", f"`Live page <../../pages/{script.stem}.html>`__: drag the drive, move the sliders."]
     page += ["", ".. code-block:: text", "", textwrap.indent(textwrap.dedent(sketch).strip("\n"), "    ")]
-    text = 'r"""' + "\n".join(page) + f'\n"""\n\n{rest}\n'
-    return text + f'\n# %%\n# The path of {point}.\n\nmotion.plot(trace="{point}")\n' if point else text
+    drawn = f'motion.plot(trace="{point}")' if point else DRAWN[script.stem]
+    return 'r"""' + "\n".join(page) + f'\n"""\n\n{rest}\n\n# %%\n# Drawn:\n\n{drawn}\n'
 
 
 INTRODUCTION = """Gallery
