@@ -16,6 +16,7 @@ MADE = {"generated", "templates"}
 PAGES = sorted(page for page in SITE.rglob("*.rst") if not MADE.intersection(page.parts))
 BLOCK = re.compile(r"^\.\. run::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
 TREE = re.compile(r"^\.\. toctree::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
+ENTRY = re.compile(r"^   (?:.*<)?(\w[\w/]*)>?$", flags=re.MULTILINE)
 
 
 def blocks(page: Path) -> list[str]:
