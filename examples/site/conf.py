@@ -20,7 +20,7 @@ version = release = installed("linkframe")
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
+    "mathml",
     "numpydoc",
     "run_blocks",
     "sphinx_gallery.gen_gallery",
@@ -34,6 +34,7 @@ autodoc_typehints = "none"  # the text says types, shapes and units
 autosummary_ignore_module_all = False
 numpydoc_show_class_members = False
 
+html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = f"linkframe {version}"
 html_theme_options = {"secondary_sidebar_items": ["page-toc"], "show_prev_next": True, "navigation_with_keys": False}
