@@ -41,7 +41,7 @@ def column(segments: int, left: tuple[str, ...], right: tuple[str, ...], load: f
 
 @pytest.mark.parametrize("case", CASES)
 def test_critical_load(case: str) -> None:
-    """P = x^2 EI/L^2, x = pi/2, pi, 4.4934, 2 pi."""
+    """Order of the error in P = x^2 EI/L^2, x = pi/2, pi, 4.4934, 2 pi."""
     left, right, root = CASES[case]
     load = 1234.5
     euler = root**2 * 200e9 * COLUMN.Iz / LENGTH**2 / load

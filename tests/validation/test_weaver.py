@@ -29,9 +29,9 @@ def test_plane_frame() -> None:
     frame.point_load("strut", at=62.5, fy=-20.0)
     solution = frame.solve()
     ux, uy, _, _, _, rz = solution.displacement("corner")
-    assert abs(ux + 0.02026) < 0.5e-5
-    assert abs(uy + 0.09936) < 0.5e-5
-    assert abs(rz + 0.001797) < 1e-6
+    assert_allclose(ux, -0.02026, rtol=0, atol=0.5e-5)
+    assert_allclose(uy, -0.09936, rtol=0, atol=0.5e-5)
+    assert_allclose(rz, -0.001797, rtol=0, atol=1e-6)
     left, right = solution.reaction("left"), solution.reaction("right")
     # Statics: 10 + 24 + 20 kips; moments about the left end, the nodal couple included.
     assert_allclose(left[:2] + right[:2], [0.0, 54.0], atol=1e-11)

@@ -1,0 +1,90 @@
+"""The scripts of examples/ as sphinx-gallery wants them: a title, the sketch as it was typed, a figure, a live page."""
+
+import ast
+import runpy
+import shutil
+import textwrap
+from pathlib import Path
+
+# These two draw README's pictures from the linkages of the other scripts.
+LEFT_OUT = {"four_bar_picture", "linkage_pictures"}
+# Name of the script: the point that its figure and its live page follow, for scripts that leave a `motion`.
+FOLLOWED = {
+    "andrews_squeezer": "E",
+    "cardan_shaft": "E",
+    "delta_robot": "P",
+    "excavator": "E",
+    "five_bar": "P",
+    "rssr": "B",
+    "scissor_lift": "L4",
+    "six_bar": "P",
+    "slider_crank": "C",
+    "stewart_platform": "P",
+    "three_rrr": "P",
+    "worst_case": "P",
+}
+# What the other scripts show, drawn.
+BEND = "import matplotlib.pyplot as plt\n\n"
+DRAWN = {
+    "batch_sweep": 'solution.plot("deformed", entry=(0, 0))',
+    "bennett": 'motion.plot(trace="H2")',
+    "bricard": 'motion.plot(trace="H3")',
+    "cantilever": 'solution.plot("M")',
+    "four_bar": BEND + 'plt.semilogy(np.degrees(theta), compliance)\nplt.xlabel("crank [°]")\n'
+    'plt.ylabel("P under 100 N [m]")',
+    "loose_pins": BEND + 'plt.plot(np.degrees(theta), 1e6 * by_clearance)\nplt.xlabel("crank [°]")\n'
+    'plt.ylabel("displacement of P by clearance [µm]")',
+    "optimal_six_bar": 'six_bar(found.x).move(A=THETA).plot(trace="P")',
+    "own_cable": 'solution.plot("deformed", entry=0)',
+    "own_foundation": 'frame.solve().plot("deformed", entry=0)',
+    "own_hardening_spring": BEND + 'plt.plot(force, 1e3 * elongation, "o-", label="hardening")\n'
+    'plt.plot(force, 1e3 * linear.displacement("B")[:, 0], "--", label="linear")\n'
+    'plt.legend()\nplt.xlabel("force [N]")\nplt.ylabel("elongation [mm]")',
+    "own_heated_beam": 'frame.solve().plot("M", entry=1)',
+    "own_truss": 'frame.solve().plot("deformed", entry=0)',
+    "pictures": 'solution.plot("M", entry=pose)',
+    "portal_frame": 'solution.plot("M")',
+    "scikit_fem_form": 'solution.plot("deformed", entry=0)',
+    "three_hinged_frame": 'solution.plot("M")',
+}
+
+
+def prepare(scripts: Path, target: Path, live: Path) -> None:
+    """Write the scripts in folder `scripts` to `target`, and their live pages to ``live/pages``."""
+    shutil.rmtree(target, ignore_errors=True)
+    target.mkdir(parents=True)
+    (live / "pages").mkdir(parents=True, exist_ok=True)
+    (target / "README.rst").write_text(INTRODUCTION, encoding="utf-8")
+    for data in scripts.glob("*.toml"):
+        shutil.copy(data, target)
+    for script in sorted(scripts.glob("*.py")):
+        if script.stem not in LEFT_OUT:
+            point = FOLLOWED.get(script.stem)
+            (target / script.name).write_text(_titled(script, point), encoding="utf-8")
+            if point:
+                runpy.run_path(str(script))["motion"].page(
+                    live / "pages" / f"{script.stem}.html", point, title=script.stem.replace("_", " ")
+                )
+
+
+def _titled(script: Path, point: str | None) -> str:
+    """The script with its docstring as a page: first sentence as title, the rest as it was typed."""
+    source = script.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    title, _, sketch = (ast.get_docstring(tree, clean=False) or "").partition("\n")
+    rest = "\n".join(source.splitlines()[tree.body[0].end_lineno :]).strip().replace("__file__", repr(script.name))
+    name = script.stem.replace("_", " ").capitalize()
+    page = [name, "=" * len(name), "", title.replace("\\", "\\\\")]
+    if point:
+        page += ["", f"`Live page <../../pages/{script.stem}.html>`__: drag the drive, move the sliders."]
+    page += ["", ".. code-block:: text", "", textwrap.indent(textwrap.dedent(sketch).strip("\n"), "    ")]
+    drawn = f'motion.plot(trace="{point}")' if point else DRAWN[script.stem]
+    return 'r"""' + "\n".join(page) + f'\n"""\n\n{rest}\n\n# %%\n# Drawn:\n\n{drawn}\n'
+
+
+INTRODUCTION = """Gallery
+=======
+
+Every script of the folder `examples`, run when this site was built. The tests check each of them against a closed form
+or a published value.
+"""
