@@ -2,8 +2,9 @@
 
 from .distributions import Interval, tolerance
 from .failure import Reliability, reliability
-from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, tolerance_grade
+from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, relative_cost, tolerance_grade
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
+from .fuzzy import FuzzyNumber, FuzzyResult, propagate_fuzzy
 from .intervals import ConfidenceInterval
 from .job.histogram import plot_histogram
 from .linkage import (
@@ -12,6 +13,8 @@ from .linkage import (
     DisplacementSensitivity,
     DriveRange,
     FiniteWorstCase,
+    FitAllocation,
+    FuzzyReach,
     Linkage,
     LoadsWarning,
     Mobility,
@@ -55,8 +58,12 @@ __all__ = [
     "Failures",
     "FiniteWorstCase",
     "Fit",
+    "FitAllocation",
     "FourBar",
     "FourBarMotion",
+    "FuzzyNumber",
+    "FuzzyReach",
+    "FuzzyResult",
     "GaussianCopula",
     "Histogram",
     "Interval",
@@ -93,8 +100,10 @@ __all__ = [
     "plot_histogram",
     "polynomial_chaos",
     "propagate",
+    "propagate_fuzzy",
     "read_linkage",
     "read_measured",
+    "relative_cost",
     "reliability",
     "sobol_indices",
     "taylor_moments",
