@@ -31,6 +31,7 @@ BENCHMARKS = (
     "programs",
     "middle",
     "one_frame",
+    "reliability",
 )
 PACKAGES = (
     "linkframe",
