@@ -36,7 +36,7 @@ PLAIN, WANTED = "plain Monte Carlo", 100.0
 
 def run(out: Path, quick: bool) -> list[Target]:
     """Run time against error of the methods for each quantity."""
-    rows = all_rows(range(8, 13, 2), 2, seeds=2) if quick else all_rows(range(8, 18, 3), 3, seeds=6)
+    rows = all_rows(range(8, 13, 2), 2, seeds=2) if quick else all_rows(range(8, 17, 4), 3, seeds=3)
     write(out, "reliability", rows)
     draw(out, rows)
     return targets(rows)
