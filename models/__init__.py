@@ -2,8 +2,9 @@
 
 from .distributions import Interval, tolerance
 from .failure import Reliability, reliability
-from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, tolerance_grade
+from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, relative_cost, tolerance_grade
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
+from .fuzzy import FuzzyNumber, FuzzyResult, propagate_fuzzy
 from .intervals import ConfidenceInterval
 from .job.histogram import plot_histogram
 from .linkage import (
@@ -13,6 +14,8 @@ from .linkage import (
     DisplacementSensitivity,
     DriveRange,
     FiniteWorstCase,
+    FitAllocation,
+    FuzzyReach,
     Linkage,
     LoadsWarning,
     Mobility,
@@ -57,8 +60,12 @@ __all__ = [
     "Failures",
     "FiniteWorstCase",
     "Fit",
+    "FitAllocation",
     "FourBar",
     "FourBarMotion",
+    "FuzzyNumber",
+    "FuzzyReach",
+    "FuzzyResult",
     "GaussianCopula",
     "Histogram",
     "Interval",
@@ -95,8 +102,10 @@ __all__ = [
     "plot_histogram",
     "polynomial_chaos",
     "propagate",
+    "propagate_fuzzy",
     "read_linkage",
     "read_measured",
+    "relative_cost",
     "reliability",
     "sobol_indices",
     "taylor_moments",

@@ -17,6 +17,7 @@ from benchmarks import (
     one_frame,
     paper_job,
     programs,
+    reliability,
     run,
     samples,
     segments,
@@ -122,6 +123,21 @@ def test_samplers() -> None:
     rows = work_precision.sample_rows(range(7, 9), seeds=2)
     assert all(row["rms_error"] < 0.1 for row in rows)
     assert all(target.met for target in work_precision.sample_targets(rows))
+
+
+def test_probabilities_are_exact() -> None:
+    """The mean of the integral is that of 50 digits, and each way comes near all that it tells."""
+    truth = reliability.exact()
+    assert_allclose(truth.mean, mean()[1], rtol=1e-12)
+    ways = {
+        "Sobol'": (reliability.sampled("sobol", 2048, 0), 0.05),
+        "polynomial": (reliability.fitted(2, 0, "moments"), 1e-3),
+        "sorm": (reliability.failing("sorm", 0), 2e-3),
+        "inverted": (reliability.inverted("form", 0), 1e-3),
+    }
+    for name, ((found, _), near) in ways.items():
+        for quantity, value in found.items():
+            assert_allclose(value, truth.of(quantity), rtol=near, err_msg=f"{name}: {quantity}")
 
 
 def test_stiff_joints() -> None:

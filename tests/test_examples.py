@@ -318,8 +318,8 @@ def test_linkage_pictures(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_every_linkage_has_its_picture() -> None:
     traced = example("linkage_pictures").TRACED
     described = {path.stem for path in EXAMPLES.glob("*.py") if "import Linkage" in path.read_text(encoding="utf-8")}
-    # Two more are the four-bar and a six-bar again, of which other things are shown.
-    assert set(traced) == described - {"worst_case", "optimal_six_bar"}
+    # Three more are the four-bar, a six-bar and the slider-crank again, of which other things are shown.
+    assert set(traced) == described - {"worst_case", "optimal_six_bar", "reliability"}
     for name, points in traced.items():
         assert set(points) <= set(example(name).linkage.points)
 
@@ -376,3 +376,21 @@ def test_loose_pins() -> None:
     reverses = np.sum(force["E"][1:] * force["E"][:-1], axis=-1) < 0.0
     assert_allclose(np.radians(shown.changes), shown.theta[:-1][reverses])
     assert reverses.sum() > 0
+
+
+def test_reliability() -> None:
+    """Probabilities by first order, fits that hold, cuts from none to the worst case, and the crank that was built."""
+    shown = example("reliability")
+    slopes = shown.motion.sensitivity("C").lengths
+    spread = shown.DEVIATION * np.hypot(slopes["crank"][:, 0], slopes["rod"][:, 0])
+    assert_allclose(shown.failing.probability, 2.0 * shown.stats.norm.sf(shown.ALLOWED / spread), rtol=5e-3)
+    step = 1e-6
+    numeric = (shown.place(shown.theta, 0.05 + step) - shown.place(shown.theta, 0.05 - step)) / (2.0 * step)
+    assert_allclose(slopes["crank"][:, 0], numeric, rtol=1e-7)
+    assert shown.fits.greatest.max() <= 100e-6
+    worst = 15e-6 * np.abs([slopes["crank"][:, 0], slopes["rod"][:, 0]]).sum(axis=0)
+    assert_allclose(shown.fuzzy.upper[[0, 5, 10]], np.outer([1.0, 0.5, 0.0], worst), atol=1e-15)
+    assert shown.comparison.p_value < 1e-6
+    found, error = shown.calibration.values, shown.calibration.standard_error
+    assert abs(found["crank"] - 0.05003) < 3.0 * error["crank"] < 5e-6
+    assert abs(found["rod"] - 0.2) < 3.0 * error["rod"]

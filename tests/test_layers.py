@@ -56,7 +56,7 @@ LAYERS = {
 ROOMS = {
     "plane, samples, statistics": (
         "clearance planar intervals distributions moments normality sampling spread propagation/* sensitivity "
-        "failure/* fits/* measured/*"
+        "failure/* fits/* fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",
     "linkage": "linkage/*",

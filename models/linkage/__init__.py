@@ -13,8 +13,10 @@ from .poses.states import PoseState
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
 from .study.study import AccuracyStudy
+from .worst_case.allocation import FitAllocation
 from .worst_case.contributors import Contributors
 from .worst_case.finite import FiniteWorstCase
+from .worst_case.fuzzy import FuzzyReach
 from .worst_case.region import ReachableRegion
 from .worst_case.worst_case import WorstCase
 
@@ -27,6 +29,8 @@ __all__ = [
     "DisplacementSensitivity",
     "DriveRange",
     "FiniteWorstCase",
+    "FitAllocation",
+    "FuzzyReach",
     "Kind",
     "Linkage",
     "LinkageLink",

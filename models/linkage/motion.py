@@ -35,7 +35,9 @@ from .statics.frame import FramedPoses, frame
 from .statics.free import free_accelerations
 from .statics.reactions import Reactions, reactions
 from .statics.transmission import transmission_angle
-from .worst_case.limits import Given
+from .worst_case.allocation import FITS, Costs, FitAllocation, allocate_fits
+from .worst_case.fuzzy import FuzzyReach, fuzzy_reach
+from .worst_case.limits import Given, given_of
 from .worst_case.worst_case import WorstCase, worst_case
 from .zone import Build, reliability_of
 
@@ -319,6 +321,115 @@ class Motion(FramedPoses):
         """
         given = Given(clearances or {}, journals or {}, end_play or {}, lengths or {}, places or {}, drives or {})
         return worst_case(self, point, link, given)
+
+    def fuzzy(
+        self, point: str, link: str | None = None, *, levels: int | ArrayLike = 11, **deviations: Mapping[Any, Any]
+    ) -> FuzzyReach:
+        """Where a point can be at each level of membership of fuzzy clearances and tolerances, to first order.
+
+        Cuts of the deviations give cuts of the position, each the `worst_case` of that level; no pose is solved again.
+        What lies beyond first order, `propagate_fuzzy` finds by search.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+        levels
+            Number of evenly spaced levels, or the levels, (a,), which rise from 0 to 1.
+        **deviations
+            ``clearances``, ``journals``, ``end_play``, ``lengths``, ``places``, ``drives`` as for `worst_case`; any of
+            them may be a `FuzzyNumber`, a triangle (low, peak, high), or the four corners of a trapezium: of lengths
+            and drives the deviation, of the others the size.
+
+        Returns
+        -------
+        FuzzyReach
+            The worst case of each level, and cuts of the displacement in any direction.
+
+        Raises
+        ------
+        FrameError
+            If a name is unknown, a limit below zero, or nothing deviates.
+
+        Examples
+        --------
+        The end of an arm of 2 m whose drive is most likely right, and at most 0.2 mrad behind or 0.1 mrad ahead.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
+        >>> linkage.link("arm", "A", "B")
+        >>> linkage.revolute("A", "ground", "arm", drive=True)
+        >>> found = linkage.move().fuzzy("B", levels=3, drives={"A": (-2e-4, 0.0, 1e-4)}).along((0, 1))
+        >>> found.lower.round(12).tolist(), found.upper.round(12).tolist()
+        ([-0.0004, -0.0002, 0.0], [0.0002, 0.0001, 0.0])
+        """
+        return fuzzy_reach(self, point, link, levels, deviations)
+
+    def allocate(
+        self,
+        point: str,
+        limit: float,
+        link: str | None = None,
+        *,
+        diameters: Mapping[str, float],
+        fits: Sequence[str] = FITS,
+        costs: Costs | None = None,
+        combine: str = "worst case",
+        **deviations: Mapping[Any, ArrayLike],
+    ) -> FitAllocation:
+        """Choose the fits of the joints with which a point stays in its zone at every pose, and which cost least.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        limit
+            Radius of its zone, a ball about the nominal position, a length.
+        link
+            The link on which it is taken; the first that has it where None.
+        diameters
+            Diameter of the pin of each joint whose fit is to be chosen, m.
+        fits
+            Fits of ISO 286 that each joint may have.
+        costs
+            Cost by name of the fit, or a function of the `Fit`. By default hole and shaft cost the inverse of
+            their tolerance, in units of that of grade IT7: a grade finer some 1.6 times as much.
+        combine
+            ``"worst case"``: all deviations at once as bad as can be. ``"statistical"``: the root of the sum of their
+            squares.
+        **deviations
+            What deviates beside the clearances that are chosen: ``clearances`` of other joints, ``journals``,
+            ``end_play``, ``lengths``, ``places``, ``drives`` as for `worst_case`.
+
+        Returns
+        -------
+        FitAllocation
+            The cheapest fits, with the poses and the joints that bind. They hold the limit in all directions, to a
+            millionth of it.
+
+        Raises
+        ------
+        FrameError
+            If no fits hold the limit, a name is unknown, a fit can have an interference, a pose is singular, or
+            clearances open redundant constraints.
+
+        Examples
+        --------
+        The end of two arms, one behind the other: one of their pins may be loose, and not both.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))
+        >>> linkage.link("crank", "A", "B")
+        >>> linkage.link("arm", "B", "C")
+        >>> linkage.revolute("A", "ground", "crank", drive=True)
+        >>> linkage.revolute("B", "crank", "arm", drive=True)
+        >>> linkage.move().allocate("C", 60e-6, diameters={"A": 0.01, "B": 0.02}, fits=("H7/g6", "H8/f7", "H9/d9"))
+        <FitAllocation: A H8/f7, B H7/g6; cost 4.297; worst case: 4.55e-05 of 6e-05 used (joint A 55 %, joint B 45 %)>
+        """
+        given = given_of(deviations)
+        return allocate_fits(self, point, limit, link, diameters, fits, costs, combine, given)
 
     # -- forces, compliance and clearance -----------------------------------------------------------------------------
 

@@ -31,6 +31,7 @@ BENCHMARKS = (
     "programs",
     "middle",
     "one_frame",
+    "reliability",
 )
 PACKAGES = (
     "linkframe",
@@ -53,7 +54,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"one of {', '.join(BENCHMARKS)}; all where none")
     parser.add_argument("--out", type=Path, default=Path("benchmarks-results"), help="folder for the results")
-    parser.add_argument("--quick", action="store_true", help="small sizes: one to two minutes instead of six")
+    parser.add_argument("--quick", action="store_true", help="small sizes: two minutes instead of seven")
     given = parser.parse_args()
     unknown = sorted(set(given.names) - set(BENCHMARKS))
     if unknown:

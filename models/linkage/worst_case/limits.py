@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,6 +55,21 @@ class Given:
     lengths: Mapping[str | tuple[str, str, str], ArrayLike]
     places: Mapping[tuple[str, str], ArrayLike]
     drives: Mapping[str, ArrayLike]
+
+
+def given_of(deviations: Mapping[str, Any]) -> Given:
+    """Limits that were given by keyword; none of those that were left out.
+
+    Raises
+    ------
+    FrameError
+        If a keyword is unknown.
+    """
+    names = [each.name for each in fields(Given)]
+    unknown = [name for name in deviations if name not in names]
+    if unknown:
+        raise FrameError(f"deviations {unknown[0]!r} are none of a worst case: give {', '.join(names)}")
+    return Given(**{name: deviations.get(name) or {} for name in names})
 
 
 def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:

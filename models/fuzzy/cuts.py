@@ -1,0 +1,236 @@
+"""Cuts of a result by the cuts of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...framework.errors import FrameError
+from ..sampling import samples_first, whole
+from .number import FuzzyNumber, fuzzy_of, levels_of, membership_within
+from .search import Extremes, corners_only, search
+
+Array = NDArray[np.float64]
+
+METHODS = ("search", "corners", "first order")
+# Inputs with which all corners are still few enough.
+MOST_CORNERS = 16
+# Step of the differences, of half the widest cut: an error of some 1e-13 of the fifth derivative.
+STEP = 1e-3
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FuzzyResult:
+    """Cuts of a result at each level of membership; made by `propagate_fuzzy` and `Motion.fuzzy`.
+
+    Attributes
+    ----------
+    levels
+        Levels of membership, rising from 0 to 1, (a,).
+    lower, upper
+        Ends of the cuts, (a, ...).
+    at_lower, at_upper
+        Where the result is so small and so large: inputs by name, (a, ...); empty to first order.
+    method
+        How it was found.
+    evaluations
+        For how many points the function was called.
+    failed
+        At how many of them a result was NaN, which counts for nothing.
+    """
+
+    levels: Array
+    lower: Array
+    upper: Array
+    at_lower: Mapping[str, Array]
+    at_upper: Mapping[str, Array]
+    method: str
+    evaluations: int = 0
+    failed: int = 0
+
+    def __repr__(self) -> str:
+        lost = f", {self.failed} of them without a result" if self.failed else ""
+        told = f"{self.method}, {self.evaluations} evaluations{lost}" if self.evaluations else self.method
+        if self.lower.ndim > 1:
+            return f"<FuzzyResult of shape {self.lower.shape[1:]} at {len(self.levels)} levels: {told}>"
+        core = f"{self.lower[-1]:.6g} to {self.upper[-1]:.6g} possible"
+        return f"<FuzzyResult: {core}, {self.lower[0]:.6g} to {self.upper[0]:.6g} at all: {told}>"
+
+    def membership(self, value: ArrayLike) -> Array:
+        """How possible values of the result are: the highest level whose cut holds them.
+
+        Parameters
+        ----------
+        value
+            Values, (...), that broadcast with the result.
+
+        Returns
+        -------
+        ndarray
+            Membership, (...): 0 outside all cuts, straight lines between them.
+        """
+        return membership_within(self.levels, self.lower, self.upper, np.asarray(value, dtype=np.float64))
+
+    def number(self, *index: int) -> FuzzyNumber:
+        """One component as a fuzzy number, to go on with.
+
+        Parameters
+        ----------
+        *index
+            Its place in the result, none for a scalar.
+
+        Returns
+        -------
+        FuzzyNumber
+            With the cuts of that component.
+
+        Raises
+        ------
+        FrameError
+            If a cut is NaN.
+        """
+        lower, upper = (np.moveaxis(each, 0, -1)[index] for each in (self.lower, self.upper))
+        return FuzzyNumber(self.levels, lower, upper)
+
+
+def propagate_fuzzy(
+    fn: Callable[..., ArrayLike],
+    inputs: Mapping[str, Any],
+    *,
+    levels: int | ArrayLike = 11,
+    method: str = "search",
+    gradient: Callable[..., Mapping[str, ArrayLike]] | None = None,
+    samples: int = 128,
+    axis: int = 0,
+) -> FuzzyResult:
+    """Find the cuts of a result from those of its inputs, at each level of membership.
+
+    The cut of a result is the interval between its least and its greatest value where every input is in its own cut:
+    the extension principle for inputs that do not depend on each other (H. T. Nguyen, 1978; W. Dong & H. Shah,
+    *Vertex method for computing functions of fuzzy variables*, 1987).
+
+    Parameters
+    ----------
+    fn
+        Function of arrays, as for `propagate`: of n values of each input, by keyword, it returns n results (n, ...).
+    inputs
+        By the name of the argument a `FuzzyNumber`, an interval (low, high), a triangle (low, peak, high), the four
+        corners of a trapezium, or a tolerance in words.
+    levels
+        Number of evenly spaced levels, or the levels, (a,), which rise from 0 to 1.
+    method
+        ``"search"``: from the corners, the slopes and points within each box to the least and greatest value, for
+        functions of any kind; smooth ones have them to rounding where the points find the right valley. ``"corners"``:
+        exact where each input makes the result grow or shrink throughout. ``"first order"``: by the derivatives at the
+        middle of the core, exact where the function is linear.
+    gradient
+        For ``"first order"``, derivatives by name, (...) each, called by keyword with the middle; left out, they are
+        differences.
+    samples
+        Points within the box of each level from which the search begins.
+    axis
+        Axis of the n values in what `fn` returns.
+
+    Returns
+    -------
+    FuzzyResult
+        Cuts of every component of the result.
+
+    Raises
+    ------
+    FrameError
+        If an input or option cannot be meant.
+
+    Examples
+    --------
+    A function that is not monotone: of numbers between -1 and 2 the square is between 0 and 4.
+
+    >>> found = propagate_fuzzy(lambda x: x**2, {"x": (-1.0, 0.5, 2.0)}, levels=3)
+    >>> found.lower.round(9).tolist(), found.upper.tolist()
+    ([0.0, 0.0, 0.25], [4.0, 1.5625, 0.25])
+    >>> float(found.membership(1.5625))
+    0.5
+    """
+    if not isinstance(inputs, Mapping) or not inputs:
+        raise FrameError("propagate_fuzzy was given no input: name an argument of the function and its fuzzy number")
+    if method not in METHODS:
+        raise FrameError(f"method of propagate_fuzzy is {method!r}: choose one of {', '.join(METHODS)}")
+    if method == "corners" and len(inputs) > MOST_CORNERS:
+        raise FrameError(f"{len(inputs)} inputs have {2 ** len(inputs)} corners: take the method 'search'")
+    given = {name: fuzzy_of(name, each) for name, each in inputs.items()}
+    at = levels_of(levels)
+    cuts = np.array([each.cut(at) for each in given.values()])
+    function = _Function(fn, tuple(given), axis)
+    lower, upper = np.ascontiguousarray(cuts[:, 0].T), np.ascontiguousarray(cuts[:, 1].T)
+    if method == "first order":
+        return _first_order(function, at, lower, upper, gradient)
+    found = Extremes(function, lower, upper)
+    if method == "corners":
+        corners_only(found)
+    else:
+        search(found, whole(samples, "samples", 1))
+    least, greatest = np.where(np.isfinite(found.value), found.value, np.nan) * np.array([1.0, -1.0])[:, None, None]
+    at_least, at_greatest = (
+        {name: function.shaped(points[..., k]) for k, name in enumerate(given)} for points in found.point
+    )
+    return FuzzyResult(
+        at,
+        function.shaped(least),
+        function.shaped(greatest),
+        at_least,
+        at_greatest,
+        method,
+        found.evaluations,
+        found.failed,
+    )
+
+
+def _first_order(
+    function: _Function,
+    levels: Array,
+    lower: Array,
+    upper: Array,
+    gradient: Callable[..., Mapping[str, ArrayLike]] | None,
+) -> FuzzyResult:
+    middle = 0.5 * (lower[-1] + upper[-1])
+    half = 0.5 * (upper[0] - lower[0])
+    steps = np.array([-2.0, -1.0, 1.0, 2.0])[:, None, None] * STEP * np.diag(half)
+    stencil = np.concatenate([middle[None], (middle + steps).reshape(-1, len(middle))])
+    values = function(stencil if gradient is None else np.stack([middle] * 2))
+    if gradient is None:
+        two, one, other, last = values[1:].reshape(4, len(middle), -1)
+        width = np.where(half > 0.0, 12.0 * STEP * half, 1.0)[:, None]
+        slopes = (8.0 * (other - one) - (last - two)) / width
+    else:
+        given = gradient(**dict(zip(function.names, middle.tolist(), strict=True)))
+        missing = [name for name in function.names if name not in given]
+        if missing:
+            raise FrameError(f"the gradient has no derivative to {missing[0]!r}: give one for each input")
+        slopes = np.stack([np.broadcast_to(given[name], function.shape).reshape(-1) for name in function.names])
+    ends = np.stack([(lower - middle)[..., None] * slopes, (upper - middle)[..., None] * slopes])
+    least, greatest = values[0] + ends.min(axis=0).sum(axis=1), values[0] + ends.max(axis=0).sum(axis=1)
+    count = len(stencil) if gradient is None else 2
+    return FuzzyResult(levels, function.shaped(least), function.shaped(greatest), {}, {}, "first order", count)
+
+
+class _Function:
+    """The function that was given, of points (n, k), with its results in a row, (n, m)."""
+
+    def __init__(self, fn: Callable[..., ArrayLike], names: tuple[str, ...], axis: int) -> None:
+        self.fn, self.names, self.axis = fn, names, axis
+        self.shape: tuple[int, ...] = ()
+
+    def __call__(self, points: Array) -> Array:
+        # A single point would be a batch of its own kind.
+        rows = np.concatenate([points, points[:1]]) if len(points) == 1 else points
+        found = samples_first(self.fn(**dict(zip(self.names, rows.T.copy(), strict=True))), len(rows), self.axis)
+        self.shape = found.shape[1:]
+        return found[: len(points)].reshape(len(points), -1)
+
+    def shaped(self, values: Array) -> Array:
+        """Values (a, m) in the shape of the result, (a, ...)."""
+        return values.reshape(len(values), *self.shape)

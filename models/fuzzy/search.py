@@ -1,0 +1,268 @@
+"""Least and greatest values of a function in boxes that lie within one another, all boxes and results at once.
+
+Corners, and points spread evenly within, tell where to begin: at the best corner and at the best point within. From
+there on a quadratic model of each result is least in a part of the box about the best point (a trust region, as in
+A. R. Conn, N. I. M. Gould & P. L. Toint, *Trust-Region Methods*, 2000), which is evaluated, and shrinks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Call = Callable[[Array], Array]
+
+# Inputs up to which all corners are tried; beyond, those to which the slopes at the middle point.
+ALL_CORNERS = 8
+# Steps at most, the share to which the region shrinks in each, and that of the spread which is no gain.
+STEPS, SHRINK, GAIN = 14, 0.25, 1e-13
+# Sweeps by which a model is made least, coordinate by coordinate.
+SWEEPS = 12
+# Numbers that the function is asked for at once.
+TOGETHER = 4_000_000
+
+
+@dataclass(eq=False)
+class Extremes:
+    """The best that was found so far in each box, of each result, downwards and upwards.
+
+    Parameters
+    ----------
+    call
+        Called with points (n, k); returns the results (n, m).
+    lower, upper
+        Corners of the boxes (a, k), each within that before.
+
+    Attributes
+    ----------
+    value, point
+        Least values of the results and of their opposites, (2, a, m), and where, (2, a, m, k).
+    evaluations, failed
+        For how many points the function was called, and of how many a result is NaN.
+    """
+
+    call: Call
+    lower: Array
+    upper: Array
+    value: Array = field(init=False)
+    point: Array = field(init=False)
+    evaluations: int = field(default=0, init=False)
+    failed: int = field(default=0, init=False)
+
+    def evaluate(self, points: Array, box: Index) -> Array:
+        """Results (n, m) at points (n, k) of the boxes (n,), which are remembered where they are the best."""
+        own, back = np.unique(points, axis=0, return_inverse=True)
+        found = self.call(own)
+        self.evaluations += len(own)
+        self.failed += int(np.isnan(found).any(axis=1).sum())
+        values = found[back.reshape(-1)]
+        if self.evaluations == len(own):
+            self.value = np.full((2, len(self.lower), values.shape[1]), np.inf)
+            self.point = np.full((*self.value.shape, points.shape[1]), np.nan)
+        for k in np.unique(box):
+            mine = box == k
+            for side, sign in enumerate((1.0, -1.0)):
+                self._keep(side, int(k), sign * values[mine], points[mine])
+        return values
+
+    def _keep(self, side: int, box: int, values: Array, points: Array) -> None:
+        rated = np.where(np.isnan(values), np.inf, values)
+        best = np.argmin(rated, axis=0)
+        least = rated[best, np.arange(rated.shape[1])]
+        better = least < self.value[side, box]
+        self.value[side, box] = np.where(better, least, self.value[side, box])
+        self.point[side, box] = np.where(better[:, None], points[best], self.point[side, box])
+
+    def nest(self) -> None:
+        """What was found in a box counts for those around it."""
+        for k in range(len(self.lower) - 2, -1, -1):
+            better = self.value[:, k + 1] < self.value[:, k]
+            self.value[:, k] = np.where(better, self.value[:, k + 1], self.value[:, k])
+            self.point[:, k] = np.where(better[..., None], self.point[:, k + 1], self.point[:, k])
+
+
+def corners_only(found: Extremes) -> None:
+    """Evaluate all corners, where results that are monotone in each input have their extremes."""
+    unit = _all_corners(found.lower.shape[1])
+    found.evaluate(*_in_boxes(found, unit))
+    found.nest()
+
+
+def search(found: Extremes, samples: int) -> None:
+    """Seek the extremes of all results in all boxes, from the corners and from so many points within each box."""
+    k = found.lower.shape[1]
+    within = np.concatenate([np.full((1, k), 0.5), evenly(samples, k)])
+    inner = found.evaluate(*_in_boxes(found, within))
+    starts = [_best_start(found, inner, within)]
+    corners = _all_corners(k) if k <= ALL_CORNERS else _corners_of_slopes(found)
+    outer = found.evaluate(*_in_boxes(found, corners))
+    found.nest()
+    starts.append(_best_start(found, outer, corners))
+    for points, radius in zip(starts, (SHRINK, 1.0), strict=True):
+        _refine(found, points, radius)
+    found.nest()
+
+
+def evenly(count: int, k: int) -> Array:
+    """Points of the unit cube as evenly spread as the golden section makes them on a line, (count, k).
+
+    Multiples of the powers of the root of x^(k+1) = x + 1 (M. Roberts, 2018).
+    """
+    root = 2.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (k + 1))
+    return np.asarray((0.5 + np.arange(1, count + 1)[:, None] * root ** -np.arange(1.0, k + 1)) % 1.0)
+
+
+def _all_corners(k: int) -> Array:
+    return np.asarray((np.arange(2**k)[:, None] >> np.arange(k)) & 1, dtype=np.float64)
+
+
+def _corners_of_slopes(found: Extremes) -> Array:
+    """Corners of the unit cube to which results rise and fall the most at the middle of the widest box."""
+    low, high = found.lower[0], found.upper[0]
+    k = len(low)
+    stencil = np.full((2 * k, k), 0.5)
+    stencil[np.arange(k), np.arange(k)], stencil[np.arange(k, 2 * k), np.arange(k)] = 0.75, 0.25
+    values = found.evaluate(low + stencil * (high - low), np.zeros(2 * k, dtype=np.int64))
+    rising = np.nan_to_num(values[:k] - values[k:]).T > 0.0
+    return np.unique(np.concatenate([rising, ~rising]), axis=0).astype(np.float64)
+
+
+def _in_boxes(found: Extremes, unit: Array) -> tuple[Array, Index]:
+    """Points (n, k) of the unit cube in every box, (a n, k), and the number of the box of each."""
+    a, k = found.lower.shape
+    points = found.lower[:, None] + unit * (found.upper - found.lower)[:, None]
+    # The far corner is to be that of the box to the last bit.
+    points = np.where(unit == 1.0, found.upper[:, None], points)
+    return points.reshape(-1, k), np.repeat(np.arange(a), len(unit))
+
+
+def _best_start(found: Extremes, values: Array, unit: Array) -> Array:
+    """Of some points of each box the best for each result, both ways, (2, a, m, k)."""
+    points, _ = _in_boxes(found, unit)
+    a, n = len(found.lower), len(unit)
+    table = values.reshape(a, n, -1)
+    best = np.stack([np.argmin(np.where(np.isnan(table), np.inf, sign * table), axis=1) for sign in (1.0, -1.0)])
+    return np.asarray(points.reshape(a, n, -1)[np.arange(a)[:, None], best])
+
+
+@dataclass(eq=False)
+class _Tasks:
+    """One search for each box and result, both ways: where it is, in which part of the box it looks."""
+
+    sign: Array
+    box: Index
+    result: Index
+    at: Array
+    value: Array
+    radius: Array
+
+    def __getitem__(self, which: Index | NDArray[np.bool_]) -> _Tasks:
+        return _Tasks(*(each[which] for each in vars(self).values()))
+
+
+def _refine(found: Extremes, start: Array, radius: float) -> None:
+    """Go on from points (2, a, m, k), all of them at once."""
+    side, box, result = (each.ravel() for each in np.indices(start.shape[:3]))
+    tasks = _Tasks(
+        np.array([1.0, -1.0])[side],
+        box,
+        result,
+        start.reshape(-1, start.shape[-1]).copy(),
+        np.full(side.size, np.inf),
+        np.full(side.size, radius),
+    )
+    for _ in range(STEPS):
+        spread = -(found.value[0] + found.value[1])
+        going = _step(found, tasks, np.where(np.isfinite(spread), spread, 0.0))
+        tasks = tasks[going]
+        if not going.any():
+            return
+
+
+def _step(found: Extremes, tasks: _Tasks, spread: Array) -> NDArray[np.bool_]:
+    """One step of all tasks; which of them go on."""
+    low, high = found.lower[tasks.box], found.upper[tasks.box]
+    reach = tasks.radius[:, None] * (high - low)
+    first, last = np.maximum(low, tasks.at - reach), np.minimum(high, tasks.at + reach)
+    stencil = _stencil(low.shape[1])
+    values = _asked(found, tasks, first, last, stencil)
+    best = np.argmin(values, axis=1)
+    step, model = _least_of_model(values, stencil, stencil[best])
+    tried = _placed(first, last, step[:, None])[:, 0]
+    reached = _own(found, tasks, tried[:, None])[:, 0]
+    nearby = np.min(values, axis=1)
+    before, at = tasks.value.copy(), tasks.at.copy()
+    for value, point in ((nearby, _placed(first, last, stencil[best][:, None])[:, 0]), (reached, tried)):
+        better = value < tasks.value
+        tasks.at = np.where(better[:, None], point, tasks.at)
+        tasks.value = np.where(better, value, tasks.value)
+    # A search that ends at an edge of the part it looks at, and not of the box, looks as far again.
+    inside = (tasks.at == low) | (tasks.at == high) | ((tasks.at > first) & (tasks.at < last)) | (first == last)
+    tasks.radius = np.where(inside.all(axis=1) | (tasks.at == at).all(axis=1), SHRINK * tasks.radius, tasks.radius)
+    least = GAIN * spread[tasks.box, tasks.result]
+    gained = np.where(np.isfinite(before), before - tasks.value, np.inf)
+    return (gained > least) | (np.where(np.isfinite(model), tasks.value - model, np.inf) > least)
+
+
+def _stencil(k: int) -> Array:
+    """The middle, both ways along each input, and both inputs of each pair, in (-1, 1)^k."""
+    one = np.eye(k)
+    pairs = [one[i] + one[j] for i, j in combinations(range(k), 2)]
+    return np.concatenate([np.zeros((1, k)), one, -one, np.reshape(pairs, (-1, k))])
+
+
+def _placed(first: Array, last: Array, step: Array) -> Array:
+    """Points (n, s, k) of steps (..., s, k) from the middles of boxes (n, k), at their ends to the last bit."""
+    middle, half = 0.5 * (first + last)[:, None], 0.5 * (last - first)[:, None]
+    inner = np.clip(middle + half * step, first[:, None], last[:, None])
+    return np.asarray(np.where(step == 1.0, last[:, None], np.where(step == -1.0, first[:, None], inner)))
+
+
+def _asked(found: Extremes, tasks: _Tasks, first: Array, last: Array, stencil: Array) -> Array:
+    """The own result of each task (n, s) at a stencil in its part of the box; like parts are asked once."""
+    return _own(found, tasks, _placed(first, last, stencil))
+
+
+def _own(found: Extremes, tasks: _Tasks, points: Array) -> Array:
+    """The result that each task is after, as it counts for it, (n, s), at its points (n, s, k)."""
+    n, s, k = points.shape
+    out = np.empty((n, s))
+    size = max(1, TOGETHER // (s * found.value.shape[2]))
+    for start in range(0, n, size):
+        part = slice(start, start + size)
+        values = found.evaluate(points[part].reshape(-1, k), np.repeat(tasks.box[part], s))
+        mine = values.reshape(-1, s, values.shape[1])
+        own = tasks.sign[part, None] * np.take_along_axis(mine, tasks.result[part, None, None], axis=2)[..., 0]
+        out[part] = np.where(np.isnan(own), np.inf, own)
+    return out
+
+
+def _least_of_model(values: Array, stencil: Array, start: Array) -> tuple[Array, Array]:
+    """Where the quadratic through values (n, s) at a stencil is least in (-1, 1)^k, (n, k), and its value (n,)."""
+    n, k = start.shape
+    some = np.where(np.isfinite(values), values, np.nan)
+    f, plus, minus = some[:, 0], some[:, 1 : k + 1], some[:, k + 1 : 2 * k + 1]
+    g = 0.5 * (plus - minus)
+    h = np.zeros((n, k, k))
+    h[:, np.arange(k), np.arange(k)] = plus + minus - 2.0 * f[:, None]
+    for column, (i, j) in enumerate(combinations(range(k), 2), start=2 * k + 1):
+        h[:, i, j] = h[:, j, i] = some[:, column] - plus[:, i] - plus[:, j] + f
+    x = start.copy()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(SWEEPS):
+            for i in range(k):
+                slope = g[:, i] + np.einsum("nj,nj->n", h[:, i], x) - h[:, i, i] * x[:, i]
+                bent = np.clip(-slope / h[:, i, i], -1.0, 1.0)
+                end = np.where(slope > 0.0, -1.0, np.where(slope < 0.0, 1.0, x[:, i]))
+                best = np.where(h[:, i, i] > 0.0, bent, end)
+                x[:, i] = np.where(np.isfinite(best), best, x[:, i])
+    model = f + np.einsum("ni,ni->n", g, x) + 0.5 * np.einsum("nij,ni,nj->n", h, x, x)
+    return x, model

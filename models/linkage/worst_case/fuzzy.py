@@ -1,0 +1,90 @@
+"""The worst case at each level of membership of fuzzy clearances and tolerances, exact to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ...fuzzy.cuts import FuzzyResult
+from ...fuzzy.number import FuzzyNumber, fuzzy_of, levels_of
+from ..poses.classified import ClassifiedPoses
+from .limits import Given, given_of
+from .region import unit
+from .worst_case import WorstCase, worst_case
+
+# Limits that are an interval about the nominal value; of the others a cut is what its upper end allows.
+INTERVALS = ("lengths", "drives")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FuzzyReach:
+    """Where a point can be at each level of membership; made by `Motion.fuzzy`.
+
+    Attributes
+    ----------
+    levels
+        Levels of membership, rising from 0 to 1, (a,).
+    worst
+        The worst case at each level, of shape (a, ...): regions of higher levels lie within those of lower ones.
+    """
+
+    levels: Array
+    worst: WorstCase
+
+    def __repr__(self) -> str:
+        of, greatest = self.worst.sensitivity, self.worst.greatest.reshape(len(self.levels), -1)
+        if not np.isfinite(greatest).any():
+            return f"<FuzzyReach of {of.point} on {of.link}: no pose is regular>"
+        told = f"displaced by up to {np.nanmax(greatest[-1]):.4g} possible, {np.nanmax(greatest[0]):.4g} at all"
+        return f"<FuzzyReach of {of.point} on {of.link} at {len(self.levels)} levels: {told}>"
+
+    def along(self, direction: ArrayLike) -> FuzzyResult:
+        """Give the cuts of the displacement in a direction.
+
+        Parameters
+        ----------
+        direction
+            Directions, (..., 2 or 3), that broadcast with the poses.
+
+        Returns
+        -------
+        FuzzyResult
+            Cuts (a, ...), lengths, with the membership of a displacement.
+        """
+        n = unit(direction)
+        lower, upper = 0.0 - self.worst.support(-n), self.worst.support(n)
+        return FuzzyResult(self.levels, lower, upper, {}, {}, "first order")
+
+
+def fuzzy_reach(
+    motion: ClassifiedPoses, point: str, link: str | None, levels: int | ArrayLike, deviations: Mapping[str, Any]
+) -> FuzzyReach:
+    """Where a point can be at each level of membership; see `Motion.fuzzy`."""
+    at = levels_of(levels)
+    axes = (len(at), *(1,) * len(motion.shape))
+    given = {
+        name: {key: _cuts(name, key, value, at, axes) for key, value in some.items()}
+        for name, some in vars(given_of(deviations)).items()
+    }
+    return FuzzyReach(at, worst_case(motion, point, link, Given(**given)))
+
+
+def _cuts(kind: str, key: object, value: Any, levels: Array, axes: tuple[int, ...]) -> Any:
+    """A limit with the levels as its first axis where it is fuzzy; any other as it was given."""
+    if not isinstance(value, FuzzyNumber) and not (isinstance(value, tuple) and len(value) in (3, 4)):
+        # The levels are an axis of the result all the same.
+        one = np.ones(axes)
+        return tuple(one * end for end in value) if isinstance(value, tuple) else one * np.asarray(value)
+    number = fuzzy_of(f"{kind} {key}", value)
+    lower, upper = (end.reshape(axes) for end in number.cut(levels))
+    if kind in INTERVALS:
+        return lower, upper
+    if number.lower[0] < 0.0:
+        raise FrameError(f"{kind} of {key!r} are fuzzy down to {number.lower[0]:g}: give zero or more")
+    return upper

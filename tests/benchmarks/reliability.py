@@ -1,0 +1,249 @@
+"""Benchmark 13, run time against error of mean, standard deviation, 99.9 % quantile, and a probability of 1e-6.
+
+The Monte Carlo of `monte_carlo`: a four-bar whose joint stiffness, load and clearance are uncertain. The displacement
+is linear in load and clearance, which are normal, and so it is normal itself for given compliances of the joints; over
+these three lognormal numbers one integrates by Gauss' rule. All four quantities are thus known to ten digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+from linkframe.models import polynomial_chaos, propagate, reliability, taylor_moments
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import ndtr, ndtri
+
+from .harness import COLOURS, Row, Target, figure, main, write
+from .monte_carlo import FORCE, GAP, GAP_SPREAD, INPUTS, MEDIAN, SHAPE, SPREAD, displacement
+
+Array = NDArray[np.float64]
+
+QUANTITIES = ("mean", "standard deviation", "99.9 % quantile", "probability of 1e-6")
+HIGH, RARE = 0.999, 1e-6
+# Points by which a fitted polynomial tells a quantile, and nodes of Gauss' rule for each joint.
+SURROGATE, NODES = 2**16, 50
+# Steps from the first-order moments to a quantile.
+SECANTS = 3
+PLAIN, WANTED = "plain Monte Carlo", 100.0
+
+
+def run(out: Path, quick: bool) -> list[Target]:
+    """Run time against error of the methods for each quantity."""
+    rows = all_rows(range(8, 13, 2), 2, seeds=2) if quick else all_rows(range(8, 17, 4), 3, seeds=3)
+    write(out, "reliability", rows)
+    draw(out, rows)
+    return targets(rows)
+
+
+# -- the exact values -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Exact:
+    """What the displacement uy of P is, to ten digits."""
+
+    mean: float
+    std: float
+    quantile: float
+    limit: float
+
+    def of(self, quantity: str) -> float:
+        """The exact value of a quantity; the probability is that of passing the limit."""
+        return dict(zip(QUANTITIES, (self.mean, self.std, self.quantile, RARE), strict=True))[quantity]
+
+
+@cache
+def exact() -> Exact:
+    """Mean, standard deviation, 99.9 % quantile, and the limit that is passed once in a million."""
+    own, joints, gap = coefficients()
+    nodes, weights = np.polynomial.hermite_e.hermegauss(NODES)
+    weights = weights / weights.sum()
+    grid = np.meshgrid(nodes, nodes, nodes, indexing="ij")
+    compliance = own + sum(c * np.exp(SHAPE * z) for c, z in zip(joints, grid, strict=True))
+    weight = np.einsum("i,j,k->ijk", weights, weights, weights)
+    mean, deviation = FORCE * compliance + gap * GAP, np.hypot(SPREAD * compliance, GAP_SPREAD * gap)
+
+    def passed(limit: float) -> float:
+        return float(np.sum(weight * ndtr((mean - limit) / deviation)))
+
+    middle = float(np.sum(weight * mean))
+    std = float(np.sqrt(np.sum(weight * (deviation**2 + (mean - middle) ** 2))))
+    high, rare = (
+        brentq(lambda y, p=p: np.log(passed(y) / p), middle, middle + 20.0 * std, rtol=1e-13, xtol=1e-20)
+        for p in (1.0 - HIGH, RARE)
+    )
+    return Exact(middle, std, high, rare)
+
+
+def coefficients() -> tuple[float, Array, float]:
+    """By unit load: compliance of links, and of each joint at its median, (3,); by unit clearance: displacement."""
+    soft = np.array([[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0], [1.0, 1.0, 2.0], [1.0, 1.0, 1.0]])
+    force, gap = np.array([1.0, 1.0, 1.0, 1.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 1e-3])
+    found = displacement(*(MEDIAN / soft.T), force=force, gap=gap)[:, 1]
+    joints = found[1:4] - found[0]
+    return float(found[0] - joints.sum()), joints, float(found[4] / 1e-3)
+
+
+# -- the methods ------------------------------------------------------------------------------------------------------
+
+# By quantity what was found, and for how many samples the frame was solved.
+Found = tuple[Mapping[str, float], int]
+
+
+def height(**inputs: Array) -> Array:
+    """Displacement uy of P, (n,)."""
+    return displacement(**inputs)[:, 1]
+
+
+def left(samples: Mapping[str, Array], limit: float) -> Array:
+    """What is left to a limit, (n,)."""
+    return limit - height(**samples)
+
+
+def sampled(sampler: str, n: int, seed: int) -> Found:
+    """Mean, standard deviation and quantile of samples; of random ones the probability as well."""
+    found = propagate(height, INPUTS, n=n, rng=seed, sampler=sampler, progress=False)
+    values = [float(found.mean), float(found.std), float(found.quantile(HIGH))]
+    values.append(float(np.mean(found.samples >= exact().limit)))
+    return dict(zip(QUANTITIES if sampler == "random" else QUANTITIES[:3], values, strict=False)), n
+
+
+def fitted(degree: int, seed: int, of: str) -> Found:
+    """Moments of a polynomial, or the quantile of its values at many points."""
+    count = 0
+
+    def counting(**inputs: Array) -> Array:
+        nonlocal count
+        count += len(inputs["force"])
+        return height(**inputs)
+
+    found = polynomial_chaos(counting, INPUTS, degree=degree, rng=seed)
+    if of == "moments":
+        return {QUANTITIES[0]: float(found.mean), QUANTITIES[1]: float(found.std)}, count
+    rest = propagate(found, INPUTS, n=SURROGATE, rng=seed, sampler="sobol", progress=False).quantile(HIGH)
+    return {QUANTITIES[2]: float(rest)}, count
+
+
+def inverted(method: str, seed: int) -> Found:
+    """The quantile: the limit whose reliability index is the wanted one, by secants from the first-order moments."""
+    moments = taylor_moments(height, INPUTS)
+    wanted, limit, slope = float(ndtri(HIGH)), float(moments.mean), 1.0 / float(moments.std)
+    count, beta, moved = 0, 0.0, 0.0
+    for step in range(SECANTS):
+        moved = (wanted - beta) / slope
+        limit += moved
+        found = reliability(partial(left, limit=limit), INPUTS, method=method, rng=seed)
+        slope = slope if step == 0 else (float(found.beta) - beta) / moved
+        beta, count = float(found.beta), count + found.evaluations
+    return {QUANTITIES[2]: limit + (wanted - beta) / slope}, count
+
+
+def failing(method: str, seed: int, **options: Any) -> Found:
+    """The probability, by one of the methods of `reliability`."""
+    found = reliability(partial(left, limit=exact().limit), INPUTS, method=method, rng=seed, **options)
+    return {QUANTITIES[3]: float(found.probability)}, found.evaluations
+
+
+def ways(powers: range, most: int) -> Iterator[tuple[str, str, Callable[[int], Found]]]:
+    """Each method with each effort, at most so many: its name, the effort, and what it finds with a seed."""
+    for n in (2**power for power in powers):
+        yield PLAIN, f"n = {n}", partial(sampled, "random", n)
+        yield "Sobol'", f"n = {n}", partial(sampled, "sobol", n)
+    for degree in (1, 2, 3, 4)[: most + 1]:
+        for of in ("moments", "quantile"):
+            yield "polynomial chaos", f"degree {degree}", partial(fitted, degree, of=of)
+    for method in ("form", "sorm"):
+        yield method.upper(), "", partial(failing, method)
+        yield method.upper(), "", partial(inverted, method)
+    for accuracy in (0.2, 0.05, 0.01)[:most]:
+        yield "importance sampling", f"accuracy {accuracy}", partial(failing, "importance", accuracy=accuracy)
+    for samples in (300, 1000, 3000)[:most]:
+        yield "subset simulation", f"{samples} a level", partial(failing, "subset", samples=samples)
+
+
+def all_rows(powers: range, most: int, seeds: int) -> list[Row]:
+    """A row for each quantity, method and effort: root mean square, over seeds, of the relative error."""
+    truth, rows = exact(), []
+    for name, effort, find in ways(powers, most):
+        squares: dict[str, list[float]] = {}
+        seconds, evaluations = float("inf"), 0
+        for seed in range(seeds):
+            start = process_time()
+            values, evaluations = find(seed)
+            seconds = min(seconds, process_time() - start)
+            for quantity, value in values.items():
+                squares.setdefault(quantity, []).append((value / truth.of(quantity) - 1.0) ** 2)
+        for quantity, each in squares.items():
+            error = float(np.sqrt(np.mean(each)))
+            if name == PLAIN and quantity == QUANTITIES[3]:
+                # Of so few failures the samples themselves tell no error: that of the binomial distribution.
+                error = float(np.sqrt((1.0 - RARE) / (RARE * evaluations)))
+            rows.append(
+                {
+                    "quantity": quantity,
+                    "method": name,
+                    "effort": effort,
+                    "evaluations": evaluations,
+                    "milliseconds": 1e3 * seconds,
+                    "rms_error": error,
+                }
+            )
+    return sorted(rows, key=lambda row: QUANTITIES.index(row["quantity"]))
+
+
+# -- what comes of it -------------------------------------------------------------------------------------------------
+
+
+def gains(rows: list[Row], quantity: str) -> dict[str, float]:
+    """By method how many times less time it takes than plain Monte Carlo for the error that it reaches, at best.
+
+    Plain Monte Carlo is taken with its longest run, from which its time grows with the inverse square of the error.
+    """
+    own = [row for row in rows if row["quantity"] == quantity]
+    plain = max((row for row in own if row["method"] == PLAIN), key=lambda row: row["evaluations"])
+    out: dict[str, float] = {}
+    for row in own:
+        if row["method"] != PLAIN:
+            time = plain["milliseconds"] * (plain["rms_error"] / max(row["rms_error"], 1e-15)) ** 2
+            out[row["method"]] = max(out.get(row["method"], 0.0), time / row["milliseconds"])
+    return out
+
+
+def targets(rows: list[Row]) -> list[Target]:
+    """The best method of each quantity takes a hundredth of the time of plain Monte Carlo, at equal error."""
+    out = []
+    for quantity in QUANTITIES:
+        found = gains(rows, quantity)
+        told = ", ".join(f"{name} {value:.2g}" for name, value in sorted(found.items(), key=lambda pair: -pair[1]))
+        name = f"{quantity}: {WANTED:g} times less time than plain Monte Carlo at equal error"
+        out.append(Target("13 reliability", name, told, max(found.values()) >= WANTED))
+    return out
+
+
+def draw(out: Path, rows: list[Row]) -> None:
+    """Error over time, a panel for each quantity."""
+    methods = list(dict.fromkeys(row["method"] for row in rows))
+    with figure(out, "reliability", columns=4, width=3.2, height=3.6) as panels:
+        for quantity, ax in zip(QUANTITIES, panels, strict=True):
+            for k, method in enumerate(methods):
+                found = [row for row in rows if (row["quantity"], row["method"]) == (quantity, method)]
+                label, style = (method if found else None), {"color": COLOURS[k], "marker": "osD^v<P"[k]}
+                times, errors = ([row[name] for row in found] for name in ("milliseconds", "rms_error"))
+                ax.plot(times, np.maximum(errors, 1e-16), label=label, **style)
+            ax.set(xlabel="time / ms", xscale="log", yscale="log", title=quantity)
+        panels[0].set_ylabel("relative error, rms over seeds")
+        handles = {
+            label: handle for ax in panels for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
+        }
+        panels[0].figure.legend(handles.values(), handles, loc="outside lower center", ncols=4, fontsize=8)
+
+
+if __name__ == "__main__":
+    main("reliability", run)

@@ -1,0 +1,142 @@
+"""The cheapest fits of a linkage's joints: beside every choice there is, on random four-bars."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from linkframe.framework import FrameError
+from linkframe.models import FitAllocation, Linkage, Motion, fit
+
+FITS = ("H6/g5", "H7/g6", "H8/f7", "H9/d9")
+COSTS = {"H6/g5": 9.0, "H7/g6": 5.0, "H8/f7": 3.0, "H9/d9": 1.5}
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+PINS = (("A", "ground", "crank"), ("B", "crank", "coupler"), ("D", "coupler", "rocker"), ("E", "rocker", "ground"))
+
+
+def crank_rocker(rng: np.random.Generator, clearance: float | None = None) -> Motion:
+    """A four-bar whose crank turns fully (Grashof), with a point on its coupler."""
+    crank, ground, rocker = 0.1, rng.uniform(0.25, 0.3), rng.uniform(0.2, 0.25)
+    coupler = rng.uniform(ground + crank - rocker + 0.03, ground + rocker - crank - 0.03)
+    reach = ground - crank
+    inner = np.arccos((rocker**2 + reach**2 - coupler**2) / (2.0 * rocker * reach))
+    d = np.array([ground - rocker * np.cos(inner), rocker * np.sin(inner)])
+    linkage = Linkage(A=(0, 0), B=(crank, 0), P=rng.uniform(0.0, 0.3, 2), D=d, E=(ground, 0))
+    for name, ends in (("crank", "AB"), ("coupler", "BPD"), ("rocker", "DE")):
+        linkage.link(name, *ends)
+    for pin, first, second in PINS:
+        given = clearance if pin == "A" else None
+        linkage.revolute(pin, first, second, drive=pin == "A", clearance=given)
+    return linkage.move(A=ANGLES)
+
+
+def every_choice(
+    motion: Motion, diameters: dict[str, float], fixed: np.ndarray, combine: str
+) -> tuple[np.ndarray, ...]:
+    """Offsets (choices, joints), costs and greatest displacements, of all poses: from derivatives, on a dense circle.
+
+    `fixed` are vectors (poses, 2, m) of single deviations beside the clearances.
+    """
+    power = 1 if combine == "worst case" else 2
+    turn = np.linspace(0.0, np.pi, 720, endpoint=False)
+    circle = np.stack([np.cos(turn), np.sin(turn)])
+    by = motion.sensitivity("P").joints
+    across = np.stack([np.linalg.norm(np.swapaxes(by[pin][:, :2, :2], 1, 2) @ circle, axis=1) for pin in diameters])
+    others = np.sum(np.abs(np.swapaxes(fixed, 1, 2) @ circle) ** power, axis=1)
+    choice = np.array(list(product(range(len(FITS)), repeat=len(diameters))))
+    offsets = np.array([[fit(size, name).offset for name in FITS] for size in diameters.values()])
+    chosen = offsets[np.arange(len(diameters)), choice]
+    sums = np.tensordot(chosen**power, across**power, axes=1) + others
+    price = np.array(list(COSTS.values()))[choice].sum(axis=1)
+    return price, np.max(sums, axis=(1, 2)) ** (1.0 / power)
+
+
+@pytest.mark.parametrize("combine", ["worst case", "statistical"])
+def test_the_cheapest_of_all_choices(combine: str) -> None:
+    rng = np.random.default_rng(4)
+    held = 0
+    for _ in range(8):
+        motion = crank_rocker(rng)
+        diameters = {"B": float(rng.uniform(0.004, 0.04)), "D": 0.012, "E": float(rng.uniform(0.004, 0.04))}
+        fixed = 1e-5 * motion.sensitivity("P").lengths["crank"][:, :2, None]
+        price, reached = every_choice(motion, diameters, fixed, combine)
+        limit = float(rng.uniform(reached.min() * 1.05, 0.8 * reached.max()))
+        found = motion.allocate(
+            "P", limit, diameters=diameters, fits=FITS, costs=COSTS, combine=combine, lengths={"crank": 1e-5}
+        )
+        # What is within the steps of the circle of the limit may be judged either way.
+        clear = np.abs(reached / limit - 1.0) > 1e-5
+        assert found.cost <= price[clear & (reached < limit)].min() + 1e-9
+        assert found.cost in price[reached <= limit * (1.0 + 1e-5)]
+        assert found.greatest.max() <= limit * (1.0 + 1e-6)
+        held += len(set(found.fits.values())) > 1
+    assert held >= 3
+
+
+def test_all_that_deviates_counts() -> None:
+    """Clearances of the description and uneven tolerances beside those that are chosen: the worst case says so."""
+    motion = crank_rocker(np.random.default_rng(7), clearance=8e-6)
+    others = {"lengths": {"crank": (-1e-5, 2e-5)}, "drives": {"A": 1e-4}}
+    diameters = {"B": 0.01, "D": 0.01}
+    found = motion.allocate("P", 1.6e-4, diameters=diameters, fits=FITS, costs=COSTS, **others)
+    reached = {}
+    for names in product(FITS, repeat=2):
+        clearances = {pin: fit(0.01, name).offset for pin, name in zip("BD", names, strict=True)}
+        reached[names] = float(motion.worst_case("P", clearances=clearances, **others).greatest.max())
+    best = min(sum(COSTS[name] for name in names) for names, far in reached.items() if far <= 1.6e-4)
+    assert found.cost == best
+    assert found.clearances == {pin: fit(0.01, each.name).offset for pin, each in found.fits.items()}
+    assert np.isclose(found.greatest.max(), reached[tuple(each.name for each in found.fits.values())], rtol=1e-12)
+
+
+def test_what_binds_is_told() -> None:
+    """An arm of three pins that are all as far from its end: no pose differs, and the largest pin is to blame."""
+    linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))
+    linkage.link("crank", "A", "B")
+    linkage.link("arm", "B", "C")
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.revolute("B", "crank", "arm", drive=True)
+    found = linkage.move().allocate("C", 6e-5, diameters={"A": 0.01, "B": 0.02}, fits=("H7/g6", "H8/f7"))
+    assert isinstance(found, FitAllocation)
+    assert found.binding == ((),)
+    shares = {"joint A": 25.0 / 45.5, "joint B": 20.5 / 45.5}
+    assert list(found.shares()) == list(shares)
+    assert np.allclose(list(found.shares().values()), list(shares.values()), rtol=1e-12)
+    assert "A H8/f7, B H7/g6" in repr(found)
+    dear = linkage.move().allocate(
+        "C", 6e-5, diameters={"A": 0.01, "B": 0.02}, fits=("H7/g6", "H8/f7"), costs=lambda each: each.hole.size
+    )
+    assert dear.cost == 0.03
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"limit": 1e-7}, "no fits hold 1e-07: with the tightest of all joints P goes"),
+        ({"limit": -1.0}, "give the radius of its zone"),
+        ({"fits": ("H7/k6",)}, "can have an interference of 1e-05 m"),
+        ({"costs": {"H7/g6": 1.0}}, "costs have no fit"),
+        ({"combine": "sum"}, "choose 'worst case' or 'statistical'"),
+        ({"diameters": {}}, "no joints or no fits"),
+        ({"clearances": {"B": 1e-5}}, "has a diameter and a clearance"),
+        ({"combine": "statistical", "lengths": {"crank": (0.0, 1e-6)}}, "give half widths, not pairs"),
+        ({"length": {"crank": 1e-6}}, "'length' are none of a worst case"),
+    ],
+)
+def test_what_is_refused(changes: dict[str, object], told: str) -> None:
+    given = {"limit": 1e-3, "diameters": {"B": 0.01}, **changes}
+    with pytest.raises(FrameError, match=told):
+        crank_rocker(np.random.default_rng(1)).allocate("P", **given)  # type: ignore[arg-type]
+
+
+def test_dead_points_are_refused() -> None:
+    """A parallelogram whose links lie in one line."""
+    linkage = Linkage(A=(0, 0), B=(0, 1), C=(2, 1), D=(2, 0))
+    for name in ("AB", "BC", "CD"):
+        linkage.link(name, *name)
+    linkage.revolute("A", "ground", "AB", drive=True)
+    for pin, first, second in (("B", "AB", "BC"), ("C", "BC", "CD"), ("D", "CD", "ground")):
+        linkage.revolute(pin, first, second)
+    with pytest.raises(FrameError, match="at pose 1 nothing is known to first order"):
+        linkage.move(A=np.radians([0.0, -90.0])).allocate("C", 1e-3, diameters={"B": 0.01})
