@@ -37,11 +37,7 @@ numpydoc_show_class_members = False
 html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = f"linkframe {version}"
-html_theme_options = {
-    "secondary_sidebar_items": {"**": ["page-toc"], "howto/*": [], "api": [], "generated/gallery/*": []},
-    "show_prev_next": True,
-    "navigation_with_keys": False,
-}
+html_theme_options = {"secondary_sidebar_items": ["page-toc"], "show_prev_next": True, "navigation_with_keys": False}
 html_show_sourcelink = False
 html_static_path = ["static"]
 html_css_files = ["site.css"]

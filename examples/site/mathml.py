@@ -10,7 +10,7 @@ def _inline(translator, node):
 
 
 def _block(translator, node):
-    translator.body.append(f'<div class="math">{tex2mathml(node.astext().strip(), as_block=True)}</div>')
+    translator.body.append(f'<div class="formula">{tex2mathml(node.astext().strip(), as_block=True)}</div>')
     raise nodes.SkipNode
 
 
