@@ -6,7 +6,8 @@ from .description.joints import KINDS, Kind
 from .description.parts import GROUND, LinkageLink, LinkageSpring, Load, Pair
 from .files import read_linkage, write_linkage
 from .linkage import Linkage
-from .motion import LoadsWarning, Motion
+from .loaded_motion import LoadsWarning
+from .motion import Motion
 from .poses.dead_points import DeadPoint, DriveRange
 from .poses.mobility import Mobility
 from .poses.states import PoseState
