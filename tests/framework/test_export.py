@@ -12,7 +12,7 @@ import pytest
 import pyvista
 from linkframe.elements import Beam, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning
-from linkframe.framework.paraview import vtu as vtu_module
+from linkframe.framework.paraview import blocks as blocks_module
 from linkframe.framework.paraview.vtu import read_names
 from linkframe.framework.solution import Solution
 
@@ -135,7 +135,8 @@ def test_a_series_read_by_pyvista_and_meshio(tmp_path: Path) -> None:
     assert reader.time_values == times
     for pose, time in enumerate(times):
         reader.set_active_time_value(time)
-        beams, joints = reader.read()
+        (blocks,) = reader.read()
+        beams, joints = blocks["beams"], blocks["joints"]
         check_beams(solution, (pose,), beams.points, beams.point_data, beams.cell_data)
         check_pin(solution, (pose,), joints.point_data, row=0)
         mesh = meshio.read(tmp_path / "crane" / f"beams_{pose:03d}.vtu")
@@ -227,7 +228,7 @@ def test_file_names_that_xml_would_misread(tmp_path: Path) -> None:
     solution = crane(load=(1.0, 2.0))
     solution.save(tmp_path / "a & 'b' <c>.v2.pvd")
     reader = pyvista.PVDReader(tmp_path / "a & 'b' <c>.v2.pvd")
-    assert reader.read()[0].n_cells == 2 * STATIONS
+    assert reader.read()[0]["beams"].n_cells == 2 * STATIONS
 
 
 @pytest.mark.parametrize(
@@ -276,7 +277,7 @@ def test_a_folder_that_is_a_file_is_named(tmp_path: Path) -> None:
 def test_a_missing_folder_is_made_and_after_a_failure_unmade(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     crane().save(tmp_path / "made" / "deep" / "x.vtu")
     assert (tmp_path / "made" / "deep" / "x.vtu").is_file()
-    monkeypatch.setattr(vtu_module, "write_grid", full_disk(vtu_module.write_grid, 1))
+    monkeypatch.setattr(blocks_module, "write_grid", full_disk(blocks_module.write_grid, 1))
     with pytest.raises(FrameError, match="No space left on device"):
         crane(load=(1.0, 2.0)).save(tmp_path / "made" / "new" / "deep" / "x.pvd")
     assert [path.name for path in (tmp_path / "made").iterdir()] == ["deep"]
@@ -288,7 +289,9 @@ def test_a_failure_half_way_leaves_what_was_there(
 ) -> None:
     crane(load=(1.0, 2.0, 3.0)).save(tmp_path / "x.pvd")
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    monkeypatch.setattr(vtu_module, failing, full_disk(getattr(vtu_module, failing), 2 * (failing == "write_grid")))
+    monkeypatch.setattr(
+        blocks_module, failing, full_disk(getattr(blocks_module, failing), 2 * (failing == "write_grid"))
+    )
     with pytest.raises(FrameError, match="No space left on device"):
         crane(load=(4.0, 5.0, 6.0)).save(tmp_path / "x.pvd")
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
