@@ -74,14 +74,24 @@ def check_beams(solution: Solution, entry: tuple[int, ...], points: Any, point_d
         for data, chosen, here in ((point_data, forces[::2], rows), (cell_data, forces[1::2], cells)):
             np.testing.assert_array_equal(data["N"][here], chosen[:, 0])
             np.testing.assert_array_equal(data["T"][here], chosen[:, 3])
-            np.testing.assert_array_equal(data["V"][here], np.column_stack([0.0 * chosen[:, 0], chosen[:, 1:3]]))
-            np.testing.assert_array_equal(data["M"][here], np.column_stack([0.0 * chosen[:, 0], chosen[:, 4:6]]))
+        rows_of_axes = local_axes(end - start)
+        for array, part in (("V", slice(1, 3)), ("M", slice(4, 6))):
+            across = rows_of_axes[1:].T @ forces[::2, part].T
+            np.testing.assert_allclose(point_data[array][rows], across.T, rtol=1e-13, atol=1e-13 * np.abs(forces).max())
+            own = np.column_stack([0.0 * forces[1::2, 0], forces[1::2, part]])
+            np.testing.assert_array_equal(cell_data[f"{array}_local"][cells], own)
         for k, quantity in enumerate(STRESSES):
             worst = (np.minimum if k == 0 else np.maximum)(stress[:-1, k], stress[1:, k])
             np.testing.assert_array_equal(point_data[quantity][rows], stress[:, k])
             np.testing.assert_array_equal(cell_data[quantity][cells], worst)
         np.testing.assert_array_equal(cell_data["member"][cells], number)
         np.testing.assert_array_equal(cell_data["solved"][cells], 1)
+
+
+def local_axes(chord: Any) -> Any:
+    """Axes of a member in the xy plane as rows: along it, across it in the plane, and z."""
+    along = np.asarray(chord) / np.linalg.norm(chord)
+    return np.array([along, np.cross((0.0, 0.0, 1.0), along), (0.0, 0.0, 1.0)])
 
 
 def check_pin(solution: Solution, entry: tuple[int, ...], point_data: Any, row: int) -> None:
@@ -202,7 +212,7 @@ def test_a_mechanism_is_told_and_holds_no_nan(tmp_path: Path) -> None:
     singular, regular = (meshio.read(tmp_path / "slider" / f"beams_{pose:03d}.vtu") for pose in range(2))
     assert (of_lines(singular)["solved"] == 0).all()
     for data in (singular.point_data, of_lines(singular)):
-        for name in ("N", "V", "T", "M", *STRESSES):
+        for name in {"N", "V", "T", "M", "V_local", "M_local", *STRESSES} & set(data):
             assert (data[name] == 0.0).all()
     assert (singular.point_data["displacement"] == 0.0).all()
     check_beams(solution, (1,), regular.points, regular.point_data, of_lines(regular))
