@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -18,8 +20,16 @@ class TurnedDirections(Results):
     """Results whose axes follow the displacement."""
 
     model: Model
-    displaced: DisplacedState
-    _recovery: Stations
+    model: Model
+
+    @property
+    @abstractmethod
+    def displaced(self) -> DisplacedState:
+        """Where everything is."""
+
+    @property
+    @abstractmethod
+    def _recovery(self) -> Stations: ...
 
     @property
     def journals(self) -> list[str]:
