@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import repeat
 from operator import attrgetter, eq
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,8 @@ from .dofs import FORCES, component, components
 from .editing import Editable
 from .errors import FrameError
 from .examination import examine_joint
+from .meshes.lines import lines_by_element
+from .meshes.sources import line_mesh_of
 from .names import found, plain
 from .protocol import JointElement, LineElement, changed, is_proven, stacked, unstacked
 
@@ -26,6 +28,76 @@ Names = Sequence[str]
 @dataclass(eq=False, repr=False)
 class InBulk(Editable):
     """A description that takes many parts at once; `linkframe.framework.Frame` is one."""
+
+    @classmethod
+    def from_mesh(cls, mesh: Any, element: Any, *, scale: float = 1.0, drop_unconnected: bool = False) -> Self:
+        """Make a frame of a line mesh: its points become nodes, its lines members.
+
+        Nodes are named by their numbers, ``"0"``, ``"1"``, ..., or by what an Abaqus file calls them. A member bears
+        the name of the smallest set that it is in: ``"mast"`` where that holds one line, ``"mast 0"``, ``"mast 1"``,
+        ... where it holds more (with the labels of an Abaqus file in place of the numbers). Sets are the physical
+        groups of gmsh, the sets of Abaqus and meshio, subdomains and boundaries of scikit-fem, also in files that it
+        wrote (``frame.mesh.save``). They are found in ``node_sets``, which `fix_many` and `load_many` take by name,
+        and in ``element_sets``; a set of one node is a further name of this, where no node has it.
+
+        Parameters
+        ----------
+        mesh
+            Path of a file (gmsh .msh, Abaqus .inp, .vtu, or what else meshio reads), a ``meshio.Mesh``, or a
+            ``skfem.MeshLine1``. Lines of higher order are cut at their inner nodes.
+        element
+            One element for all lines; or by the name of a set its element, a `LineElement`, a `JointElement` where
+            lines have no length, or None for lines to leave out. ``"material 2"`` is the set of lines with 2 in an
+            array ``material`` of whole numbers.
+        scale
+            Length of the mesh's unit: 1e-3 for a mesh in millimetres and a frame in metres.
+        drop_unconnected
+            Whether nodes on no line are left out; else they are refused.
+
+        Returns
+        -------
+        Frame
+            Without supports and loads.
+
+        Raises
+        ------
+        FrameError
+            If the mesh cannot be read or has no lines, a set is unknown, a line is in none of the sets given or in
+            several with different elements, or a node is on no line.
+
+        Examples
+        --------
+        >>> import meshio
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> points = [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 0.0), (2.0, 1.0, 0.0)]
+        >>> sets = {"mast": [[0]], "boom": [[1, 2]]}
+        >>> mesh = meshio.Mesh(points, {"line": [(0, 1), (1, 2), (2, 3)]}, point_sets={"foot": [0]}, cell_sets=sets)
+        >>> steel = Material(E=200e9, nu=0.3)
+        >>> rods = {"mast": Beam(Circle(diameter=0.04), steel), "boom": Beam(Circle(diameter=0.02), steel)}
+        >>> frame = Frame.from_mesh(mesh, rods)
+        >>> list(frame.members), frame.node_sets
+        (['mast', 'boom 0', 'boom 1'], {'foot': ['0']})
+        >>> frame.fix("foot"); frame.load("3", fy=-10.0)
+        >>> float(frame.solve().displacement("3")[1].round(6))
+        -0.018568
+        """
+        whole = line_mesh_of(mesh, scale)
+        families = lines_by_element(whole, element)
+        kept = np.sort(np.concatenate([at for _, at in families]))
+        lines = whole.taken(kept, drop_unconnected)
+        names = lines.line_names()
+        frame = cls()
+        nodes = frame.add_nodes(lines.point_labels or len(lines.points), lines.points)
+        for one, at in families:
+            there = np.searchsorted(kept, at)
+            frame.add_many(one, lines.lines[there], [names[k] for k in there])
+        frame.node_sets = {name: [nodes[k] for k in at] for name, at in lines.point_sets.items() if at.size}
+        frame.element_sets = {name: [names[k] for k in at] for name, at in lines.line_sets.items() if at.size}
+        for name, of in frame.node_sets.items():
+            if len(of) == 1 and name not in frame.nodes:
+                frame.alias(name, of[0])
+        return frame
 
     def add_nodes(self, names: Names | int, coordinates: ArrayLike, body: str | None = None) -> list[str]:
         """Place many nodes.
@@ -153,7 +225,7 @@ class InBulk(Editable):
         Parameters
         ----------
         nodes
-            Names of the nodes.
+            Names of the nodes, or the name of a set of them.
         *names
             Global displacement components ``ux uy uz rx ry rz``.
         """
@@ -167,7 +239,7 @@ class InBulk(Editable):
         Parameters
         ----------
         nodes
-            Names of the nodes, n of them.
+            Names of the nodes, n of them, or the name of a set of them.
         **force
             Values by component ``fx fy fz mx my mz``: a number for all nodes, or (..., n) with one for each; a batch
             leads.
@@ -210,7 +282,7 @@ class InBulk(Editable):
 
     def _known(self, nodes: Names, of: str) -> list[str]:
         """Names of nodes in the description."""
-        given = [nodes] if isinstance(nodes, str) else list(nodes)
+        given = self.node_sets.get(nodes, [nodes]) if isinstance(nodes, str) else list(nodes)
         if set(map(type, given)) <= {str} and all(map(self.nodes.__contains__, given)):
             return given
         return [self._node(name, of) for name in given]

@@ -104,6 +104,8 @@ class Description:
     joints: dict[str, JointLink] = field(default_factory=dict)
     masses: dict[str, MassPoint] = field(default_factory=dict)
     aliases: dict[str, str] = field(default_factory=dict)
+    node_sets: dict[str, list[str]] = field(default_factory=dict)
+    element_sets: dict[str, list[str]] = field(default_factory=dict)
     ties: list[Tie] = field(default_factory=list)
     supports: dict[str, dict[int, Array]] = field(default_factory=dict)
     offsets: dict[str, dict[int, Array]] = field(default_factory=dict)

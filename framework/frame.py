@@ -36,6 +36,8 @@ class Frame(InBulk):
         The description by name, in the order in which it was given.
     aliases
         Other names of nodes.
+    node_sets, element_sets
+        Names of the nodes, and of the members and joints, in each set of the mesh that the frame is from.
     ties
         Rigid links and ties.
     supports

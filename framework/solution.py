@@ -29,6 +29,7 @@ from .factor_cache import Factors, planned
 from .provenance import regular_there, with_origin
 from .results.conditioning import scaled, usual
 from .results.consistent_mechanisms import ConsistentMechanisms
+from .results.directions import member_axes
 from .results.parts import node_of, of_joint, of_member, of_node, of_part
 from .results.primary import Primary
 from .results.recovery import Recovery
@@ -367,11 +368,31 @@ class Solution(SavedResults):
         >>> frame.solve().contact("stop").state.tolist()
         ['open', 'closed']
         """
-        name = self._with_clearance(joint, [] if self.clearances is None else self.clearances.names)
+        name = self._with_clearance(joint, self.journals)
         assert self.clearances is not None
         return self.clearances.contact(name)
 
+    @property
+    def journals(self) -> list[str]:
+        """Names of the joints whose clearance is taken into account."""
+        return [] if self.clearances is None else self.clearances.names
+
     # -- all at once ------------------------------------------------------------------------------------------------
+
+    def section_axes_at(self, fractions: ArrayLike) -> Array:
+        """Find the axes in which `forces_at` tells forces: those of the members, wherever along them.
+
+        Parameters
+        ----------
+        fractions
+            Shares of the length from the start, (k,); the axes are the same at all.
+
+        Returns
+        -------
+        ndarray
+            The axes as rows in global components, (..., members, 1, 3, 3), with the batch axes that they need.
+        """
+        return member_axes(self.plan.topology)
 
     @property
     def _stacked_results(self) -> StackedResults | None:

@@ -30,7 +30,7 @@ NOT_ASKED = re.compile("PR04|RT02|SA0.|ES01|EX01|GL01")
 # Where somebody begins to read: what describes, solves and evaluates. Pictures need OpenGL, so that no example
 # can draw one everywhere.
 ENTRY_POINTS = {
-    "Frame": "add add_form add_many add_nodes alias basis body buckling change exclude explain fix gravity "
+    "Frame": "add add_form add_many add_nodes alias basis body buckling change exclude explain fix from_mesh gravity "
     "line_load load matrices modes node offset path point_load prescribe rigid set_load solve tie unload",
     "Solution": "contact displacement displacement_along distance_to_singularity end_forces error_bound forces "
     "free_motion joint_displacement joint_force nonlinearity reaction refined save sensitivity stress",

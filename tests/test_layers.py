@@ -25,7 +25,7 @@ LAYERS = {
     "loads": "added_forms loads",
     "members in scikit-fem": "scikit_fem/*",
     "elements, and how they are examined": "clearances/contact protocol composed formed examined examination",
-    "description": "description editing bulk",
+    "description": "description editing meshes/* bulk",
     "structure": "structure/*",
     "elimination": "batched/* structure/assembly",
     "linear algebra": "solvers/*",

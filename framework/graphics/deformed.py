@@ -192,7 +192,7 @@ def _ordinates(what: str, values: Array, axes: Array, flat: tuple[int, int] | No
     across = np.broadcast_to(axes[:, None, 2] if normal is None else np.cross(normal, along), along.shape)
     if what in ("N", "T"):
         return values[..., None] * across, values
-    vectors = np.einsum("mki,mij->mkj", values, axes)
+    vectors = values
     if normal is None:
         return (np.cross(along, vectors) if what == "M" else vectors), np.linalg.norm(vectors, axis=-1)
     if what == "V":

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import rotation
-from ..batch import Array, aligned, rotated
+from ..batch import Array
 from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
 from ..clearances.contact_state import UNLOADED
 from .equations import EquilibriumEquations
@@ -38,7 +37,7 @@ def contact(solution: LargeResults, name: str, number: int) -> Contact:
     return Contact(
         joint=name,
         state=STATES[state],
-        normal=np.where(closed[..., None], _rotated(solution, name, along), 0.0) + unknown[..., None],
+        normal=np.where(closed[..., None], solution.joint_global(name, along), 0.0) + unknown[..., None],
         force=np.where(closed, contact_force, 0.0) + unknown,
         gap=np.where(closed, 0.0, np.maximum(radius - length, 0.0)) + unknown,
         offset=inside + unknown[..., None],
@@ -109,12 +108,3 @@ def _vector(solution: LargeResults, directions: list[int], values: Array) -> Arr
     out = np.zeros((3, values.shape[-1]))
     out[[k % 3 for k in directions]] = values
     return batch_first(out, solution.shape, 1)
-
-
-def _rotated(solution: LargeResults, name: str, along: Array) -> Array:
-    """Vectors in a joint's axes as global ones, (..., 3)."""
-    frame, joint = solution.frame, solution.frame.joints[name]
-    axes = joint.element.axes
-    start = along if axes is None else rotated(aligned(axes, len(frame.shape), 2), along)
-    turn = rotation.matrix(solution.displaced.rotations[:, solution.model.topology.number[joint.first]])
-    return rotated(np.moveaxis(turn, -1, 0).reshape(*frame.shape, 3, 3), start)

@@ -40,6 +40,10 @@ class LargeResults(Protocol):
         """Largest unbalanced force over the largest force, (...)."""
         ...
 
+    def joint_global(self, joint: str, vectors: Array) -> Array:
+        """Vectors in a joint's axes as global ones."""
+        ...
+
     @property
     def displaced(self) -> DisplacedState:
         """Where everything is."""

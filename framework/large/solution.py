@@ -18,6 +18,7 @@ from ..provenance import with_origin
 from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
 from .contact import contact, touched, unbalanced
+from .directions import TurnedDirections
 from .equations import EquilibriumEquations
 from .explain import explain
 from .links import EdgeGeometry
@@ -31,7 +32,7 @@ from .stations import Stations
 from .trust import Trust
 
 
-class LargeSolution(SavedResults):
+class LargeSolution(TurnedDirections, SavedResults):
     """Displacements and forces in an equilibrium at finite displacement and rotation, each of the frame's batch shape.
 
     Obtained from ``frame.solve(large=True)``. Loads keep their direction, moments their axis in space; line loads and
@@ -223,7 +224,7 @@ class LargeSolution(SavedResults):
         FrameError
             If the joint has no clearance, or clearances were left out.
         """
-        name = self._with_clearance(joint, joints_with_clearance(self.frame) if self.model.clearance else [])
+        name = self._with_clearance(joint, self.journals)
         return contact(self, name, self._link(name))
 
     # -- trust ------------------------------------------------------------------------------------------------------

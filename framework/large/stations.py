@@ -73,7 +73,18 @@ class Stations(AlongMembers):
         back = np.concatenate([rotations[:1], np.einsum("jim,jkm->ikm", local_axes, rotations[1:])])
         return self._shaped(np.moveaxis(np.concatenate([place, rotation.logarithm(back)]), 0, -1))
 
+    def axes_along(self, member: str, at: Array) -> Array:
+        """Axes of the moving pieces at stations (..., k), as rows in global components, (..., k, 9)."""
+        return self.along(member, at, self._axes)
+
     # -- pieces -----------------------------------------------------------------------------------------------------
+
+    def _axes(self, piece: int, x: Array) -> Array:
+        """Axes of a piece as rows, the same at all its stations, (k, ..., 9)."""
+        k, position = self.placed[piece]
+        local_axes = self._flat(self.topology.groups[k].local_axes[position], 2)
+        rows = np.einsum("abm,acm->mbc", self.motions[k].turn[:, :, position], local_axes)
+        return self._shaped(np.broadcast_to(rows.reshape(-1, 9), (len(x), len(rows), 9)))
 
     def _piece_forces(self, piece: int) -> Array:
         k, position = self.placed[piece]

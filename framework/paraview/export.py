@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 from ..batch import finite
 from ..errors import FrameError
 from ..results.base import Results
+from .blocks import write_series
 from .entries import Entry, Index, one, series
 from .files import whole_or_nothing
 from .scene import Part, beams, joints
-from .vtu import write_grid, write_names, write_series
+from .vtu import write_grid, write_names
 
 
 def save(
@@ -34,8 +35,9 @@ def save(
         What `Frame.solve` returned.
     path
         ``name.vtu``: one batch entry, beams as line cells and joints as vertex cells of one grid, told apart
-        by the cell array ``part``. ``name.pvd``: the poses along a batch axis as a time series; beams and
-        joints are parts of their own, in files of their own in the folder ``name`` beside it.
+        by the cell array ``part``. ``name.pvd``: the poses along a batch axis as a time series, each with the
+        named blocks ``beams`` and ``joints``, in files of their own in the folder ``name`` beside it. There README.txt
+        tells what each array is, and open_in_paraview.py opens the series in ParaView.
     entry
         Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
     axis
@@ -53,10 +55,12 @@ def save(
     Notes
     -----
     The arrays are those of `scene.beams` and `scene.joints`: on points ``displacement``, ``rotation``; for
-    beams ``N V T M stress_min stress_max von_mises`` on points and cells, ``member link solved`` on cells;
-    for joints ``gap gap_rotation force moment`` (global) on points, ``joint solved`` on cells. Where the
+    beams ``N T stress_min stress_max von_mises`` on points and cells, ``V M`` (global) on points, ``V_local M_local``
+    and ``member link solved`` on cells; for joints ``gap gap_rotation force moment`` (global) and, where there is
+    clearance, ``clearance_offset contact`` on points, ``joint solved`` on cells. Where the
     structure is a mechanism ``solved`` is 0 and so are the results. Numbers of members, links and joints
-    follow the order of the description; `read_names` gives their names.
+    follow the order of the description; `read_names` gives their names, which each pose of a series also holds as the
+    strings ``member_names``, ``link_names`` and ``joint_names`` of its field data.
 
     In ParaView: Warp By Vector (displacement), Extract Surface, Tube.
 
@@ -74,8 +78,8 @@ def save(
     >>> frame.load("B", fy=[-10.0, -20.0])
     >>> with TemporaryDirectory() as folder:
     ...     frame.solve().save(f"{folder}/loads.pvd", times=[10.0, 20.0])
-    ...     sorted(path.name for path in Path(folder).rglob("*.*"))
-    ['beams_000.vtu', 'beams_001.vtu', 'loads.pvd']
+    ...     sorted(path.name for path in Path(folder).rglob("*.vt*"))
+    ['beams_000.vtu', 'beams_001.vtu', 'pose_000.vtm', 'pose_001.vtm']
     """
     path = Path(path)
     if stations not in range(1, 1001):
@@ -102,7 +106,7 @@ def _save_pose(solution: Results, path: Path, index: Index, stations: int) -> No
 
 def _save_series(solution: Results, path: Path, index: Index, times: Sequence[float], stations: int) -> None:
     with whole_or_nothing(path.parent) as stage:
-        write_series(stage / path.name, _parts(solution, index, stations), times)
+        write_series(stage / path.name, _parts(solution, index, stations), times, _names(solution))
         write_names(stage / path.name, _names(solution))
 
 

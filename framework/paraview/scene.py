@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import rotated
 from ..results.base import Results
 from ..states import SolutionState, among
 from .entries import Index
@@ -47,9 +46,10 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
     """Members at the batch entries `index`, each as `stations` line cells.
 
     Members share no points, so that section forces may jump from one to the next. Points carry
-    ``displacement`` and ``rotation`` (global) and, like the cells, ``N``, ``V`` = (0, Vy, Vz), ``T``,
-    ``M`` = (0, My, Mz) in the member's axes, ``stress_min``, ``stress_max``, ``von_mises``: points the
-    value at the station, cells the force at their middle and the worst stress of their ends. Cells
+    ``displacement`` and ``rotation`` (global) and, like the cells, ``N``, ``T``, ``stress_min``, ``stress_max``,
+    ``von_mises``: points the value at the station, cells the force at their middle and the worst stress of their ends.
+    Points carry shear force and bending moment as global vectors, ``V`` and ``M``, cells in the axes of the section,
+    ``V_local`` = (0, Vy, Vz) and ``M_local`` = (0, My, Mz). Cells
     also carry ``member`` and ``link``, the numbers of the member and of its body (-1: the ground).
     Where the batch entry is a mechanism ``solved`` is 0 and so is every result. Stresses of a section that is known
     by its properties only are NaN.
@@ -60,6 +60,7 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
     displacement = shown(solution, index, solution.displacements_at(fraction[::2]))
     force = shown(solution, index, solution.forces_at(fraction))
     stress = shown(solution, index, solution.stresses_at(fraction[::2]))
+    axes = _section_axes(solution, index, fraction[::2])
     worst = np.maximum(stress[:, :, :-1], stress[:, :, 1:])
     worst[..., 0] = np.minimum(stress[:, :, :-1, 0], stress[:, :, 1:, 0])
 
@@ -72,8 +73,8 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
         points=_joined(_places(solution, index, fraction[::2])),
         cells=first.reshape(-1, 1) + np.arange(2),
         point_data=_halves("displacement", "rotation", _joined(displacement))
-        | _section(_joined(force[:, :, ::2]), _joined(stress)),
-        cell_data=_section(_joined(force[:, :, 1::2]), _joined(worst))
+        | _section("", _joined(_across(force[:, :, ::2], axes)), _joined(stress)),
+        cell_data=_section("_local", _joined(_across(force[:, :, 1::2])), _joined(worst))
         | _labels(solution, index, member=np.repeat(np.arange(count), stations), link=np.repeat(links, stations)),
     )
 
@@ -83,20 +84,24 @@ def joints(solution: Results, index: Index) -> Part:
 
     Points carry, in global axes, ``displacement`` and ``rotation`` of the first node, ``gap`` and
     ``gap_rotation``, the displacement of the second node relative to the first, and ``force`` and
-    ``moment``, which the joint exerts on the first node. Cells carry ``joint``, the joint's number, and
+    ``moment``, which the joint exerts on the first node; where
+    there is clearance, ``clearance_offset``, the place of each journal in its clearance, and ``contact``, 1 where it
+    touches, 0 where not and -1 at a joint without. Cells carry ``joint``, the joint's number, and
     ``solved``, as for the beams.
     """
     frame = solution.frame
-    axes = {name: link.element.axes for name, link in frame.joints.items()}
     vectors = {
         ("displacement", "rotation"): [solution.displacement(link.first) for link in frame.joints.values()],
-        ("gap", "gap_rotation"): [_to_global(axes[name], solution.joint_displacement(name)) for name in axes],
-        ("force", "moment"): [_to_global(axes[name], solution.joint_force(name)) for name in axes],
+        ("gap", "gap_rotation"): [
+            solution.joint_global(name, solution.joint_displacement(name)) for name in frame.joints
+        ],
+        ("force", "moment"): [solution.joint_global(name, solution.joint_force(name)) for name in frame.joints],
     }
     data: dict[str, Array] = {}
     for (linear, angular), arrays in vectors.items():
         data |= _halves(linear, angular, _joined(results(solution, index, [a[..., None, :] for a in arrays])))
-    number = np.arange(len(axes))
+    data |= _clearances(solution, index)
+    number = np.arange(len(frame.joints))
     return Part(
         name="joints",
         cell="vertex",
@@ -171,15 +176,35 @@ def _halves(linear: str, angular: str, array: Array) -> dict[str, Array]:
     return {linear: array[..., :3], angular: array[..., 3:]}
 
 
-def _section(force: Array, stress: Array) -> dict[str, Array]:
-    """Section forces (T, n, 6) and stresses (T, n, 3) by name."""
-    shear, moment = force[..., :3].copy(), force[..., 3:].copy()
-    shear[..., 0] = moment[..., 0] = 0.0
+def _across(force: Array, axes: Array | None = None) -> Array:
+    """``N Vy Vz T My Mz`` as normal force, shear force (3), torque and bending moment (3), (T, m, k, 8).
+
+    Shear force and bending moment are in the axes of the section; in global ones where `axes` holds these as rows.
+    """
+
+    def vector(two: Array) -> Array:
+        if axes is None:
+            return np.concatenate([np.zeros_like(two[..., :1]), two], axis=-1)
+        turned: Array = two[..., :1] * axes[..., 1, :] + two[..., 1:] * axes[..., 2, :]
+        return turned
+
+    parts = [force[..., :1], vector(force[..., 1:3]), force[..., 3:4], vector(force[..., 4:])]
+    return np.concatenate(parts, axis=-1)
+
+
+def _section_axes(solution: Results, index: Index, fraction: Array) -> Array:
+    """Axes of the sections as rows in global components, (T, members, k or 1, 3, 3)."""
+    rows = solution.section_axes_at(fraction)
+    return np.broadcast_to(rows, (*solution.shape, *rows.shape[-4:]))[index]
+
+
+def _section(axes: str, force: Array, stress: Array) -> dict[str, Array]:
+    """Section forces (T, n, 8), those across the member called by their axes, and stresses (T, n, 3) by name."""
     return {
         "N": force[..., 0],
-        "V": shear,
-        "T": force[..., 3],
-        "M": moment,
+        f"V{axes}": force[..., 1:4],
+        "T": force[..., 4],
+        f"M{axes}": force[..., 5:],
         "stress_min": stress[..., 0],
         "stress_max": stress[..., 1],
         "von_mises": stress[..., 2],
@@ -193,6 +218,16 @@ def _labels(solution: Results, index: Index, **numbers: Array) -> dict[str, Arra
     return {n: np.broadcast_to(a, shape).astype(np.int32) for n, a in {**numbers, "solved": flags}.items()}
 
 
-def _to_global(axes: Array | None, vectors: Array) -> Array:
-    """Vectors (..., 6) from joint axes, the columns of `axes`, to global ones."""
-    return vectors if axes is None else rotated(axes, vectors)
+def _clearances(solution: Results, index: Index) -> dict[str, Array]:
+    """Where journals rest in their clearances, (T, joints, 3), and whether they touch; nothing without clearance."""
+    names, journals = list(solution.frame.joints), solution.journals
+    if not journals:
+        return {}
+    offset = np.zeros((len(solved(solution, index)), len(names), 3))
+    touching = np.full(offset.shape[:2], -1, dtype=np.int32)
+    for name in journals:
+        contact, k = solution.contact(name), names.index(name)
+        place = np.broadcast_to(solution.joint_global(name, contact.offset), (*solution.shape, 3))[index]
+        offset[:, k] = np.where(solved(solution, index)[:, None], place, 0.0)
+        touching[:, k] = np.broadcast_to(contact.closed, solution.shape)[index]
+    return {"clearance_offset": np.nan_to_num(offset), "contact": touching}

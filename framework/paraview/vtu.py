@@ -1,10 +1,10 @@
-"""Files for ParaView: VTK unstructured grids (.vtu) and the collections (.pvd) that list them."""
+"""Files for ParaView: VTK unstructured grids (.vtu), and the names of their parts."""
 
 from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -55,30 +55,6 @@ def _united(data: Sequence[Mapping[str, Array]], counts: Sequence[int], pose: in
         ]
         for name in sample
     }
-
-
-def write_series(path: Path, parts: Sequence[Part], times: Sequence[float]) -> None:
-    """Write a .pvd and beside it, in a folder of its name, one .vtu a part and pose."""
-    digits = max(3, len(str(len(times) - 1)))
-    rows = []
-    (path.parent / path.stem).mkdir()
-    for number, part in enumerate(parts):
-        for pose, time in enumerate(times):
-            file = f"{path.stem}/{part.name}_{pose:0{digits}d}.vtu"
-            write_grid(path.parent / file, [part], pose)
-            rows.append((time, number, file))
-    write_collection(path, sorted(rows))
-
-
-def write_collection(path: Path, files: Iterable[tuple[float, int, str]]) -> None:
-    """Write a .pvd that lists `files`: time, number of the part, path relative to the .pvd."""
-    from xml.sax.saxutils import quoteattr  # it loads all that opens web pages
-
-    rows = [
-        f'<DataSet timestep="{time!r}" group="" part="{part}" file={quoteattr(file)}/>' for time, part, file in files
-    ]
-    lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>", *rows]
-    path.write_text("\n".join([*lines, "</Collection>", "</VTKFile>", ""]), encoding="utf-8")
 
 
 def write_names(path: Path, names: Mapping[str, Sequence[str]]) -> None:

@@ -10,7 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..batch import Array, Shape, finite
+from ..batch import Array, Shape, finite, rotated
+from ..clearances.contact import Contact
 from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError, MechanismWarning
@@ -304,6 +305,37 @@ class Results(ABC):
         if (whole := self._stacked_results) is not None:
             return self._masked(whole.stresses_at(at))
         return self._each(self.stress, at, 3)
+
+    @property
+    @abstractmethod
+    def journals(self) -> list[str]:
+        """Names of the joints whose clearance is taken into account."""
+
+    @abstractmethod
+    def contact(self, joint: str) -> Contact:
+        """Where a joint with clearance is in contact, and how hard it is pressed."""
+
+    @abstractmethod
+    def section_axes_at(self, fractions: ArrayLike) -> Array:
+        """Axes in which `forces_at` tells forces, as rows in global components, (..., members, k or 1, 3, 3)."""
+
+    def joint_global(self, joint: str, vectors: Array) -> Array:
+        """Turn vectors in a joint's axes into global ones.
+
+        Parameters
+        ----------
+        joint
+            Name of the joint.
+        vectors
+            Vectors (..., 3), or pairs of these (..., 6).
+
+        Returns
+        -------
+        ndarray
+            The same in global axes, (..., 3) or (..., 6).
+        """
+        axes = self.frame.joints[joint].element.axes
+        return vectors if axes is None else rotated(axes, vectors)
 
     @property
     def _stacked_results(self) -> HasStackedResults | None:

@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError
+from ...framework.paraview.blocks import write_series
 from ...framework.paraview.export import increasing
 from ...framework.paraview.files import whole_or_nothing
 from ...framework.paraview.scene import Part
-from ...framework.paraview.vtu import write_names, write_series
+from ...framework.paraview.vtu import write_names
 from .poses.kinematics import Kinematics
 
 
@@ -28,8 +29,9 @@ def save(motion: Kinematics, path: str | Path, times: ArrayLike | None) -> None:
         raise FrameError(f"{path.name}: no pose is assembled, so there is nothing to save")
     given = increasing(times, int(np.prod(motion.shape)), path)
     with whole_or_nothing(path.parent) as stage:
-        write_series(stage / path.name, [_links(motion, there)], [given[k] for k in there])
-        write_names(stage / path.name, {"link": list(motion.linkage.links)})
+        names = {"link": list(motion.linkage.links)}
+        write_series(stage / path.name, [_links(motion, there)], [given[k] for k in there], names)
+        write_names(stage / path.name, names)
 
 
 def _links(motion: Kinematics, poses: NDArray[np.int64]) -> Part:

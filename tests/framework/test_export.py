@@ -12,7 +12,7 @@ import pytest
 import pyvista
 from linkframe.elements import Beam, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning
-from linkframe.framework.paraview import vtu as vtu_module
+from linkframe.framework.paraview import blocks as blocks_module
 from linkframe.framework.paraview.vtu import read_names
 from linkframe.framework.solution import Solution
 
@@ -74,14 +74,24 @@ def check_beams(solution: Solution, entry: tuple[int, ...], points: Any, point_d
         for data, chosen, here in ((point_data, forces[::2], rows), (cell_data, forces[1::2], cells)):
             np.testing.assert_array_equal(data["N"][here], chosen[:, 0])
             np.testing.assert_array_equal(data["T"][here], chosen[:, 3])
-            np.testing.assert_array_equal(data["V"][here], np.column_stack([0.0 * chosen[:, 0], chosen[:, 1:3]]))
-            np.testing.assert_array_equal(data["M"][here], np.column_stack([0.0 * chosen[:, 0], chosen[:, 4:6]]))
+        rows_of_axes = local_axes(end - start)
+        for array, part in (("V", slice(1, 3)), ("M", slice(4, 6))):
+            across = rows_of_axes[1:].T @ forces[::2, part].T
+            np.testing.assert_allclose(point_data[array][rows], across.T, rtol=1e-13, atol=1e-13 * np.abs(forces).max())
+            own = np.column_stack([0.0 * forces[1::2, 0], forces[1::2, part]])
+            np.testing.assert_array_equal(cell_data[f"{array}_local"][cells], own)
         for k, quantity in enumerate(STRESSES):
             worst = (np.minimum if k == 0 else np.maximum)(stress[:-1, k], stress[1:, k])
             np.testing.assert_array_equal(point_data[quantity][rows], stress[:, k])
             np.testing.assert_array_equal(cell_data[quantity][cells], worst)
         np.testing.assert_array_equal(cell_data["member"][cells], number)
         np.testing.assert_array_equal(cell_data["solved"][cells], 1)
+
+
+def local_axes(chord: Any) -> Any:
+    """Axes of a member in the xy plane as rows: along it, across it in the plane, and z."""
+    along = np.asarray(chord) / np.linalg.norm(chord)
+    return np.array([along, np.cross((0.0, 0.0, 1.0), along), (0.0, 0.0, 1.0)])
 
 
 def check_pin(solution: Solution, entry: tuple[int, ...], point_data: Any, row: int) -> None:
@@ -135,7 +145,8 @@ def test_a_series_read_by_pyvista_and_meshio(tmp_path: Path) -> None:
     assert reader.time_values == times
     for pose, time in enumerate(times):
         reader.set_active_time_value(time)
-        beams, joints = reader.read()
+        (blocks,) = reader.read()
+        beams, joints = blocks["beams"], blocks["joints"]
         check_beams(solution, (pose,), beams.points, beams.point_data, beams.cell_data)
         check_pin(solution, (pose,), joints.point_data, row=0)
         mesh = meshio.read(tmp_path / "crane" / f"beams_{pose:03d}.vtu")
@@ -201,7 +212,7 @@ def test_a_mechanism_is_told_and_holds_no_nan(tmp_path: Path) -> None:
     singular, regular = (meshio.read(tmp_path / "slider" / f"beams_{pose:03d}.vtu") for pose in range(2))
     assert (of_lines(singular)["solved"] == 0).all()
     for data in (singular.point_data, of_lines(singular)):
-        for name in ("N", "V", "T", "M", *STRESSES):
+        for name in {"N", "V", "T", "M", "V_local", "M_local", *STRESSES} & set(data):
             assert (data[name] == 0.0).all()
     assert (singular.point_data["displacement"] == 0.0).all()
     check_beams(solution, (1,), regular.points, regular.point_data, of_lines(regular))
@@ -227,7 +238,7 @@ def test_file_names_that_xml_would_misread(tmp_path: Path) -> None:
     solution = crane(load=(1.0, 2.0))
     solution.save(tmp_path / "a & 'b' <c>.v2.pvd")
     reader = pyvista.PVDReader(tmp_path / "a & 'b' <c>.v2.pvd")
-    assert reader.read()[0].n_cells == 2 * STATIONS
+    assert reader.read()[0]["beams"].n_cells == 2 * STATIONS
 
 
 @pytest.mark.parametrize(
@@ -276,7 +287,7 @@ def test_a_folder_that_is_a_file_is_named(tmp_path: Path) -> None:
 def test_a_missing_folder_is_made_and_after_a_failure_unmade(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     crane().save(tmp_path / "made" / "deep" / "x.vtu")
     assert (tmp_path / "made" / "deep" / "x.vtu").is_file()
-    monkeypatch.setattr(vtu_module, "write_grid", full_disk(vtu_module.write_grid, 1))
+    monkeypatch.setattr(blocks_module, "write_grid", full_disk(blocks_module.write_grid, 1))
     with pytest.raises(FrameError, match="No space left on device"):
         crane(load=(1.0, 2.0)).save(tmp_path / "made" / "new" / "deep" / "x.pvd")
     assert [path.name for path in (tmp_path / "made").iterdir()] == ["deep"]
@@ -288,7 +299,9 @@ def test_a_failure_half_way_leaves_what_was_there(
 ) -> None:
     crane(load=(1.0, 2.0, 3.0)).save(tmp_path / "x.pvd")
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    monkeypatch.setattr(vtu_module, failing, full_disk(getattr(vtu_module, failing), 2 * (failing == "write_grid")))
+    monkeypatch.setattr(
+        blocks_module, failing, full_disk(getattr(blocks_module, failing), 2 * (failing == "write_grid"))
+    )
     with pytest.raises(FrameError, match="No space left on device"):
         crane(load=(4.0, 5.0, 6.0)).save(tmp_path / "x.pvd")
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before

@@ -1,0 +1,1 @@
+"""Line meshes of other programs, as nodes, connections and sets."""

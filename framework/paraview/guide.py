@@ -1,0 +1,147 @@
+"""What lies beside a series for ParaView: a page that tells what its arrays are, and a script that opens it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import floor, log10
+from pathlib import Path
+
+import numpy as np
+
+from .scene import Part
+
+# What each array is, with its unit in words: those of the description, such as newton and metre.
+MEANINGS = {
+    "displacement": "displacement by loads, compliance and clearance, global axes; length",
+    "rotation": "rotation vector, global axes; radians",
+    "N": "normal force, tension positive; force",
+    "V": "shear force, global axes; force",
+    "V_local": "shear force (0, Vy, Vz) in the axes of the section; force",
+    "T": "torque; force times length",
+    "M": "bending moment, global axes; force times length",
+    "M_local": "bending moment (0, My, Mz) in the axes of the section; force times length",
+    "stress_min": "least normal stress of the section; force per area",
+    "stress_max": "greatest normal stress of the section; force per area",
+    "von_mises": "greatest von Mises stress of the section; force per area",
+    "gap": "displacement of the second node of a joint relative to the first, global axes; length",
+    "gap_rotation": "rotation of the second node relative to the first, global axes; radians",
+    "force": "force of the joint on its first node, global axes; force",
+    "moment": "moment of the joint on its first node, global axes; force times length",
+    "clearance_offset": "place of the journal within its clearance, global axes; length (radians of a rotation)",
+    "contact": "whether a joint with clearance is in contact: 1 in contact, 0 not, -1 a joint without clearance",
+    "velocity": "velocity, global axes; length per time",
+    "acceleration": "acceleration, global axes; length per time squared",
+    "member": "number of the member, named in member_names; no unit",
+    "link": "number of the link, named in link_names, -1 the ground; no unit",
+    "joint": "number of the joint, named in joint_names; no unit",
+    "solved": "1 where there is a solution, 0 where the structure is a mechanism and results are 0; no unit",
+}
+
+_README = """\
+{file}: a series of poses for ParaView, one step a pose.
+
+Open {file}, or run open_in_paraview.py in ParaView (Tools > Python Shell > Run Script, or paraview --script=...), which
+shows it displaced and coloured, with the names of the parts in the legend.
+
+Blocks of each pose: {blocks}. The arrays are in the units of the description: with metres, newtons and seconds,
+stresses are in pascals. Angles are in radians.
+
+{arrays}
+
+The field data member_names, link_names and joint_names name the numbers in the cell arrays member, link and joint.
+"""
+
+_SCRIPT = '''\
+"""Open the series in ParaView: displaced, as tubes, coloured, joints as points, parts by their names."""
+
+from pathlib import Path
+
+from paraview.simple import *
+
+NAMES = {names!r}
+SCALE = {scale!r}  # factor on the displacements
+RADIUS = {radius!r}
+BLOCKS = {blocks!r}
+
+folder = Path(__file__).resolve().parent
+series = PVDReader(registrationName=folder.name, FileName=str(folder.with_name(folder.name + ".pvd")))
+GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
+view = GetActiveViewOrCreate("RenderView")
+for array, names in NAMES.items():
+    colours = GetColorTransferFunction(array)
+    colours.InterpretValuesAsCategories = 1
+    colours.Annotations = [text for number, name in enumerate(names) for text in (str(number), name)]
+for block, (colour, moves) in BLOCKS.items():
+    shown = ExtractBlock(registrationName=block, Input=series, Selectors=["/Root/" + block])
+    if moves:
+        shown = WarpByVector(Input=shown, Vectors=["POINTS", "displacement"], ScaleFactor=SCALE)
+    if block != "joints":
+        shown = Tube(Input=ExtractSurface(Input=shown), Radius=RADIUS)
+    display = Show(shown, view)
+    if block == "joints":
+        display.SetRepresentationType("Points")
+        display.PointSize = 10
+    ColorBy(display, ("CELLS", colour))
+    display.RescaleTransferFunctionToDataRange(True, False)
+    display.SetScalarBarVisibility(view, True)
+ResetCamera(view)
+Render(view)
+'''
+
+# What colours a block where it is opened: the first that it has.
+_COLOURS = ("von_mises", "joint", "link")
+# Largest displacement and radius of the tubes, as shares of the size of what is shown.
+_SHOWN, _THICKNESS = 0.08, 0.006
+# Names that the legend takes.
+_NAMED = 200
+
+
+def write_guide(folder: Path, file: str, parts: Sequence[Part], names: Mapping[str, Sequence[str]]) -> None:
+    """Write README.txt and open_in_paraview.py.
+
+    Parameters
+    ----------
+    folder
+        Where they go: the folder with the files of the series.
+    file
+        Name of the .pvd.
+    parts
+        Blocks of the series.
+    names
+        Names by number of the ``member``, ``link`` and ``joint``.
+    """
+    arrays = "\n".join(f"{part.name}\n{_described(part)}" for part in parts)
+    text = _README.format(file=file, blocks=", ".join(part.name for part in parts), arrays=arrays)
+    (folder / "README.txt").write_text(text, encoding="utf-8")
+    size = max(float(np.ptp(part.points, axis=(0, 1)).max()) for part in parts) or 1.0
+    named = {kind: list(of[:_NAMED]) for kind, of in names.items() if of}
+    blocks = {
+        part.name: (next(name for name in _COLOURS if name in part.cell_data), "displacement" in part.point_data)
+        for part in parts
+    }
+    script = _SCRIPT.format(names=named, scale=_scale(parts, size), radius=_THICKNESS * size, blocks=blocks)
+    (folder / "open_in_paraview.py").write_text(script, encoding="utf-8")
+
+
+def _described(part: Part) -> str:
+    rows = []
+    for where, data in (("points", part.point_data), ("cells", part.cell_data)):
+        rows += [f"  {name:17s} on {where}: {MEANINGS[name]}" for name in data]
+    return "\n".join(rows) + "\n"
+
+
+def _scale(parts: Sequence[Part], size: float) -> float:
+    """A round factor that shows the displacements: 1, 2 or 5 times a power of ten, 1 where there are none."""
+    most = max(
+        (
+            float(np.abs(part.point_data["displacement"]).max(initial=0.0))
+            for part in parts
+            if "displacement" in part.point_data
+        ),
+        default=0.0,
+    )
+    if not most > 0.0:
+        return 1.0
+    wanted = _SHOWN * size / most
+    power = 10.0 ** floor(log10(wanted))
+    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted or step == 1.0) * power)
