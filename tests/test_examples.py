@@ -310,7 +310,7 @@ def test_linkage_pictures(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
     motion = example(name).motion
     assert len(reader.time_values) == len(motion.gap)
     reader.set_active_time_point(7)
-    points = reader.read()[0].points
+    points = reader.read()[0]["links"].points
     wanted = [motion.position(point, link)[7] for link, own in motion.linkage.links.items() for point in own.points]
     assert_allclose(points, wanted, rtol=0.0, atol=1e-15)
 
