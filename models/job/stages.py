@@ -14,6 +14,8 @@ from ...framework.clock import watched
 # Seconds of work before a job that nobody watches on a terminal says how far it is, and that must be left if it is to
 # be worth saying; and between two such lines a share of what it has taken, up to this.
 FIRST, SHARE, SELDOM = 1.0, 0.5, 30.0
+# Seconds until which the first line waits for an estimate, and after which it is looked for again.
+WAIT, MOMENT = 3.0, 0.05
 
 # Told what was done, by its name, and how much more of it.
 Advance = Callable[[str, int], None]
@@ -170,8 +172,12 @@ class Lines:
         pause = FIRST
         while not self.ended.wait(pause):
             spent = perf_counter() - self.start
-            pause = min(max(FIRST, SHARE * spent), SELDOM)
             left = self.progress.left if self.progress.total else None
+            if left is None and self.progress.total and spent < WAIT:
+                # the first line comes with an estimate, if it is soon there
+                pause = MOMENT
+                continue
+            pause = min(max(FIRST, SHARE * spent), SELDOM)
             if left is None or left > FIRST:
                 # Who does not listen is not told.
                 with suppress(OSError, ValueError):
