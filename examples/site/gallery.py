@@ -44,6 +44,7 @@ DRAWN = {
     "own_truss": 'frame.solve().plot("deformed", entry=0)',
     "pictures": 'solution.plot("M", entry=pose)',
     "portal_frame": 'solution.plot("M")',
+    "reliability": 'motion.plot(trace="C")',
     "scikit_fem_form": 'solution.plot("deformed", entry=0)',
     "three_hinged_frame": 'solution.plot("M")',
 }
