@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +14,35 @@ from .model import Model
 
 
 @dataclass
-class DisplacedState:
-    """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
-    tree's links and then forces in the ideal components of loops (6, links + loops, m), rigid contacts."""
+class StateOfEntries:
+    """Where a frame is at m entries, the last axis of each array, and what its contacts carry."""
 
     displacements: Array
     rotations: Array
     own: Array
     contact_multipliers: ContactMultipliers
+
+    def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Self:
+        """Some of the entries."""
+        return type(self)(
+            self.displacements[..., kept],
+            self.rotations[..., kept],
+            self.own[..., kept],
+            self.contact_multipliers.taken(kept),
+        )
+
+    def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: Self) -> None:
+        """Replace some of the entries."""
+        self.displacements[..., where] = other.displacements
+        self.rotations[..., where] = other.rotations
+        self.own[..., where] = other.own
+        self.contact_multipliers.put(where, other.contact_multipliers)
+
+
+@dataclass
+class DisplacedState(StateOfEntries):
+    """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
+    tree's links and then forces in the ideal components of loops (6, links + loops, m), rigid contacts."""
 
     @classmethod
     def start(cls, model: Model, count: int) -> DisplacedState:
@@ -31,24 +53,6 @@ class DisplacedState:
         return cls(
             np.zeros((3, model.count, count)), rotations, own, ContactMultipliers.none(len(model.contacts), count)
         )
-
-    def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> DisplacedState:
-        """Some of the entries."""
-        return DisplacedState(
-            self.displacements[..., kept],
-            self.rotations[..., kept],
-            self.own[..., kept],
-            self.contact_multipliers.taken(kept),
-        )
-
-    def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: DisplacedState) -> None:
-        """Replace some of the entries."""
-        self.displacements[..., where], self.rotations[..., where], self.own[..., where] = (
-            other.displacements,
-            other.rotations,
-            other.own,
-        )
-        self.contact_multipliers.put(where, other.contact_multipliers)
 
 
 @dataclass(frozen=True)
