@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Self
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.errors import FrameError
+from ..sampling import goes_on
 
 Array = NDArray[np.float64]
 MOST_POSES = 100_000
@@ -168,6 +169,18 @@ class Inputs:
         """Whether the printed table speaks of this linkage: the paper's lengths, point and branch."""
         same = all(getattr(self, name) == getattr(Inputs, name) for name in (*LENGTHS, "point"))
         return same and self.branch in (None, "parallel")
+
+    @property
+    def about(self) -> dict[str, object]:
+        """What the samples depend on, by option: all but what figures show.
+
+        Samples go on where there are more of them, unless they are balanced for so many, or the poses that are sampled
+        depend on them.
+        """
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        more = goes_on(self.sampler) and not self.length_sd
+        left_out = ("histogram_pose", "magnify", *(("samples",) if more else ()))
+        return {f"--{name.replace('_', '-')}": value for name, value in given.items() if name not in left_out}
 
     def but(self, **changes: object) -> Self:
         """The same inputs with some of them changed."""
