@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from ...framework.errors import CheckpointWarning, FrameError, MechanismWarning
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .stages import Advance
 
 
-class Piece(NamedTuple):
+class SamplePiece(NamedTuple):
     """Some of the samples of one kind.
 
     Attributes
@@ -102,7 +102,9 @@ class Sharing:
 
         task = PieceTask({name: kind.parts.begin(kind.names) for name, kind in kinds.items()})
         wanted = {name: kinds[name] for name, part in task.tasks.items() if part.names}
-        turns = zip_longest(*([Piece(cut.start, cut.stop, name) for cut in k.parts.cuts] for name, k in wanted.items()))
+        turns = zip_longest(
+            *([SamplePiece(cut.start, cut.stop, name) for cut in k.parts.cuts] for name, k in wanted.items())
+        )
         pieces = [piece for turn in turns for piece in turn if piece is not None]
         checkpoint = self._opened()
         stored = set() if checkpoint is None else _stored(checkpoint) & set(pieces)
@@ -137,7 +139,7 @@ class PieceTask:
 
     tasks: Mapping[str, PartTask]
 
-    def __call__(self, piece: Piece) -> dict[str, NDArray[Any]]:
+    def __call__(self, piece: SamplePiece) -> dict[str, NDArray[Any]]:
         """Results of its samples by name."""
         with warnings.catch_warnings():
             # Poses that are kinematically unstable are part of the answer, in whatever process: their status says so.
@@ -152,17 +154,14 @@ class _Collected:
     kinds: Mapping[str, SampleKind]
     advance: Advance
     folder: Path | None
-    awaited: set[Piece] = field(default_factory=set)
 
-    def expect(self, piece: Piece) -> None:
-        self.awaited.add(piece)
+    def expect(self, piece: SamplePiece) -> None:
         self.advance(self.kinds[piece.of].what, 0)
 
-    def add(self, piece: Piece, found: Mapping[str, NDArray[Any]]) -> None:
+    def add(self, piece: SamplePiece, found: Mapping[str, NDArray[Any]]) -> None:
         kind = self.kinds[piece.of]
         kind.parts.put(piece.cut, found)
-        # What an earlier run has done says nothing of the time that the rest will take.
-        self.advance(kind.what, kind.parts.size(piece.cut), piece in self.awaited)
+        self.advance(kind.what, kind.parts.size(piece.cut))
 
     def progress(self, done: int, of: int) -> str:
         if self.folder is None:
@@ -214,17 +213,27 @@ def _workers(text: str) -> int:
     return value
 
 
-def sharing(options: Namespace, about: Mapping[str, Any], sampled: bool = True) -> Sharing:
+class SampledInputs(Protocol):
+    """What a job is asked for."""
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """What tells its samples from those of other runs."""
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether there are samples."""
+
+
+def sharing(options: Namespace, inputs: SampledInputs) -> Sharing:
     """What the options say of who computes the samples, checked before anything is computed.
 
     Parameters
     ----------
     options
         Those of the command line.
-    about
-        What tells the run from others of this job.
-    sampled
-        Whether there are samples.
+    inputs
+        What is to be computed.
 
     Raises
     ------
@@ -232,12 +241,14 @@ def sharing(options: Namespace, about: Mapping[str, Any], sampled: bool = True) 
         If the folder holds another run or cannot be read, or there is nothing to resume.
     """
     given = {"--workers": options.workers != 1, "--checkpoint": options.checkpoint, "--resume": options.resume}
-    for name, there in given.items():
-        if there and not sampled:
+    for name in [name for name, there in given.items() if there]:
+        if not inputs.uncertain:
             raise FrameError(f"{name} has no effect, as the file has no tolerances: leave it out")
     if options.resume and options.checkpoint is None:
         raise FrameError("--resume has no folder to go on in: give it with --checkpoint DIR")
-    whole = {"the job": options.job, "the release of linkframe": version("linkframe"), **about}
+    if options.checkpoint is None:
+        return Sharing(options.workers)
+    whole = {"the job": options.job, "the release of linkframe": version("linkframe"), **inputs.about}
     found = Sharing(options.workers, options.checkpoint, whole)
     for note in _taken_up(found, options.resume):
         print(f"linkframe {options.job}: note: {note}", file=sys.stderr, flush=True)

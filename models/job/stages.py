@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from time import perf_counter
-from typing import Protocol, Self
+from typing import Self
 
 from ...framework.clock import watched
 
@@ -17,12 +17,8 @@ FIRST, SHARE, SELDOM = 1.0, 0.5, 30.0
 # Seconds until which the first line waits for an estimate, and after which it is looked for again.
 WAIT, MOMENT = 3.0, 0.05
 
-
-class Advance(Protocol):
-    """Told what was done."""
-
-    def __call__(self, what: str, more: int, timed: bool = True, /) -> None:
-        """Take note of how much more was done of something; whether now, or by an earlier run."""
+# Told what was done, by its name, and how much more of it.
+Advance = Callable[[str, int], None]
 
 
 class Stages:
@@ -50,8 +46,8 @@ class Stages:
         name
             What is told of it.
         work
-            How much there is of each thing to do. The body says what it has done of it, and before the first of each
-            thing that it begins, by 0.
+            How much there is of each thing to do. The body says what it has done of it, and before that by 0 that it
+            begins; what it has not begun was done by an earlier run, whose time tells nothing.
         """
         self.bar.set_description_str(name)
         start, progress = perf_counter(), Progress(work or {})
@@ -73,8 +69,8 @@ class Stages:
             form = "{desc:<20}{bar}| {n_fmt}/{total_fmt} {elapsed}{postfix}"
             with tqdm(total=sum(progress.total.values()), leave=False, unit_scale=True, bar_format=form) as bar:
 
-                def advance(what: str, more: int, timed: bool = True, /) -> None:
-                    progress.count(what, more, timed)
+                def advance(what: str, more: int) -> None:
+                    progress.count(what, more)
                     bar.set_postfix_str(progress.estimate, refresh=False)
                     bar.update(more)
 
@@ -113,14 +109,14 @@ class Progress:
         """Take note of how much is done of the part that is being computed."""
         self._inside = max(solved, self._inside)
 
-    def count(self, what: str, more: int, timed: bool = True, /) -> None:
-        """Count what has been done since the last call, or by an earlier run; with 0 it only begins."""
-        now, self._doing, self._inside = perf_counter(), None if more else what, 0
+    def count(self, what: str, more: int) -> None:
+        """Count what has been done since it began; with 0 it only begins."""
+        now, begun = perf_counter(), self._doing == what
         if more:
             self.done[what] += more
-            if timed:
+            if begun:
                 self._parts[what].append((more, now - self._last))
-        self._last = now
+        self._last, self._doing, self._inside = now, None if more else what, 0
 
     @property
     def left(self) -> float | None:

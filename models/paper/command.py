@@ -167,7 +167,7 @@ def _start(options: Namespace) -> None:
         name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names
     }
     inputs = Inputs(**given)
-    shared = sharing(options, inputs.about)
+    shared = sharing(options, inputs)
     for note in beforehand(inputs):
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
     run(FourBarJob(inputs, shared), options.out, options.figures, options.format, options.wide)

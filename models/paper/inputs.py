@@ -171,6 +171,11 @@ class Inputs:
         return same and self.branch in (None, "parallel")
 
     @property
+    def uncertain(self) -> bool:
+        """Whether there are samples: always."""
+        return True
+
+    @property
     def about(self) -> dict[str, object]:
         """What the samples depend on, by option: all but what figures show.
 
