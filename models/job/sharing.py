@@ -108,10 +108,11 @@ class Sharing:
         pieces = [piece for turn in turns for piece in turn if piece is not None]
         checkpoint = self._opened()
         stored = set() if checkpoint is None else _stored(checkpoint) & set(pieces)
-        # A copy of this process would lack the thread that tells how far it is.
+        # A copy of this process would lack the thread that tells how far it is; and the first piece of each kind, which
+        # this process does, tells that soon.
         gather(
             pieces,
-            lambda left: computed(task, left, self.workers, "spawn"),
+            lambda left: computed(task, left, self.workers, "spawn", len(wanted)),
             _Collected(wanted, advance, self.folder),
             None if checkpoint is None else StoredChunks(checkpoint, packed_arrays, unpacked_arrays),
             stored,

@@ -29,7 +29,7 @@ class _Told(Generic[C, R]):
 
 
 def computed(
-    task: Callable[[C], R], cuts: Sequence[C], workers: Workers, start: str | None = None
+    task: Callable[[C], R], cuts: Sequence[C], workers: Workers, start: str | None = None, here: int = 0
 ) -> Generator[tuple[C, R], None, None]:
     """Chunks as they are done, in whatever order.
 
@@ -44,6 +44,8 @@ def computed(
     start
         How processes are started, as `multiprocessing` calls it: ``"spawn"`` where this process has threads, which a
         copy of it would not; None for what is usual.
+    here
+        How many of the chunks this process does itself while processes that it starts get ready.
 
     Yields
     ------
@@ -66,7 +68,8 @@ def computed(
             from .processes import of_this_process, processes
 
             with processes(told, min(count, len(cuts)), start) as pool:
-                yield from _by_executor(of_this_process, cuts, pool, count)
+                own = map(told, cuts[:here])
+                yield from _by_executor(of_this_process, cuts[here:], pool, count, own)
     elif hasattr(workers, "get_executor"):
         # The map of a dask Client returns futures: its executor is what behaves as those of Python do.
         with workers.get_executor() as executor:
@@ -95,7 +98,11 @@ def _threads(client: Any) -> int:
 
 
 def _by_executor(
-    task: Callable[[C], tuple[C, R]], cuts: Sequence[C], executor: Executor, count: int
+    task: Callable[[C], tuple[C, R]],
+    cuts: Sequence[C],
+    executor: Executor,
+    count: int,
+    meanwhile: Iterable[tuple[C, R]] = (),
 ) -> Iterator[tuple[C, R]]:
     waiting: dict[Future[tuple[C, R]], int] = {}
     handed = 0
@@ -105,6 +112,8 @@ def _by_executor(
             while handed < len(cuts) and len(waiting) < AHEAD * count and handed - behind < APART * count:
                 waiting[executor.submit(task, cuts[handed])] = handed
                 handed += 1
+            yield from meanwhile
+            meanwhile = ()
             done, _ = wait(waiting, return_when=FIRST_COMPLETED)
             for future in sorted(done, key=lambda each: waiting[each]):
                 del waiting[future]
