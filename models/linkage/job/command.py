@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...job.output import add_output
+from ...job.overrides import add_tolerance
 from ...job.sharing import add_sharing
 from ...sampling import SAMPLERS
 
@@ -85,6 +86,11 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
     parser.add_argument(
         "--measured", type=Path, metavar="CSV", help="table of measured positions, in place of that of the file"
     )
+    add_tolerance(
+        parser,
+        "tolerance of a number of the file by its name, such as joints.B.clearance, or of what a tolerance of the file "
+        "varies by its name",
+    )
     add_sharing(parser)
     add_output(parser, None, " (default: results-NAME for NAME.toml)")
     parser.set_defaults(run=_start)
@@ -98,7 +104,7 @@ def _start(options: Namespace) -> None:
     from .run import LinkageJob
 
     out = options.out or Path(f"results-{options.file.stem}")
-    inputs = read_inputs(options.file)
+    inputs = read_inputs(options.file, options.tolerance) if options.tolerance else read_inputs(options.file)
     if options.sampler is not None:
         inputs = inputs.drawn_by(options.sampler)
     if options.measured is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ from ..study.targets import numbers_at
 from ..study.tolerances import Tolerance, tolerances, varied
 from .effects import check_clearances, check_effects
 from .measured import LEVEL, MeasuredPoint, read_measured_point
+from .overridden import with_tolerances
 
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
 RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify", "also")
@@ -236,15 +237,22 @@ class RunInputs:
         return varied(self.source, self.tolerances, draws, Linkage)
 
 
-def read_inputs(path: Path) -> RunInputs:
+def read_inputs(path: Path, tolerances: Iterable[tuple[str, str]] = ()) -> RunInputs:
     """Read the file of a job, and check all of it.
+
+    Parameters
+    ----------
+    path
+        The file.
+    tolerances
+        Tolerances that it should have otherwise or as well, as `with_tolerances` takes them.
 
     Raises
     ------
     FrameError
         With line and key of what is wrong.
     """
-    return inputs_of(Source(path))
+    return inputs_of(with_tolerances(Source(path), tolerances) if tolerances else Source(path))
 
 
 def inputs_of(source: Source) -> RunInputs:
