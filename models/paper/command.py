@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..four_bar.closure import BRANCHES
 from ..job.output import add_output
+from ..job.overrides import add_tolerance
 from ..job.sharing import add_sharing
 from ..moments import NAN_POLICIES
 from ..sampling import SAMPLERS
@@ -146,6 +147,11 @@ def _run(group: _ArgumentGroup) -> None:
         "--magnify", type=positive, metavar="FACTOR", default=PAPER.magnify,
         help="factor on the displacements in figure 6; by default one that shows them",
     )  # fmt: skip
+    add_tolerance(
+        group,
+        "tolerance of a number in place of its standard deviation, in the unit of its option: an option such as load, "
+        "clearance or crank, that of one joint or link such as clearance.B or young.crank, drive, fx, mz",
+    )
     add_sharing(group)
     add_output(group, Path("results"))
 
@@ -166,6 +172,7 @@ def _start(options: Namespace) -> None:
     given: dict[str, Any] = {
         name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names
     }
+    given["tolerance"] = given["tolerance"] or ()
     inputs = Inputs(**given)
     shared = sharing(options, inputs)
     for note in beforehand(inputs):

@@ -23,6 +23,7 @@ from ..job.parts import Parts
 from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
 from ..sampling import Distribution, Normal
+from .given_tolerances import given_tolerances
 from .inputs import LENGTHS, Inputs
 from .large import large_parts, large_samples
 
@@ -411,7 +412,7 @@ def four_bar(inputs: Inputs) -> FourBar:
 
 
 def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
-    """Normal distributions (12) of what is uncertain; what has no deviation is left out."""
+    """Normal distributions (12) of what is uncertain, or those given in words; what has no deviation is left out."""
     each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
     spread = {name: (getattr(inputs, name), inputs.length_sd) for name in (*LINKS, "ground")}
     spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
@@ -421,4 +422,5 @@ def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
         angle = float(np.radians(inputs.contact)), float(np.radians(inputs.contact_sd))
         spread |= {f"contact{joint}": angle for joint in each}
     spread["fy"] = inputs.load, inputs.load_sd
-    return {name: Normal(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
+    normal = {name: Normal(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
+    return normal | given_tolerances(inputs)

@@ -68,8 +68,8 @@ def computed(
             from .processes import of_this_process, processes
 
             with processes(told, min(count, len(cuts)), start) as pool:
-                own = map(told, cuts[:here])
-                yield from _by_executor(of_this_process, cuts[here:], pool, count, own)
+                here = min(here, len(cuts) - 1)
+                yield from _by_executor(of_this_process, cuts[here:], pool, count, map(told, cuts[:here]))
     elif hasattr(workers, "get_executor"):
         # The map of a dask Client returns futures: its executor is what behaves as those of Python do.
         with workers.get_executor() as executor:
