@@ -73,13 +73,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.run(options)
             sys.stdout.flush()
         except FrameError as error:
-            print(f"linkframe {options.job}: error: {error}", file=sys.stderr)
+            print("\n".join([f"linkframe {options.job}: error: {error}", *_notes(error)]), file=sys.stderr)
             return 2
         except BrokenPipeError:
             # Nobody reads on; what is still held must not be written when Python ends.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 128 + signals.PIPE
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
             signals.code = signals.code or 128 + signal.SIGINT
-            print(f"linkframe {options.job}: interrupted; files are written all or none", file=sys.stderr)
+            told = [f"linkframe {options.job}: interrupted; files are written all or none", *_notes(interrupt)]
+            print("\n".join(told), file=sys.stderr)
     return signals.code
+
+
+def _notes(error: BaseException) -> list[str]:
+    """What is told besides an error, such as how a run can be resumed."""
+    return [f"  {note}" for note in getattr(error, "__notes__", ())]

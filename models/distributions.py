@@ -21,6 +21,7 @@ _SYMMETRIC = re.compile(
 _LIMITS = re.compile(
     rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<percent>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*%?\s*(?P<kind>\w*)"
 )
+_CALL = re.compile(r"(?P<name>[A-Za-z_]\w*)\((?P<numbers>[^()]*)\)")
 # A tolerance is taken for so many standard deviations of a normal distribution.
 SIGMAS = 3.0
 
@@ -261,6 +262,50 @@ def _toleranced(nominal: float, match: re.Match[str], text: str, kind: str, sigm
             raise FrameError(f"sigmas is {sigmas}: give the number of standard deviations in a tolerance, above zero")
         return Normal(nominal + 0.5 * (up + down), (up - down) / (2.0 * sigmas))
     raise FrameError(f"distribution {kind!r} of tolerance {text!r}: choose uniform or normal")
+
+
+def called(text: str) -> tuple[str, dict[str, float | str]] | None:
+    """A distribution of `scipy.stats` that is written as a call.
+
+    Parameters
+    ----------
+    text
+        Such as ``"norm(0.1, 0.002)"`` or ``"norm(scale=5 %)"``.
+
+    Returns
+    -------
+    tuple or None
+        Its name, and its numbers by their names, those in percent as they are written; None for any other text.
+
+    Raises
+    ------
+    FrameError
+        If a number is none, or has no name.
+
+    Examples
+    --------
+    >>> called("norm(0.1, scale=2 %)")
+    ('norm', {'loc': 0.1, 'scale': '2 %'})
+    """
+    match = _CALL.fullmatch(text.strip())
+    if match is None:
+        return None
+    from scipy import stats
+
+    shapes = getattr(getattr(stats, match["name"], None), "shapes", None) or ""
+    names = [*filter(None, re.split(r",\s*", shapes)), "loc", "scale"]
+    found: dict[str, float | str] = {}
+    for index, given in enumerate(filter(None, re.split(r"\s*,\s*", match["numbers"].strip()))):
+        key, equal, value = given.rpartition("=")
+        if not equal and index >= len(names):
+            raise FrameError(
+                f"{text!r}: {match['name']} takes {', '.join(names)}, and there is one more number: {given}"
+            )
+        key, value = key.strip() if equal else names[index], value.strip()
+        if not re.fullmatch(rf"{_NUMBER}\s*%?|±\s*{_NUMBER}\s*%", value):
+            raise FrameError(f"{text!r}: {value!r} is no number; write it as 'norm(0.1, 0.002)' or 'norm(scale=5 %)'")
+        found[key] = value if value.endswith("%") else float(value)
+    return match["name"], found
 
 
 def distribution_of(name: str, given: object) -> Distribution:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -196,6 +196,41 @@ class Study(Statistics):
         return Spread(everywhere, self.nan_policy)
 
 
+@dataclass(frozen=True, eq=False)
+class SampledAccuracy:
+    """Accuracy of samples by their numbers, which any process can compute.
+
+    Attributes
+    ----------
+    four_bar
+        The nominal linkage.
+    theta
+        Drive angles, (poses, n), or (poses, 1) where they are the same for all samples.
+    inputs
+        Samples of the uncertain parameters, (n,) each.
+    load, clearance, contact
+        Nominal values as for `accuracy`.
+    """
+
+    four_bar: FourBar
+    theta: Array
+    inputs: Mapping[str, Array]
+    load: tuple[ArrayLike, ArrayLike, ArrayLike]
+    clearance: PerJoint
+    contact: PerJoint | str
+
+    def __call__(self, cut: slice) -> Accuracy:
+        """Accuracy of some of the samples, (poses, some)."""
+        drawn, contact = part_of(self.inputs, cut), self.contact
+        return accuracy(
+            toleranced(self.four_bar, drawn),
+            self.theta if self.theta.shape[1] == 1 else self.theta[:, cut],
+            load=tuple(drawn.get(name, value) for name, value in zip(LOADS, self.load, strict=True)),  # type: ignore[arg-type]
+            clearance=per_joint(self.clearance, "clearance", drawn),
+            contact=contact if isinstance(contact, str) else per_joint(contact, "contact", drawn),
+        )
+
+
 def monte_carlo(
     four_bar: FourBar,
     theta: ArrayLike,
@@ -286,18 +321,9 @@ def monte_carlo(
     kept, good, excluded = _sorted_out(*_assembling(four_bar, at, inputs, n), nominal, n, nan_policy)
     angle = _assembled(at, kept, good)
 
-    def sampled(cut: slice, poses: slice = slice(None)) -> Accuracy:
-        drawn = part_of(inputs, cut)
-        return accuracy(
-            toleranced(four_bar, drawn),
-            angle[poses] if angle.shape[1] == 1 else angle[poses, cut],
-            load=tuple(drawn.get(name, value) for name, value in zip(LOADS, load, strict=True)),  # type: ignore[arg-type]
-            clearance=per_joint(clearance, "clearance", drawn),
-            contact=contact if isinstance(contact, str) else per_joint(contact, "contact", drawn),
-        )
-
+    sampled = SampledAccuracy(four_bar, angle, inputs, load, clearance, contact)
     # Samples that are out of their range are so at every pose, and told at once.
-    sampled(slice(None), slice(1))
+    replace(sampled, theta=angle[:1])(slice(None))
     parts = Parts(sampled, (int(kept.sum()), n), soon=contact == "equilibrium", greatest=("error_bound",))
     return Study(nominal, parts, inputs, kept, good[kept], excluded, n, exact, nan_policy)
 

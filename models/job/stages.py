@@ -46,8 +46,8 @@ class Stages:
         name
             What is told of it.
         work
-            How much there is of each thing to do. The body says what it has done of it, and before the first of each
-            thing that it begins, by 0.
+            How much there is of each thing to do. The body says what it has done of it, and before that by 0 that it
+            begins; what it has not begun was done by an earlier run, whose time tells nothing.
         """
         self.bar.set_description_str(name)
         start, progress = perf_counter(), Progress(work or {})
@@ -110,12 +110,13 @@ class Progress:
         self._inside = max(solved, self._inside)
 
     def count(self, what: str, more: int) -> None:
-        """Count what has been done since the last call; with 0 it only begins."""
-        now, self._doing, self._inside = perf_counter(), None if more else what, 0
+        """Count what has been done since it began; with 0 it only begins."""
+        now, begun = perf_counter(), self._doing == what
         if more:
             self.done[what] += more
-            self._parts[what].append((more, now - self._last))
-        self._last = now
+            if begun:
+                self._parts[what].append((more, now - self._last))
+        self._last, self._doing, self._inside = now, None if more else what, 0
 
     @property
     def left(self) -> float | None:

@@ -181,6 +181,8 @@ def _rotated(
 def _mean_clearance(inputs: Inputs) -> str:
     if isinstance(inputs.contact, str):
         return "The contact angle follows the joint's force in this run, so that the clearance has a mean direction."
+    if not inputs.has_normal_clearances:
+        return "Clearance and contact angle have tolerances of their own in this run, and not those of the paper."
     factor = mean_direction(inputs.contact, inputs.contact_sd)
     return (
         f"γ = {inputs.contact:g}° + {inputs.contact_sd:g}°ξ makes E[ε cos γ] = {factor:.4g} ε, which is"

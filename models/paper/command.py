@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..four_bar.closure import BRANCHES
 from ..job.output import add_output
+from ..job.overrides import add_tolerance
+from ..job.sharing import add_sharing
 from ..moments import NAN_POLICIES
 from ..sampling import SAMPLERS
 from .inputs import Inputs
@@ -145,6 +147,12 @@ def _run(group: _ArgumentGroup) -> None:
         "--magnify", type=positive, metavar="FACTOR", default=PAPER.magnify,
         help="factor on the displacements in figure 6; by default one that shows them",
     )  # fmt: skip
+    add_tolerance(
+        group,
+        "tolerance of a number in place of its standard deviation, in the unit of its option: an option such as load, "
+        "clearance or crank, that of one joint or link such as clearance.B or young.crank, drive, fx, mz",
+    )
+    add_sharing(group)
     add_output(group, Path("results"))
 
 
@@ -156,6 +164,7 @@ def _add(group: _ArgumentGroup, name: str, kind: Callable[[str], Any], metavar: 
 def _start(options: Namespace) -> None:
     # Not before the options are known to be good: this imports all of the numerics.
     from ..job.run import run
+    from ..job.sharing import sharing
     from .job import FourBarJob
     from .remarks import beforehand
 
@@ -163,10 +172,12 @@ def _start(options: Namespace) -> None:
     given: dict[str, Any] = {
         name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names
     }
+    given["tolerance"] = given["tolerance"] or ()
     inputs = Inputs(**given)
+    shared = sharing(options, inputs)
     for note in beforehand(inputs):
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
-    run(FourBarJob(inputs), options.out, options.figures, options.format, options.wide)
+    run(FourBarJob(inputs, shared), options.out, options.figures, options.format, options.wide)
 
 
 def finite(text: str) -> float:

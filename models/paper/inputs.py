@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Self
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.errors import FrameError
+from ..sampling import goes_on
 
 Array = NDArray[np.float64]
 MOST_POSES = 100_000
@@ -61,6 +62,8 @@ class Inputs:
         Drive angle of the histograms; None for the regular one nearest to 30.
     magnify
         Factor on the displacements in the drawn trajectory; None for one that shows them.
+    tolerance
+        Names of numbers, and in words what each deviates by, in place of the standard deviations.
     """
 
     crank: float = 0.1
@@ -93,6 +96,7 @@ class Inputs:
     nan_policy: str = "omit"
     histogram_pose: float | None = None
     magnify: float | None = None
+    tolerance: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         first, last, step = self.poses
@@ -148,7 +152,7 @@ class Inputs:
         if self.in_plane != Inputs.in_plane and self.section[0] == self.section[1]:
             found["in_plane"] = "the section is a square"
         angles = not isinstance(self.contact, str) and self.contact_sd > 0.0 and self.clearance > 0.0
-        if not (self.stiffness_sd or self.clearance_sd or angles):
+        if not (self.stiffness_sd or self.clearance_sd or angles or self.tolerance):
             found["joints"] = "no number of the joints has a deviation"
         return {name: why for name, why in found.items() if getattr(self, name) != getattr(Inputs, name)}
 
@@ -169,6 +173,36 @@ class Inputs:
         same = all(getattr(self, name) == getattr(Inputs, name) for name in (*LENGTHS, "point"))
         return same and self.branch in (None, "parallel")
 
+    @property
+    def varies_geometry(self) -> bool:
+        """Whether lengths or the drive angle are uncertain."""
+        return bool(self.length_sd) or any(name in (*LENGTHS, "drive") for name, _ in self.tolerance)
+
+    @property
+    def has_normal_clearances(self) -> bool:
+        """Whether clearances and contact angles are normal, as their standard deviations have them."""
+        return not any(word in name for name, _ in self.tolerance for word in ("clearance", "contact"))
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether there are samples: always."""
+        return True
+
+    @property
+    def about(self) -> dict[str, object]:
+        """What the samples depend on, by option: all but what figures show.
+
+        Samples go on where there are more of them, unless they are balanced for so many, or the poses that are sampled
+        depend on them.
+        """
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        more = goes_on(self.sampler) and not self.varies_geometry
+        left_out = ("histogram_pose", "magnify", *(("samples",) if more else ()))
+        return {f"--{name.replace('_', '-')}": value for name, value in given.items() if name not in left_out}
+
     def but(self, **changes: object) -> Self:
-        """The same inputs with some of them changed."""
-        return replace(self, **changes)  # type: ignore[arg-type]
+        """The same inputs with some of them changed; contact angles that follow from forces have no tolerance."""
+        changed = replace(self, **changes)  # type: ignore[arg-type]
+        if isinstance(changes.get("contact"), str):
+            changed = replace(changed, tolerance=tuple(each for each in self.tolerance if "contact" not in each[0]))
+        return changed

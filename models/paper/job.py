@@ -10,6 +10,7 @@ from ..job import large_table
 from ..job.figures import draw_histograms, draw_trajectory
 from ..job.report import Report
 from ..job.run import Job
+from ..job.sharing import ALONE, Sharing
 from ..job.stages import Advance
 from . import reactions
 from .drawing import draw_linkage
@@ -46,6 +47,8 @@ class FourBarJob(Job):
     ----------
     inputs
         What to compute.
+    shared
+        Who computes the samples, and where they are kept.
     """
 
     name = "four-bar"
@@ -53,8 +56,8 @@ class FourBarJob(Job):
     has_beams = True
     result: Result
 
-    def __init__(self, inputs: Inputs) -> None:
-        self.inputs = inputs
+    def __init__(self, inputs: Inputs, shared: Sharing = ALONE) -> None:
+        self.inputs, self.shared = inputs, shared
 
     @property
     def work(self) -> Mapping[str, int]:
@@ -63,7 +66,7 @@ class FourBarJob(Job):
 
     def compute(self, advance: Advance) -> None:
         """Compute the accuracy."""
-        self.result = compute(self.inputs, advance)
+        self.result = compute(self.inputs, advance, shared=self.shared)
 
     @property
     def solution(self) -> Solution:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..four_bar.accuracy import Accuracy, accuracy
-from ..four_bar.study import Study, part_of
-from ..four_bar.tolerances import LOADS, per_joint, toleranced
+from ..four_bar.study import SampledAccuracy, Study, part_of
+from ..four_bar.tolerances import toleranced
 from ..job.outcome import LargeSpread, taken
 from ..job.parts import Parts
 
@@ -22,16 +21,14 @@ def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:
     varied = toleranced(nominal.motion.four_bar, inputs)
     closes = np.asarray(np.broadcast_to(varied.assembles(at), (len(at), n)).all(axis=-1))
 
-    def sampled(cut: slice) -> Accuracy:
-        drawn = part_of(inputs, cut)
-        return accuracy(
-            toleranced(nominal.motion.four_bar, drawn),
-            study.theta[closes, None] + drawn.get("drive", np.zeros(1)),
-            load=tuple(drawn.get(name, value) for name, value in zip(LOADS, nominal.load, strict=True)),  # type: ignore[arg-type]
-            clearance=per_joint(nominal.clearances, "clearance", drawn),
-            contact="equilibrium" if contacts is None else per_joint(contacts, "contact", drawn),
-        )
-
+    sampled = SampledAccuracy(
+        nominal.motion.four_bar,
+        at[closes],
+        inputs,
+        nominal.load,
+        nominal.clearances,
+        "equilibrium" if contacts is None else contacts,
+    )
     return Parts(sampled, (int(closes.sum()), n), soon=contacts is None), closes
 
 

@@ -7,10 +7,11 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..four_bar.description import JOINTS
+from ..four_bar.description import JOINTS, LINKS
 from ..job import digits
 from ..linkage.page.data import MOST_POSES
 from ..linkage.page.page import PageText, write_page
+from .given_tolerances import ends, given_tolerances
 
 if TYPE_CHECKING:
     from ..linkage.motion import Motion
@@ -55,14 +56,23 @@ def _limits(inputs: Inputs) -> tuple[dict[str, float], dict[str | tuple[str, str
     clearance = inputs.to_radius * (inputs.clearance + DEVIATIONS * inputs.clearance_sd)
     spans: tuple[str | tuple[str, str, str], ...] = ("crank", ("coupler", "B", "D"), "rocker", ("ground", "A", "E"))
     clearances = dict.fromkeys(JOINTS, clearance) if clearance else {}
-    return clearances, dict.fromkeys(spans, DEVIATIONS * inputs.length_sd) if inputs.length_sd else {}
+    lengths = dict.fromkeys(spans, DEVIATIONS * inputs.length_sd) if inputs.length_sd else {}
+    given = given_tolerances(inputs)
+    for joint in JOINTS:
+        if found := [given[name] for name in (f"clearance.{joint}", "clearance") if name in given]:
+            clearances[joint] = ends(found[0])[1]
+    for name, span in zip((*LINKS, "ground"), spans, strict=True):
+        if name in given:
+            lengths[span] = max(abs(end - getattr(inputs, name)) for end in ends(given[name]))
+    return clearances, lengths
 
 
 def _notes(inputs: Inputs) -> Iterator[str]:
     """How far the limits go, and what is none."""
+    limited = ", or to the limits that --tolerance gives" if inputs.tolerance else ""
     yield (
-        f"Clearances and lengths go to {DEVIATIONS:g} standard deviations. Not among the worst cases, as they do not "
-        "move the rigid linkage: modulus of elasticity and stiffness of the joints; nor the load, which has its "
+        f"Clearances and lengths go to {DEVIATIONS:g} standard deviations{limited}. Not among the worst cases, as they "
+        "do not move the rigid linkage: modulus of elasticity and stiffness of the joints; nor the load, which has its "
         "slider, and the contact angle, which is free."
     )
 
@@ -70,7 +80,11 @@ def _notes(inputs: Inputs) -> Iterator[str]:
 def _inputs(inputs: Inputs) -> str:
     """The options of the command line, one a line."""
     given = {field.name: getattr(inputs, field.name) for field in fields(inputs)}
-    options = [f"--{name.replace('_', '-')} {_text(value)}" for name, value in given.items() if value is not None]
+    options = [
+        f"--{name.replace('_', '-')} {_text(value)}"
+        for name, value in given.items()
+        if value is not None and value != ()
+    ]
     return "\n".join(["SI units, angles in degrees; sd is the standard deviation of a normal distribution.", *options])
 
 

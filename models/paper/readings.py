@@ -93,8 +93,11 @@ def population_std(maps: Maps, covariance: Array, *, shared: bool = False) -> Ar
 
 
 def run_std(inputs: Inputs, motion: FourBarMotion) -> Array | None:
-    """Population's standard deviation by the clearances of a run, (..., 2); None where forces tell the contact."""
-    if isinstance(inputs.contact, str):
+    """Population's standard deviation by the clearances of a run, (..., 2); None where these are not normal.
+
+    Nor is it known where forces tell the contact.
+    """
+    if isinstance(inputs.contact, str) or not inputs.has_normal_clearances:
         return None
     return population_std(clearance_map(motion), _covariance(inputs), shared=inputs.joints == "shared")
 

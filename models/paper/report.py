@@ -84,7 +84,7 @@ def _summary(result: Result) -> Iterable[str]:
     rows = [
         [name, *(f"{1e3 * value:.4f} ± {1e3 * error:.4f}" for value, error in _statistics(part, entry))]
         for name, part in parts.items()
-        if name != "geometry" or result.inputs.length_sd
+        if name != "geometry" or result.inputs.varies_geometry
     ]
     population = run_std(result.inputs, result.motion)
     if population is not None:
@@ -116,7 +116,7 @@ def _inputs(result: Result) -> str:
         [
             [name.replace("_", " ").replace("nan ", "NaN "), _text(value), UNITS.get(name, "")]
             for name, value in given.items()
-            if value is not None
+            if value is not None and value != ()
         ],
         left=3,
     )

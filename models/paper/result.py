@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -20,8 +20,10 @@ from ..four_bar.study import Study, monte_carlo
 from ..job.memory import check
 from ..job.outcome import LargeSpread, Outcome, magnification, taken
 from ..job.parts import Parts
+from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
 from ..sampling import Distribution, Normal
+from .given_tolerances import given_tolerances
 from .inputs import LENGTHS, Inputs
 from .large import large_parts, large_samples
 
@@ -212,23 +214,13 @@ class Result(Outcome):
         """The same some at a time, and the poses that they are at."""
         return large_parts(self.study)
 
-    def steps(self, *, large: bool) -> Iterator[tuple[str, int]]:
-        """Compute all that depends on samples, and tell after each part what it was, and how much of `work`."""
-        linear = ["rigid", "compliance", "clearance", "clearance_exact"]
-        if large:
-            linear.append("error_bound")
-        ways = {LINEAR_WAY: self.study.parts.steps(linear)}
-        if large:
-            ways[LARGE_WAY] = self.large_parts[0].steps(["rigid", "large", "large_passes"])
-        # By turns, so that the first parts tell how long the rest of both will take.
-        while ways:
-            for way, parts in list(ways.items()):
-                yield way, 0
-                more = next(parts, None)
-                if more is None:
-                    del ways[way]
-                else:
-                    yield way, more
+    def kinds(self, *, large: bool) -> dict[str, SampleKind]:
+        """All that depends on samples, by the kind of these."""
+        linear = ("rigid", "compliance", "clearance", "clearance_exact")
+        if not large:
+            return {"linear": SampleKind(LINEAR_WAY, self.study.parts, linear)}
+        beside = SampleKind(LARGE_WAY, self.large_parts[0], ("rigid", "large", "large_passes"))
+        return {"linear": SampleKind(LINEAR_WAY, self.study.parts, (*linear, "error_bound")), "large": beside}
 
     @property
     def samples(self) -> Array:
@@ -330,7 +322,7 @@ class Result(Outcome):
         return magnification(np.abs(self.samples), DRAWN_SPREAD * longest)
 
 
-def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = True) -> Result:
+def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = True, shared: Sharing = ALONE) -> Result:
     """Compute the accuracy job.
 
     Parameters
@@ -341,6 +333,8 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
         Told what is done, of `work(inputs)`, and how many more poses times samples of it.
     large
         Whether large displacement, error bounds and condition numbers are computed now, or when they are read.
+    shared
+        Who computes the samples, and where they are kept.
 
     Returns
     -------
@@ -374,9 +368,7 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
             nan_policy=inputs.nan_policy,
         )
         result = Result(inputs, study)
-        for way, more in result.steps(large=large):
-            if advance is not None:
-                advance(way, more)
+        shared.compute(result.kinds(large=large), advance or (lambda *_: None))
         _ = result.pose, result.std, result.compliance
         if large:
             _ = result.kappa, result.kappa_scaled, result.large.std
@@ -420,7 +412,7 @@ def four_bar(inputs: Inputs) -> FourBar:
 
 
 def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
-    """Normal distributions (12) of what is uncertain; what has no deviation is left out."""
+    """Normal distributions (12) of what is uncertain, or those given in words; what has no deviation is left out."""
     each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
     spread = {name: (getattr(inputs, name), inputs.length_sd) for name in (*LINKS, "ground")}
     spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
@@ -430,4 +422,5 @@ def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
         angle = float(np.radians(inputs.contact)), float(np.radians(inputs.contact_sd))
         spread |= {f"contact{joint}": angle for joint in each}
     spread["fy"] = inputs.load, inputs.load_sd
-    return {name: Normal(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
+    normal = {name: Normal(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
+    return normal | given_tolerances(inputs)

@@ -16,15 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.errors import CheckpointWarning, FrameError
-from .chunk import ChunkResult
-from .packed import packed, unpacked
 
 Array = NDArray[np.float64]
 
 FORMAT = 1
 ABOUT = "run.json"
 FUNCTION = "what the function returns for the first samples"
-CHUNK = re.compile(r"chunk-(\d+)-(\d+)\.bin")
+# The first sample of a chunk, the one behind its last, and where there are samples of several kinds their name.
+CHUNK = re.compile(r"chunk-(\d+)-(\d+)(?:-([a-z]+))?\.bin")
 # Results of the first samples may differ by that share of themselves from those of an earlier run, on another machine
 # or by another release of a library; and below that share of the greatest of them all is rounding. Results of different
 # units lie far apart: more would hide the small ones.
@@ -60,19 +59,35 @@ class Checkpoint:
             If the folder holds another run or cannot be written, and what differs.
         """
         found = cls(Path(folder))
-        before = found._about()
-        if before is None:
+        if not found.holds(about):
             found._begin(about)
-            return found
+        return found
+
+    def holds(self, about: Mapping[str, Any]) -> bool:
+        """Whether this run was begun in the folder.
+
+        Parameters
+        ----------
+        about
+            As for `open`.
+
+        Raises
+        ------
+        FrameError
+            If the folder holds another run or cannot be read, and what differs.
+        """
+        before = self._about()
+        if before is None:
+            return False
         other = [what for what in dict.fromkeys([*about, *before]) if before.get(what) != about.get(what)]
         # Of other inputs the function returns something else in any case.
         other = [what for what in other if what != FUNCTION] or other
         if other:
             raise FrameError(
-                f"checkpoint {found.folder} belongs to another run: {', '.join(other)} "
+                f"checkpoint {self.folder} belongs to another run: {', '.join(other)} "
                 f"{'differs' if len(other) == 1 else 'differ'}; give another folder, or what that run was begun with"
             )
-        return found
+        return True
 
     @classmethod
     def known(cls, folder: str | os.PathLike[str]) -> dict[str, Any] | None:
@@ -109,9 +124,9 @@ class Checkpoint:
         text = json.dumps({"format": FORMAT, **about}, indent=1)
         self._write(ABOUT, text.encode(), "the run cannot be begun there")
 
-    def stored(self) -> set[tuple[int, int]]:
+    def stored(self) -> set[tuple[Any, ...]]:
         """Ranges of the chunks that are there and whole; of those that are damaged a warning tells."""
-        found = set()
+        found: set[tuple[Any, ...]] = set()
         for path in sorted(self.folder.iterdir()):
             match = CHUNK.fullmatch(path.name)
             if match is None:
@@ -123,25 +138,25 @@ class Checkpoint:
                     stacklevel=4,
                 )
                 continue
-            found.add((int(match[1]), int(match[2])))
+            start, stop, of = match.groups()
+            found.add((int(start), int(stop)) if of is None else (int(start), int(stop), of))
         return found
 
-    def load(self, cut: tuple[int, int]) -> ChunkResult:
-        """A chunk that was stored."""
+    def load(self, cut: tuple[Any, ...]) -> bytes:
+        """Content of a chunk that was stored."""
         payload = _payload(self._path(cut))
         if payload is None:
-            raise FrameError(f"{self._path(cut)} was damaged while the run went on: call again, and it is done again")
-        return unpacked(payload)
+            raise FrameError(f"{self._path(cut)} was damaged while the run went on: start again, and it is done again")
+        return payload
 
-    def store(self, found: ChunkResult) -> None:
-        """Write a chunk, all of it or nothing."""
-        cut = found.start, found.start + found.count
-        payload = packed(found)
+    def store(self, cut: tuple[Any, ...], payload: bytes) -> None:
+        """Write the content of a chunk, all of it or nothing."""
         content = hashlib.sha256(payload).hexdigest().encode() + b"\n" + payload
-        self._write(self._path(cut).name, content, "the chunks before it are whole: make room and call again")
+        self._write(self._path(cut).name, content, "the chunks before it are whole: make room and start again")
 
-    def _path(self, cut: tuple[int, int]) -> Path:
-        return self.folder / f"chunk-{cut[0]:012d}-{cut[1]:012d}.bin"
+    def _path(self, cut: tuple[Any, ...]) -> Path:
+        start, stop, *of = cut
+        return self.folder / f"chunk-{'-'.join([f'{start:012d}', f'{stop:012d}', *of])}.bin"
 
     def _write(self, name: str, content: bytes, remedy: str) -> None:
         """Under a name of its own first: a reader sees all of it or nothing, whenever the process ends."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,15 +38,25 @@ def packed(found: ChunkResult) -> bytes:
         arrays |= {"bins.center": found.bins.center, "bins.scale": found.bins.scale, "counts": found.counts}
     if found.samples is not None:
         arrays["samples"] = found.samples
+    return packed_arrays(arrays)
+
+
+def packed_arrays(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Arrays by name as bytes."""
     file = io.BytesIO()
     np.savez(file, **arrays)  # type: ignore[arg-type]
     return file.getvalue()
 
 
+def unpacked_arrays(content: bytes) -> dict[str, NDArray[Any]]:
+    """Arrays by name from their bytes."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
 def unpacked(content: bytes) -> ChunkResult:
     """A chunk from its bytes."""
-    with np.load(io.BytesIO(content), allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
+    arrays = unpacked_arrays(content)
     start, count = (int(each) for each in arrays["range"])
     comoments = bins = None
     whole = otherwise = None

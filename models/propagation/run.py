@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -24,6 +23,8 @@ from .correlation import GaussianCopula, Pairs
 from .failures import in_words
 from .gathered import Gathered
 from .inputs import JointInputs, check_sum
+from .ordered import StoredChunks, gather
+from .packed import packed, unpacked
 from .progress import SampleBar, sample_bar
 from .result import Propagation
 from .workers import Workers, computed
@@ -170,69 +171,56 @@ def _result(task: ChunkTask, gathered: Gathered, indices: partial[SobolIndices])
 # -- chunks in their order --------------------------------------------------------------------------------------------
 
 
+@dataclass(eq=False)
+class _Gathering:
+    """Puts the chunks of a run together, and tells how far it is."""
+
+    gathered: Gathered
+    bar: SampleBar
+    folder: Checkpoint | None
+
+    def expect(self, _: Cut) -> None:
+        """Nothing is to be told before a chunk."""
+
+    def add(self, _: Cut, found: ChunkResult) -> None:
+        self.gathered.add(found)
+        assert self.gathered.moments is not None
+        self.bar.advance(found.count, self.gathered.moments)
+
+    def progress(self, done: int, of: int) -> str:
+        if self.folder is None:
+            return f"{done} of {of} chunks were done; with checkpoint='a folder' an interrupted run can be resumed"
+        where = self.folder.folder
+        return f"{done} of {of} chunks are stored in {where}: the same call with this checkpoint goes on from there"
+
+
 def _gather(
     task: ChunkTask, ranges: Sequence[Cut], workers: Workers, folder: Checkpoint | None, progress: bool
 ) -> Gathered:
     stored = (folder.stored() if folder is not None else set()) & set(ranges)
+    chunks = None if folder is None else StoredChunks(folder, packed, unpacked)
     gathered = Gathered(task)
-    done = len(stored)
-    waiting = {cut: None for cut in ranges if cut not in stored}
-    with (
-        sample_bar(task.n, progress) as bar,
-        closing(_in_any_order(task, ranges, waiting, workers, folder)) as parts,
-    ):
-        try:
-            ahead: dict[Cut, ChunkResult] = {}
-            for cut in ranges:
-                while cut in waiting and cut not in ahead:
-                    found = next(parts)
-                    if folder is not None:
-                        folder.store(found)
-                    done += 1
-                    ahead[found.start, found.start + found.count] = found
-                _add(gathered, bar, ahead.pop(cut) if cut in waiting else _loaded(folder, cut))
-            next(parts, None)  # lets the workers end in peace
-        except KeyboardInterrupt as interrupt:
-            interrupt.add_note(_how_to_resume(done, len(ranges), folder))
-            raise
-        except FrameError as error:
-            if folder is not None and done:
-                error.add_note(_how_to_resume(done, len(ranges), folder))
-            raise
+    compute = partial(_in_any_order, task, ranges, workers, chunks)
+    with sample_bar(task.n, progress) as bar:
+        gather(ranges, compute, _Gathering(gathered, bar, folder), chunks, stored)
     return gathered
 
 
-def _add(gathered: Gathered, bar: SampleBar, found: ChunkResult) -> None:
-    gathered.add(found)
-    assert gathered.moments is not None
-    bar.advance(found.count, gathered.moments)
-
-
-def _loaded(folder: Checkpoint | None, cut: Cut) -> ChunkResult:
-    assert folder is not None
-    return folder.load(cut)
-
-
 def _in_any_order(
-    task: ChunkTask, ranges: Sequence[Cut], waiting: Mapping[Cut, None], workers: Workers, folder: Checkpoint | None
-) -> Generator[ChunkResult, None, None]:
+    task: ChunkTask, ranges: Sequence[Cut], workers: Workers, folder: StoredChunks[ChunkResult] | None, left: list[Cut]
+) -> Generator[tuple[Cut, ChunkResult], None, None]:
     """Chunks that are not stored, as they are done; the first of all comes first where it lays out the bins."""
-    left = list(waiting)
     if "histogram" in task.also and left:
         if left[0] == ranges[0]:
-            first = task(left.pop(0))
-            yield first
+            first = task(left[0])
+            yield left[0], first
+            left = left[1:]
         else:
-            first = _loaded(folder, ranges[0])
+            assert folder is not None
+            first = folder.load(ranges[0])
         task = replace(task, bins=first.bins)
     if left:
         yield from computed(task, left, workers)
-
-
-def _how_to_resume(done: int, of: int, folder: Checkpoint | None) -> str:
-    if folder is None:
-        return f"{done} of {of} chunks were done; with checkpoint='a folder' an interrupted run can be resumed"
-    return f"{done} of {of} chunks are stored in {folder.folder}: the same call with this checkpoint goes on from there"
 
 
 # -- what a run depends on --------------------------------------------------------------------------------------------

@@ -3,38 +3,54 @@
 from __future__ import annotations
 
 import os
-import signal
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import contextmanager
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
 
 from ...framework.errors import FrameError
-from .chunk import ChunkResult, ChunkTask
 
-Cut = tuple[int, int]
 # An integer, a map-like callable, an executor, or a client of dask, which need not be there.
 Workers = Any
+C = TypeVar("C")
+R = TypeVar("R")
 # Chunks that are handed out ahead for each worker, and how far they may run ahead of the first one that is not done.
 AHEAD, APART = 2, 8
 
 
-def computed(task: ChunkTask, cuts: Sequence[Cut], workers: Workers) -> Iterator[ChunkResult]:
+@dataclass(frozen=True, eq=False)
+class _Told(Generic[C, R]):
+    """A task that says which chunk it did, so that they may come in any order."""
+
+    task: Callable[[C], R]
+
+    def __call__(self, cut: C) -> tuple[C, R]:
+        return cut, self.task(cut)
+
+
+def computed(
+    task: Callable[[C], R], cuts: Sequence[C], workers: Workers, start: str | None = None, here: int = 0
+) -> Generator[tuple[C, R], None, None]:
     """Chunks as they are done, in whatever order.
 
     Parameters
     ----------
     task
-        What to do.
+        What to do with each; it is sent to the workers.
     cuts
-        Ranges of samples, one a chunk.
+        The chunks.
     workers
         As `propagate` takes it.
+    start
+        How processes are started, as `multiprocessing` calls it: ``"spawn"`` where this process has threads, which a
+        copy of it would not; None for what is usual.
+    here
+        How many of the chunks this process does itself while processes that it starts get ready.
 
     Yields
     ------
-    ChunkResult
-        Of one of the cuts.
+    tuple
+        One of the cuts, and what the task made of it.
 
     Raises
     ------
@@ -43,21 +59,25 @@ def computed(task: ChunkTask, cuts: Sequence[Cut], workers: Workers) -> Iterator
     """
     if isinstance(workers, bool) or (isinstance(workers, int) and (workers == 0 or workers < -1)):
         raise FrameError(f"workers is {workers!r}: give their number, or -1 for all processors")
+    told = _Told(task)
     if isinstance(workers, int):
         count = processors() if workers == -1 else workers
         if count == 1 or len(cuts) < 2:
-            yield from map(task, cuts)
+            yield from map(told, cuts)
         else:
-            with _processes(task, min(count, len(cuts))) as pool:
-                yield from _by_executor(task, cuts, pool, count)
+            from .processes import of_this_process, processes
+
+            with processes(told, min(count, len(cuts)), start) as pool:
+                here = min(here, len(cuts) - 1)
+                yield from _by_executor(of_this_process, cuts[here:], pool, count, map(told, cuts[:here]))
     elif hasattr(workers, "get_executor"):
         # The map of a dask Client returns futures: its executor is what behaves as those of Python do.
         with workers.get_executor() as executor:
-            yield from _by_executor(task, cuts, executor, _threads(workers))
+            yield from _by_executor(told, cuts, executor, _threads(workers))
     elif isinstance(workers, Executor) or hasattr(workers, "submit"):
-        yield from _by_executor(task, cuts, workers, getattr(workers, "_max_workers", None) or processors())
+        yield from _by_executor(told, cuts, workers, getattr(workers, "_max_workers", None) or processors())
     elif callable(workers):
-        yield from _by_map(task, cuts, workers)
+        yield from _by_map(told, cuts, workers)
     else:
         raise FrameError(
             f"workers is {workers!r}: give a number, a callable like map, a concurrent.futures.Executor "
@@ -77,30 +97,14 @@ def _threads(client: Any) -> int:
     return max(1, int(sum(client.nthreads().values())))
 
 
-@contextmanager
-def _processes(task: ChunkTask, count: int) -> Iterator[Executor]:
-    """Processes of our own, ended with this run."""
-    from concurrent.futures import ProcessPoolExecutor
-
-    _ = task.__reduce__()  # what cannot be sent is told here, not by a pool that waits for ever
-    pool = ProcessPoolExecutor(count, initializer=_leave_interrupts)
-    try:
-        yield pool
-    except BaseException:
-        for process in list((getattr(pool, "_processes", None) or {}).values()):
-            process.terminate()
-        pool.shutdown(wait=False, cancel_futures=True)
-        raise
-    pool.shutdown()
-
-
-def _leave_interrupts() -> None:
-    """An interrupt from the keyboard goes to the whole group; the process that hands out the chunks answers it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _by_executor(task: ChunkTask, cuts: Sequence[Cut], executor: Executor, count: int) -> Iterator[ChunkResult]:
-    waiting: dict[Future[ChunkResult], int] = {}
+def _by_executor(
+    task: Callable[[C], tuple[C, R]],
+    cuts: Sequence[C],
+    executor: Executor,
+    count: int,
+    meanwhile: Iterable[tuple[C, R]] = (),
+) -> Iterator[tuple[C, R]]:
+    waiting: dict[Future[tuple[C, R]], int] = {}
     handed = 0
     try:
         while handed < len(cuts) or waiting:
@@ -108,6 +112,8 @@ def _by_executor(task: ChunkTask, cuts: Sequence[Cut], executor: Executor, count
             while handed < len(cuts) and len(waiting) < AHEAD * count and handed - behind < APART * count:
                 waiting[executor.submit(task, cuts[handed])] = handed
                 handed += 1
+            yield from meanwhile
+            meanwhile = ()
             done, _ = wait(waiting, return_when=FIRST_COMPLETED)
             for future in sorted(done, key=lambda each: waiting[each]):
                 del waiting[future]
@@ -123,11 +129,11 @@ def _by_executor(task: ChunkTask, cuts: Sequence[Cut], executor: Executor, count
 
 
 def _by_map(
-    task: ChunkTask, cuts: Sequence[Cut], mapped: Callable[..., Iterable[ChunkResult]]
-) -> Iterator[ChunkResult]:
+    task: Callable[[C], tuple[C, R]], cuts: Sequence[C], mapped: Callable[..., Iterable[tuple[C, R]]]
+) -> Iterator[tuple[C, R]]:
     count = 0
     for found in mapped(task, cuts):
-        if not isinstance(found, ChunkResult):
+        if not isinstance(found, tuple):
             raise FrameError(
                 f"workers {mapped!r} returned a {type(found).__name__} for a chunk: give a callable that returns the "
                 "results as map does, or an executor"

@@ -186,9 +186,9 @@ def test_samples_are_those_of_the_linkage_with_other_numbers(results: Path) -> N
     """The first sample by a file that has its numbers written in."""
     inputs = read_inputs(results / "slider.toml")
     result = compute(inputs)
-    assert result.propagation is not None
+    assert result.displacement is not None
     saved = np.load(results / "out" / "samples.npz")
-    assert_array_equal(saved["displacement"], result.propagation.samples)
+    assert_array_equal(saved["displacement"], result.displacement)
     assert saved["displacement"].shape == (40, 2, 8, 3)
     drawn = draw({name: t.distribution for name, t in inputs.tolerances.items()}, 40, 7)
     text = LINKAGE.replace(
@@ -434,7 +434,8 @@ def test_both_drives_of_one_joint(tmp_path: Path) -> None:
     assert_allclose(forces[:, 1], 0.01 * np.pi / 2.0, rtol=1e-12)
     assert_allclose(result.motion.position("T")[:, 2], [0.2, 0.3, 0.5], rtol=1e-14)
     assert_allclose(result.motion.angular_velocity("quill")[:, 2], np.radians([0.0, 10.0, 20.0]), rtol=1e-13)
-    assert_allclose(result.move(result.inputs.linkage, column=True).position("T")[:, 0], result.motion.position("T"))
+    moved = result.inputs.driven_poses.move(result.inputs.linkage, column=True)
+    assert_allclose(moved.position("T")[:, 0], result.motion.position("T"))
     heading = as_csv(result).splitlines()[0]
     assert heading.startswith("A.uz,A.rz_deg,T_x")
     assert "drive A.uz  drive A.rz" in as_text(result)

@@ -109,8 +109,8 @@ def test_same_numbers_as_the_job(tmp_path: Path) -> None:
     }
     drives = {"A": np.array([0.3, 0.9, 2.0])}
     found = read_linkage(path).study(given, ["C", "B"], drives, n=40, rng=3, progress=False)
-    assert job.propagation is not None
-    assert_array_equal(found.propagation.samples, job.propagation.samples)
+    assert job.displacement is not None
+    assert_array_equal(found.propagation.samples, job.displacement)
     assert_array_equal(found.std[0], job.spread["C"].std)
     assert_array_equal(found.compliance[1], job.accuracy["B"].compliance[..., :3])
 

@@ -160,6 +160,7 @@ def test_lines_where_there_is_no_terminal(capsys: pytest.CaptureFixture[str], mo
         time.sleep(1.2)
     assert capsys.readouterr().err == ""
     with shown("solution", {"samples": 10}) as advance:
+        advance("samples", 0)
         time.sleep(1.3)
         advance("samples", 5)
         time.sleep(0.5)
@@ -210,13 +211,13 @@ def test_the_estimate_is_of_each_thing_by_itself(monkeypatch: pytest.MonkeyPatch
 def test_the_linkage_in_a_file_has_parts_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many samples at a time as memory should hold, counted; the draws and the results stay the same."""
     inputs = replace(read_inputs(FILE), samples=9)
-    whole = linkage.compute(inputs).propagation
+    whole = linkage.compute(inputs).displacement
     monkeypatch.setattr(parts, "ENTRIES", 3 * 37)
     told: list[int] = []
-    some = linkage.compute(inputs, lambda _, more: told.append(more)).propagation
+    some = linkage.compute(inputs, lambda _, more: told.append(more)).displacement
     assert whole is not None
     assert some is not None
-    np.testing.assert_allclose(some.samples, whole.samples, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(some, whole, rtol=1e-9, atol=1e-15)
     assert {"samples at a pose": sum(told)} == linkage.work(inputs) == {"samples at a pose": 37 * 9}
     assert len([more for more in told if more]) > 2
 

@@ -49,6 +49,8 @@ class Source:
         self.written = renew(self.data)
         self.samples: Mapping[Path, Array] = {}
         self.by: Mapping[Path, Path] = {}
+        # Keys that something else than the text has set, by what.
+        self.set_by: Mapping[Path, str] = {}
 
     def with_samples(self, samples: Mapping[Path, Array], by: Mapping[Path, Path]) -> Self:
         """The file with samples (n,) in place of numbers; what is wrong with them is blamed on what drew them.
@@ -95,6 +97,9 @@ class Source:
 
     def place(self, path: Path) -> str:
         """Where a key stands, in words."""
+        for place, by in self.set_by.items():
+            if path[: len(place)] == place:
+                return f"{self.file} with {by}"
         return f"{self.file}, line {line_of(self.text, path)}, {'.'.join(map(str, path))}"
 
     @contextmanager

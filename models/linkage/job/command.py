@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...job.output import add_output
+from ...job.overrides import add_tolerance
+from ...job.sharing import add_sharing
 from ...sampling import SAMPLERS
 
 if TYPE_CHECKING:
@@ -84,6 +86,12 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
     parser.add_argument(
         "--measured", type=Path, metavar="CSV", help="table of measured positions, in place of that of the file"
     )
+    add_tolerance(
+        parser,
+        "tolerance of a number of the file by its name, such as joints.B.clearance, or of what a tolerance of the file "
+        "varies by its name",
+    )
+    add_sharing(parser)
     add_output(parser, None, " (default: results-NAME for NAME.toml)")
     parser.set_defaults(run=_start)
 
@@ -91,13 +99,15 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
 def _start(options: Namespace) -> None:
     # Not before the options are known to be good: this imports all of the numerics.
     from ...job.run import run
+    from ...job.sharing import sharing
     from .inputs import read_inputs
     from .run import LinkageJob
 
     out = options.out or Path(f"results-{options.file.stem}")
-    inputs = read_inputs(options.file)
+    inputs = read_inputs(options.file, options.tolerance) if options.tolerance else read_inputs(options.file)
     if options.sampler is not None:
         inputs = inputs.drawn_by(options.sampler)
     if options.measured is not None:
         inputs = inputs.measured_by(options.measured)
-    run(LinkageJob(inputs), out, options.figures, options.format, options.wide)
+    shared = sharing(options, inputs)
+    run(LinkageJob(inputs, shared), out, options.figures, options.format, options.wide)

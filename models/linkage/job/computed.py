@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,29 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError, MechanismWarning, SampleWarning
+from ....framework.errors import FrameError
 from ....framework.results.validity import LINEAR
 from ....framework.solution import Solution
 from ...job.outcome import magnification
-from ...job.parts import cuts, one_by_one
+from ...job.parts import Parts
 from ...job.remarks import beyond_linear
-from ...job.stages import Advance
-from ...propagation import Propagation, propagate
 from ...spread import Spread
 from ..graphics.plane import ROUNDING, plane
-from ..linkage import Linkage
 from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
+from ..study.sampled import nominal_positions
 from .inputs import RunInputs
 from .measured import MeasuredOutcome
+from .sampled import sampled_parts
 
 # How large the drawn displacements are, as a share of the linkage.
 DRAWN = 0.06
-# Samples that are held before they are put behind the others.
-CHUNK = 1024
-# What is counted.
-WAY = "samples at a pose"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,28 +38,16 @@ class Computed:
     ----------
     inputs
         What was asked for.
-    advance
-        Told how many more poses times samples are done.
     """
 
     inputs: RunInputs
-    advance: Advance = lambda *_: None
 
     @cached_property
     def motion(self) -> Motion:
         """Motion of the nominal linkage, (poses,)."""
-        return self.move(self.inputs.linkage)
-
-    def move(self, linkage: Linkage, *, column: bool = False) -> Motion:
-        """Motion of a linkage over the poses; as a column, (poses, 1), beside samples."""
-        parts = (lambda drive: drive.values), (lambda drive: drive.rate), (lambda drive: drive.acceleration)
-        numbers = [self.inputs.numbers(part) for part in parts]
-        if column:
-            several = {name: len(driven) > 1 for name, driven in linkage.drives.items()}
-            numbers = [{k: np.expand_dims(v, -1 - several[k]) for k, v in each.items()} for each in numbers]
-        values, rates, gains = numbers
-        return linkage.move(
-            values, rates=rates, accelerations=gains, branch=self.inputs.branch, tolerance=self.inputs.tolerance
+        at = self.inputs.driven_poses
+        return self.inputs.linkage.move(
+            at.values, rates=at.rates, accelerations=at.accelerations, branch=at.branch, tolerance=at.tolerance
         )
 
     @property
@@ -147,111 +128,65 @@ class Computed:
         """The plane in which displacements can be drawn; None where they need space."""
         return None if self.leaves_plane else self.plane
 
+    @cached_property
+    def parts(self) -> Parts:
+        """Displacement of the points with all samples, some at a time."""
+        return sampled_parts(self.inputs, self.nominal)
+
     @property
-    def propagation(self) -> Propagation | None:
+    def names(self) -> tuple[str, ...]:
+        """What is wanted of the samples."""
+        return ("moved", "lost", *(("bound",) if "digits" in self.inputs.also else ()))
+
+    @cached_property
+    def displacement(self) -> Array | None:
         """Displacement of all points from their nominal rigid positions, (samples, points, poses, 3).
 
-        NaN where the nominal linkage has no answer: that of its neighbours by linear mechanics has no meaning there.
+        None without tolerances. NaN where the nominal linkage has no answer: that of its neighbours by linear mechanics
+        has no meaning there.
         """
-        return self._sampled[0]
+        return np.moveaxis(self.parts["moved"], 2, 0) if self.inputs.tolerances else None
 
     @property
     def lost(self) -> Mapping[str, int]:
         """How many samples have no result where the nominal linkage has one, by reason, over all poses."""
-        return self._sampled[1]
-
-    @cached_property
-    def _sampled(self) -> tuple[Propagation | None, Counter[str], Array]:
-        inputs, lost, bound = self.inputs, Counter[str](), np.zeros((self.poses, 3))
-        if not inputs.tolerances:
-            return None, lost, bound
-        nominal = self._nominal()
-
-        def displaced(**draws: Array) -> Array:
-            n = len(next(iter(draws.values())))
-            moved = np.empty((*nominal.shape[:2], n, 3))
-            for cut in one_by_one(cuts(self.poses, n)):
-                self.advance(WAY, 0)
-                places, reasons, errors = self._places({name: values[cut] for name, values in draws.items()})
-                np.maximum(bound, errors, out=bound)
-                moved[:, :, cut] = places - nominal
-                missing = (np.isnan(moved[:, :, cut]) & ~np.isnan(nominal)).any(axis=(0, -1))
-                for reason, times in zip(*np.unique(reasons[missing], return_counts=True), strict=True):
-                    # What follows a colon are numbers, which differ from sample to sample.
-                    lost[str(reason).partition(":")[0]] += int(times)
-                self.advance(WAY, self.poses * (cut.stop - cut.start))
-            return moved
-
-        with warnings.catch_warnings(), inputs.source.at("run", "nan_policy"):
-            warnings.simplefilter("ignore", SampleWarning)  # the tables count them
-            found = propagate(
-                displaced,
-                inputs.distributions,
-                n=inputs.samples,
-                rng=inputs.rng,
-                sampler=inputs.sampler,
-                axis=2,
-                chunk=CHUNK,
-                progress=False,
-                nan_policy=inputs.nan_policy,
-            )
-        return found, lost, bound
+        return self.parts.count("lost") if self.inputs.tolerances else {}
 
     @cached_property
     def error_bound(self) -> Array:
         """Bound on the numerical error of the first point's displacement in every sample, (poses, 3)."""
-        if self.inputs.tolerances:
-            return self._sampled[2]
-        return np.array(np.broadcast_to(self.main.error_bound[..., :3], (self.poses, 3)))
+        if not self.inputs.tolerances:
+            return np.array(np.broadcast_to(self.main.error_bound[..., :3], (self.poses, 3)))
+        return self.parts["bound"][0, :, 0] if "digits" in self.inputs.also else np.zeros((self.poses, 3))
 
-    def _nominal(self) -> Array:
+    @cached_property
+    def nominal(self) -> Array:
         """Nominal rigid positions of the points, (points, poses, 1, 3); NaN where there is no displacement."""
-        shape = (self.poses, 3)
-        each = [
-            np.where(
-                np.isfinite(np.broadcast_to(found.total[..., :3], shape)), np.broadcast_to(found.rigid, shape), np.nan
-            )
-            for found in self.accuracy.values()
-        ]
-        return np.stack(each)[:, :, None]
-
-    def _places(self, draws: Mapping[str, Array]) -> tuple[Array, NDArray[np.str_], Array]:
-        """Positions of the points with samples, (points, poses, n, 3), the status of each, (poses, n), and a bound.
-
-        That is on the numerical error of the first point, (poses, 3); 0 where it is not asked for.
-        """
-        inputs = self.inputs
-        shape = (self.poses, len(next(iter(draws.values()))))
-        varied = inputs.varied(draws)
-        with warnings.catch_warnings(), inputs.source.at("tolerances"):
-            warnings.simplefilter("ignore", MechanismWarning)
-            motion = self.move(varied, column=True)
-            each = [motion.accuracy(point, inertia=inputs.moves) for point in inputs.points]
-            places = [np.broadcast_to(found.rigid + found.total[..., :3], (*shape, 3)) for found in each]
-            status = np.where(motion.status == "regular", each[0].status, motion.status)
-            bound = np.zeros(3)
-            if "digits" in inputs.also:
-                bound = np.broadcast_to(each[0].error_bound[..., :3], (*shape, 3)).max(axis=1)
-        return np.stack(places), np.broadcast_to(status, shape), bound
+        return nominal_positions(self.motion, self.accuracy)
 
     @cached_property
     def spread(self) -> dict[str, Spread]:
         """Samples of the displacement of each point, (poses, samples, 3); none without tolerances."""
-        if self.propagation is None:
+        if not self.inputs.tolerances:
             return {}
-        samples = np.moveaxis(self.propagation.samples, 0, 2)
-        policy = self.inputs.nan_policy
+        samples, policy = self.parts["moved"], self.inputs.nan_policy
         return {point: Spread(samples[index], policy) for index, point in enumerate(self.inputs.points)}
+
+    @cached_property
+    def at_measured_poses(self) -> Computed | None:
+        """The job for the measured point at its poses; None where nothing was measured."""
+        if self.inputs.measured is None:
+            return None
+        with self.inputs.source.at("measured"):
+            return Computed(self.inputs.at_measured_poses())
 
     @cached_property
     def measured(self) -> MeasuredOutcome | None:
         """Measured positions beside those that are predicted at their poses; None where nothing was measured."""
-        given = self.inputs.measured
-        if given is None:
+        given, at = self.inputs.measured, self.at_measured_poses
+        if given is None or at is None:
             return None
-        with self.inputs.source.at("measured"):
-            inputs = self.inputs.at_measured_poses()
-        at = Computed(inputs)
+        inputs = at.inputs
         shape = (len(given.table.position), 3)
         found = at.main
         moved, deviation = found.total[..., :3], np.zeros(shape)

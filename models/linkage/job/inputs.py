@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -13,16 +13,18 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ...measured.table import read_measured
 from ...moments import NAN_POLICIES
-from ...sampling import SAMPLERS, Distribution
+from ...sampling import SAMPLERS, Distribution, goes_on
 from ..files.read import linkage_of
 from ..files.source import Source, shown_value
 from ..files.toml import Path as Place
 from ..linkage import Linkage
+from ..study.sampled import DrivenPoses
 from ..study.single import check_single
 from ..study.targets import numbers_at
 from ..study.tolerances import Tolerance, tolerances, varied
 from .effects import check_clearances, check_effects
 from .measured import LEVEL, MeasuredPoint, read_measured_point
+from .overridden import with_tolerances
 
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
 RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify", "also")
@@ -177,6 +179,36 @@ class RunInputs:
         return next(iter(self.drives.values()))
 
     @property
+    def driven_poses(self) -> DrivenPoses:
+        """Where the drives go, as they are moved beside samples."""
+        parts = (lambda drive: drive.values), (lambda drive: drive.rate), (lambda drive: drive.acceleration)
+        values, rates, gains = (self.numbers(part) for part in parts)
+        return DrivenPoses(values, rates, gains, self.branch, self.tolerance)
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether there are samples."""
+        return bool(self.tolerances)
+
+    @property
+    def about(self) -> dict[str, object]:
+        """What the samples depend on, by table of the file: all but what tables, figures and pages show.
+
+        Samples go on where there are more of them, unless they are balanced for so many.
+        """
+        others = ("title", "run", "choices", "measured")
+        tables = {f"[{name}]": table for name, table in self.source.data.items() if name not in others}
+        measured = None
+        if self.measured is not None:
+            at = {name: values.tolist() for name, values in self.measured.table.drives.items()}
+            measured = [self.measured.point, len(self.measured.table.position), at]
+        of_run = {"[run.drives]": self.source.get(("run", "drives")), "points": self.points, "rng": self.rng}
+        of_run |= {name: getattr(self, name) for name in ("branch", "tolerance", "sampler", "nan_policy")}
+        if not goes_on(self.sampler):
+            of_run["samples"] = self.samples
+        return tables | of_run | {"digits": "digits" in self.also, "the measured poses": measured}
+
+    @property
     def moves(self) -> bool:
         """Whether a rate or an acceleration was given, so that there is inertia."""
         return any(np.any(drive.rate) or np.any(drive.acceleration) for drive in self.drives.values())
@@ -205,15 +237,22 @@ class RunInputs:
         return varied(self.source, self.tolerances, draws, Linkage)
 
 
-def read_inputs(path: Path) -> RunInputs:
+def read_inputs(path: Path, tolerances: Iterable[tuple[str, str]] = ()) -> RunInputs:
     """Read the file of a job, and check all of it.
+
+    Parameters
+    ----------
+    path
+        The file.
+    tolerances
+        Tolerances that it should have otherwise or as well, as `with_tolerances` takes them.
 
     Raises
     ------
     FrameError
         With line and key of what is wrong.
     """
-    return inputs_of(Source(path))
+    return inputs_of(with_tolerances(Source(path), tolerances) if tolerances else Source(path))
 
 
 def inputs_of(source: Source) -> RunInputs:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,15 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError, MechanismWarning
+from ....framework.errors import FrameError
 from ...job.outcome import LargeSpread, Mask, Outcome, taken
-from ...job.parts import cuts, one_by_one
-from ...sampling import draw
+from ...job.parts import Parts
 from ...spread import Spread
 from .computed import Computed
-
-# What is counted.
-LARGE_WAY = "at large displacement"
+from .sampled import large_parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,17 +167,9 @@ class PointOutcome(Outcome):
     @cached_property
     def _large(self) -> tuple[Array, Array]:
         """Displacements at large displacement and rigid positions of the first samples, (poses, m, 3) each."""
-        inputs = self.result.inputs
-        point, m = inputs.points[0], taken(self.count)
-        draws = draw(inputs.distributions, inputs.samples, inputs.rng, inputs.sampler) if inputs.tolerances else {}
-        moved, places = np.empty((2, self.result.poses, m, 3))
-        for cut in one_by_one(cuts(self.result.poses, m, soon=True) if m > 1 else [slice(0, 1)]):
-            self.result.advance(LARGE_WAY, 0)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", MechanismWarning)
-                varied = inputs.varied({name: values[cut] for name, values in draws.items()})
-                motion = self.result.move(varied, column=True)
-                found = motion.accuracy(point, inertia=inputs.moves)
-                moved[:, cut], places[:, cut] = found.large[..., :3], found.rigid
-            self.result.advance(LARGE_WAY, self.result.poses * (cut.stop - cut.start))
-        return moved, places
+        return self.large_parts["large"][0], self.large_parts["rigid"][0]
+
+    @cached_property
+    def large_parts(self) -> Parts:
+        """Results at large displacement, some samples at a time."""
+        return large_parts(self.result.inputs, self.result.nominal, taken(self.count))

@@ -9,11 +9,15 @@ from functools import cached_property
 from ....framework.errors import MechanismWarning
 from ...job.memory import check
 from ...job.outcome import taken
+from ...job.sharing import ALONE, SampleKind, Sharing
 from ...job.stages import Advance
 from ...sampling import sample_blocks
-from .computed import WAY, Computed
+from .computed import Computed
 from .inputs import RunInputs
-from .point import LARGE_WAY, PointOutcome
+from .point import PointOutcome
+
+# What is counted.
+WAY, LARGE_WAY, MEASURED_WAY = "samples at a pose", "at large displacement", "at measured poses"
 
 # Memory that a sample takes for its inputs, and of a point at a pose: its displacements, and what is made of them.
 BYTES_ALONE, BYTES = 8 * 30, 8 * 30
@@ -23,13 +27,25 @@ BYTES_ALONE, BYTES = 8 * 30, 8 * 30
 class RunResult(Computed):
     """Outcome of the job."""
 
+    def kinds(self) -> dict[str, SampleKind]:
+        """All that depends on samples, by the kind of these."""
+        found = {}
+        if self.inputs.tolerances:
+            found["linear"] = SampleKind(WAY, self.parts, self.names)
+        if "large" in self.inputs.also:
+            found["large"] = SampleKind(LARGE_WAY, self.outcome.large_parts, ("large", "rigid"))
+        measured = self.at_measured_poses
+        if measured is not None and measured.inputs.tolerances:
+            found["measured"] = SampleKind(MEASURED_WAY, measured.parts, measured.names)
+        return found
+
     @cached_property
     def outcome(self) -> PointOutcome:
         """The first point, for the tables that any job has."""
         return PointOutcome(self)
 
 
-def compute(inputs: RunInputs, advance: Advance | None = None) -> RunResult:
+def compute(inputs: RunInputs, advance: Advance | None = None, shared: Sharing = ALONE) -> RunResult:
     """Compute the job, so that nothing is left to fail when it is written.
 
     Parameters
@@ -38,6 +54,8 @@ def compute(inputs: RunInputs, advance: Advance | None = None) -> RunResult:
         What to compute.
     advance
         Told what is done, of `work(inputs)`, and how many more poses times samples of it.
+    shared
+        Who computes the samples, and where they are kept.
 
     Raises
     ------
@@ -51,11 +69,13 @@ def compute(inputs: RunInputs, advance: Advance | None = None) -> RunResult:
             inputs.varied(draws)
     for _ in inputs.chosen(0, 2):
         pass  # what cannot be chosen is told before anything is computed
-    result = RunResult(inputs) if advance is None else RunResult(inputs, advance)
+    result = RunResult(inputs)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        _ = result.pose, result.status, result.reactions, result.propagation, result.measured
+        _ = result.pose, result.status, result.reactions
+        shared.compute(result.kinds(), advance or (lambda *_: None))
+        _ = result.spread, result.measured
         for found in result.accuracy.values():
             _ = found.compliance, found.total
         if "large" in inputs.also:
@@ -68,6 +88,8 @@ def work(inputs: RunInputs) -> dict[str, int]:
     found = {WAY: _poses(inputs) * inputs.samples} if inputs.tolerances else {}
     if "large" in inputs.also:
         found[LARGE_WAY] = _poses(inputs) * (taken(inputs.samples) if inputs.tolerances else 1)
+    if inputs.tolerances and inputs.measured is not None:
+        found[MEASURED_WAY] = len(inputs.measured.table.position) * inputs.samples
     return found
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...job.report import Report
 from ...job.run import Job
+from ...job.sharing import ALONE, Sharing
 from ...job.stages import Advance
 from .figures import CAPTIONS, captions, draw
 from .inputs import RunInputs
@@ -33,14 +34,16 @@ class LinkageJob(Job):
     ----------
     inputs
         What to compute.
+    shared
+        Who computes the samples, and where they are kept.
     """
 
     name = "run"
     optional = (*CAPTIONS, "measured.csv", "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
     result: RunResult
 
-    def __init__(self, inputs: RunInputs) -> None:
-        self.inputs = inputs
+    def __init__(self, inputs: RunInputs, shared: Sharing = ALONE) -> None:
+        self.inputs, self.shared = inputs, shared
 
     @property
     def has_beams(self) -> bool:
@@ -54,7 +57,7 @@ class LinkageJob(Job):
 
     def compute(self, advance: Advance) -> None:
         """Compute the accuracy."""
-        self.result = compute(self.inputs, advance)
+        self.result = compute(self.inputs, advance, self.shared)
 
     @property
     def solution(self) -> Solution:
@@ -73,8 +76,8 @@ class LinkageJob(Job):
 
     def samples(self) -> Mapping[str, NDArray[Any]]:
         """Samples of the displacement; nothing without tolerances."""
-        found = self.result.propagation
-        return {} if found is None else {"drive": self.result.drive, "displacement": found.samples}
+        found = self.result.displacement
+        return {} if found is None else {"drive": self.result.drive, "displacement": found}
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The linkage, the path of its first point, histograms where there are tolerances, the reactions."""

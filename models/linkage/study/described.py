@@ -40,7 +40,7 @@ class DescribedLinkage(Source):
         self.file, self.text = File("study"), ""
         self.data: dict[str, Any] = parsed(text)
         self.data["tolerances"] = {name: dict(each) for name, each in given.items() if isinstance(each, Mapping)}
-        self.written, self.samples, self.by = {}, {}, {}
+        self.written, self.samples, self.by, self.set_by = {}, {}, {}, {}
 
     def place(self, path: Path) -> str:
         """Where a key stands, in words."""

@@ -98,12 +98,15 @@ class SampledDisplacement:
             status.append(reasons)
         return moved, np.broadcast_to(np.concatenate(status, axis=-1), shape)
 
+    def motion(self, draws: Mapping[str, Array]) -> Motion:
+        """Motion with samples of the uncertain numbers, (n,) each: (poses, n)."""
+        return self.poses.move(varied(self.source, self.tolerances, draws, LinkageDescription), column=True)
+
     def _places(self, draws: Mapping[str, Array], n: int) -> tuple[Array, NDArray[np.str_]]:
         shape = (self.nominal.shape[1], n)
         with warnings.catch_warnings(), self.source.at("tolerances"):
             warnings.simplefilter("ignore", MechanismWarning)
-            linkage = varied(self.source, self.tolerances, draws, LinkageDescription)
-            motion = self.poses.move(linkage, column=True)
+            motion = self.motion(draws)
             each = [motion.accuracy(point, inertia=self.inertia) for point in self.points]
             places = [np.broadcast_to(found.rigid + found.total[..., :3], (*shape, 3)) for found in each]
             status = np.where(motion.status == "regular", each[0].status, motion.status)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from .targets import numbers_at
 if TYPE_CHECKING:
     from ...distributions import Distribution, Uncertain
 
-PERCENT = re.compile(r"\s*(±?)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
+PERCENT = re.compile(r"\s*(±?)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*(uniform|normal)?\s*")
 # Of a distribution within limits, the nominal value may lie at one of them, but not further out than this.
 MOST_DEVIATIONS = 3.0
 ROUNDING = 1e-9
@@ -95,25 +95,28 @@ def varied(
 
 
 def tolerance(source: Source, name: str) -> Tolerance:
-    """Read and check one of the file's tolerances."""
+    """Read and check one of the file's tolerances: a table, or of a single number by its name what it deviates by."""
     path = ("tolerances", name)
     found = source.get(path)
-    if not isinstance(found, dict) or "of" not in found or "distribution" not in found:
-        source.fail(path, "give a table with of, distribution and its numbers")
+    if isinstance(found, str | int | float):
+        with source.at(*path):
+            return toleranced(source, name, found)
+    if not isinstance(found, dict) or "of" not in found or ("distribution" in found) == ("tolerance" in found):
+        source.fail(
+            path, "give a table with of, distribution and its numbers, or with of and a tolerance such as '± 5 %'"
+        )
+    of = [((*path, "of", index), text) for index, text in enumerate(source.texts((*path, "of")))]
+    if "tolerance" in found:
+        source.table(path, ("of", "tolerance"))
+        with source.at(*path):
+            return _in_words(source, path, of, source.text_at((*path, "tolerance")))
     distribution, relative, description = _distribution(source, path)
-    of: list[Path] = []
-    nominal: dict[Path, float] = {}
-    for index, text in enumerate(source.texts((*path, "of"))):
-        place, numbers = numbers_at(source, (*path, "of", index), text, relative=relative)
-        for twice in numbers.keys() & nominal.keys():
-            source.fail((*path, "of", index), f"names {dotted(twice)} a second time: name it once")
-        of.append(place)
-        nominal |= numbers
-    return _checked(source, path, Tolerance(tuple(of), nominal, distribution, relative, description))
+    places, nominal = _numbers_of(source, of, relative=relative)
+    return _checked(source, path, Tolerance(places, nominal, distribution, relative, description))
 
 
 def toleranced(source: Source, name: str, given: Uncertain | float) -> Tolerance:
-    """A tolerance of one of the source's numbers that Python gives under the name of the number.
+    """A tolerance of one of the source's numbers that is given under the name of the number.
 
     Parameters
     ----------
@@ -126,20 +129,44 @@ def toleranced(source: Source, name: str, given: Uncertain | float) -> Tolerance
         the half width of the interval about the nominal value.
     """
     path = ("tolerances", name)
+    return _in_words(source, path, [(path, name)], given)
+
+
+def _in_words(
+    source: Source, path: tuple[str, str], of: Sequence[tuple[Path, str]], given: Uncertain | float
+) -> Tolerance:
+    """A tolerance of numbers by where the file names them and their names."""
     share = PERCENT.fullmatch(given) if isinstance(given, str) else None
-    place, nominal = numbers_at(source, path, name, relative=share is not None)
+    places, nominal = _numbers_of(source, of, relative=share is not None)
     middle = next(iter(nominal.values()))
     distribution: Distribution
     if share is not None:
         half = 0.01 * float(share[2])
-        distribution = distribution_of(name, (-half, half))
+        distribution = within(0.0, f"± {half!r}", share[3] or "uniform")
     elif isinstance(given, str) and given.strip().startswith(("±", "+")):
-        distribution = within(middle, given)
+        words, _, kind = given.strip().rpartition(" ")
+        named = kind in ("uniform", "normal")
+        distribution = within(middle, words if named else given, kind if named else "uniform")
     elif isinstance(given, int | float) and not isinstance(given, bool):
-        distribution = distribution_of(name, (middle - given, middle + given))
+        distribution = distribution_of(path[1], (middle - given, middle + given))
     else:
-        distribution = distribution_of(name, given)
-    return _checked(source, path, Tolerance((place,), nominal, distribution, share is not None, str(given)))
+        distribution = distribution_of(path[1], given)
+    return _checked(source, path, Tolerance(places, nominal, distribution, share is not None, str(given)))
+
+
+def _numbers_of(
+    source: Source, of: Sequence[tuple[Path, str]], *, relative: bool
+) -> tuple[tuple[Path, ...], dict[Path, float]]:
+    """Where entries stand, and the numbers in them by where these stand."""
+    places: list[Path] = []
+    nominal: dict[Path, float] = {}
+    for path, text in of:
+        place, numbers = numbers_at(source, path, text, relative=relative)
+        for twice in numbers.keys() & nominal.keys():
+            source.fail(path, f"names {dotted(twice)} a second time: name it once")
+        places.append(place)
+        nominal |= numbers
+    return tuple(places), nominal
 
 
 def _checked(source: Source, path: tuple[str, str], found: Tolerance) -> Tolerance:
@@ -194,7 +221,7 @@ def _numbers(source: Source, path: tuple[str, str]) -> tuple[dict[str, float], t
             numbers[key] = source.number((*path, key))
             continue
         share = PERCENT.fullmatch(value)
-        if share is None or key not in ("loc", "scale") or (share[1] and key == "loc"):
+        if share is None or share[3] or key not in ("loc", "scale") or (share[1] and key == "loc"):
             source.fail((*path, key), f'is {value!r}: give a number, or loc and scale in percent, such as "5 %"')
         numbers[key] = 0.01 * float(share[2])
         relative.append(key)

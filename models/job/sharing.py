@@ -1,0 +1,269 @@
+"""Who computes the samples of a job, and where they are kept so that a run that was ended goes on."""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, _ArgumentGroup
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from ...framework.errors import CheckpointWarning, FrameError, MechanismWarning
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..propagation.checkpoint import Checkpoint
+    from .parts import Parts, PartTask
+    from .stages import Advance
+
+
+class SamplePiece(NamedTuple):
+    """Some of the samples of one kind.
+
+    Attributes
+    ----------
+    start, stop
+        Number of the first sample, and of the one behind the last.
+    of
+        Name of the kind.
+    """
+
+    start: int
+    stop: int
+    of: str
+
+    @property
+    def cut(self) -> slice:
+        """The numbers of the samples."""
+        return slice(self.start, self.stop)
+
+
+@dataclass(frozen=True, eq=False)
+class SampleKind:
+    """Samples of one kind, such as those at large displacement.
+
+    Attributes
+    ----------
+    what
+        What is told of them.
+    parts
+        Their results.
+    names
+        Which of these are wanted.
+    """
+
+    what: str
+    parts: Parts
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Sharing:
+    """Who computes the samples of a job, and where they are kept.
+
+    Attributes
+    ----------
+    workers
+        Number of processes; −1 for all processors.
+    folder
+        Where each part is stored as soon as it is done; None where it is not.
+    about
+        What tells this run from others, by what differs.
+    """
+
+    workers: int = 1
+    folder: Path | None = None
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    def compute(self, kinds: Mapping[str, SampleKind], advance: Advance) -> None:
+        """Compute samples of several kinds, by turns, so that the first parts tell how long the rest of all will take.
+
+        Parameters
+        ----------
+        kinds
+            By their names, of small letters.
+        advance
+            Told what is done, and how many more poses times samples of it.
+
+        Raises
+        ------
+        FrameError
+            If a sample cannot be computed, or a part cannot be stored.
+        """
+        from ..propagation.ordered import StoredChunks, gather
+        from ..propagation.packed import packed_arrays, unpacked_arrays
+        from ..propagation.workers import computed
+
+        task = PieceTask({name: kind.parts.begin(kind.names) for name, kind in kinds.items()})
+        wanted = {name: kinds[name] for name, part in task.tasks.items() if part.names}
+        turns = zip_longest(
+            *([SamplePiece(cut.start, cut.stop, name) for cut in k.parts.cuts] for name, k in wanted.items())
+        )
+        pieces = [piece for turn in turns for piece in turn if piece is not None]
+        checkpoint = self._opened()
+        stored = set() if checkpoint is None else _stored(checkpoint) & set(pieces)
+        # A copy of this process would lack the thread that tells how far it is; and the first piece of each kind, which
+        # this process does, tells that soon.
+        gather(
+            pieces,
+            lambda left: computed(task, left, self.workers, "spawn", len(wanted)),
+            _Collected(wanted, advance, self.folder),
+            None if checkpoint is None else StoredChunks(checkpoint, packed_arrays, unpacked_arrays),
+            stored,
+        )
+
+    def _opened(self) -> Checkpoint | None:
+        from ..propagation.checkpoint import Checkpoint
+
+        return None if self.folder is None else Checkpoint.open(self.folder, _plain(self.about))
+
+
+# This process computes all, and nothing is kept.
+ALONE = Sharing()
+
+
+@dataclass(frozen=True, eq=False)
+class PieceTask:
+    """What is computed of a piece, by its kind.
+
+    Attributes
+    ----------
+    tasks
+        By kind.
+    """
+
+    tasks: Mapping[str, PartTask]
+
+    def __call__(self, piece: SamplePiece) -> dict[str, NDArray[Any]]:
+        """Results of its samples by name."""
+        with warnings.catch_warnings():
+            # Poses that are kinematically unstable are part of the answer, in whatever process: their status says so.
+            warnings.simplefilter("ignore", MechanismWarning)
+            return self.tasks[piece.of](piece.cut)
+
+
+@dataclass(frozen=True, eq=False)
+class _Collected:
+    """Puts pieces together, and tells how far they are."""
+
+    kinds: Mapping[str, SampleKind]
+    advance: Advance
+    folder: Path | None
+
+    def expect(self, piece: SamplePiece) -> None:
+        self.advance(self.kinds[piece.of].what, 0)
+
+    def add(self, piece: SamplePiece, found: Mapping[str, NDArray[Any]]) -> None:
+        kind = self.kinds[piece.of]
+        kind.parts.put(piece.cut, found)
+        self.advance(kind.what, kind.parts.size(piece.cut))
+
+    def progress(self, done: int, of: int) -> str:
+        if self.folder is None:
+            return f"{done} of {of} parts were done; with --checkpoint DIR an interrupted run can be resumed"
+        return f"{done} of {of} parts are stored in {self.folder}: the same command goes on from there"
+
+
+def _stored(checkpoint: Checkpoint) -> set[tuple[Any, ...]]:
+    """Pieces that are there and whole; of those that are damaged a line tells."""
+    with warnings.catch_warnings(record=True) as damaged:
+        warnings.simplefilter("always", CheckpointWarning)
+        found = checkpoint.stored()
+    for each in damaged:
+        print(f"linkframe: note: {each.message}", file=sys.stderr, flush=True)
+    return found
+
+
+def _plain(about: Mapping[str, Any]) -> dict[str, Any]:
+    """As a file of JSON has it."""
+    found: dict[str, Any] = json.loads(json.dumps(about, default=str))
+    return found
+
+
+# -- the command line -------------------------------------------------------------------------------------------------
+
+
+def add_sharing(parser: ArgumentParser | _ArgumentGroup) -> None:
+    """Add the options that say who computes the samples, and where they are kept."""
+    parser.add_argument(
+        "--workers", type=_workers, metavar="N", default=1,
+        help="processes that compute samples, -1 for one a processor; the results are the same to the last bit",
+    )  # fmt: skip
+    parser.add_argument(
+        "--checkpoint", type=Path, metavar="DIR",
+        help="store each part of the samples in DIR as it is done; the same command then goes on where it was ended",
+    )  # fmt: skip
+    parser.add_argument(
+        "--resume", action="store_true", help="go on with the run in --checkpoint DIR, and begin none there"
+    )
+
+
+def _workers(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1 and value != -1:
+        raise ArgumentTypeError(f"is {text!r}: give a whole number of processes, or -1 for one a processor")
+    return value
+
+
+class SampledInputs(Protocol):
+    """What a job is asked for."""
+
+    @property
+    def about(self) -> Mapping[str, object]:
+        """What tells its samples from those of other runs."""
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether there are samples."""
+
+
+def sharing(options: Namespace, inputs: SampledInputs) -> Sharing:
+    """What the options say of who computes the samples, checked before anything is computed.
+
+    Parameters
+    ----------
+    options
+        Those of the command line.
+    inputs
+        What is to be computed.
+
+    Raises
+    ------
+    FrameError
+        If the folder holds another run or cannot be read, or there is nothing to resume.
+    """
+    given = {"--workers": options.workers != 1, "--checkpoint": options.checkpoint, "--resume": options.resume}
+    for name in [name for name, there in given.items() if there]:
+        if not inputs.uncertain:
+            raise FrameError(f"{name} has no effect, as the file has no tolerances: leave it out")
+    if options.resume and options.checkpoint is None:
+        raise FrameError("--resume has no folder to go on in: give it with --checkpoint DIR")
+    if options.checkpoint is None:
+        return Sharing(options.workers)
+    whole = {"the job": options.job, "the release of linkframe": version("linkframe"), **inputs.about}
+    found = Sharing(options.workers, options.checkpoint, whole)
+    for note in _taken_up(found, options.resume):
+        print(f"linkframe {options.job}: note: {note}", file=sys.stderr, flush=True)
+    return found
+
+
+def _taken_up(found: Sharing, resume: bool) -> Iterator[str]:
+    """Refuse another run's folder, and with `resume` one that holds none; tell what is there."""
+    from ..propagation.checkpoint import CHUNK, Checkpoint
+
+    if found.folder is None:
+        return
+    if Checkpoint(found.folder).holds(_plain(found.about)):
+        count = sum(CHUNK.fullmatch(path.name) is not None for path in found.folder.iterdir())
+        yield f"{count} parts of this run are stored in {found.folder}: it goes on from there"
+    elif resume:
+        raise FrameError(f"--resume finds no run in {found.folder}: leave it out to begin one there")

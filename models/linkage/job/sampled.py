@@ -1,0 +1,157 @@
+"""Samples of the job by their numbers, which any process can compute."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import MechanismWarning
+from ...job.parts import Check, Parts
+from ...propagation.failures import FailedRows, FailureCount
+from ...sampling import draw
+from ..motion import Motion
+from ..statics.accuracy import PointAccuracy
+from ..study.sampled import SampledDisplacement
+from .inputs import RunInputs
+
+
+@dataclass(frozen=True, eq=False)
+class RunSamples:
+    """Displacement of points with samples of uncertain numbers.
+
+    Attributes
+    ----------
+    sampled
+        What displaces them.
+    draws
+        Samples of the numbers by tolerance, (n,) each; none for the linkage as the file has it.
+    """
+
+    sampled: SampledDisplacement
+    draws: Mapping[str, Array]
+
+    def __call__(self, cut: slice) -> SomeSamples:
+        """Some of the samples."""
+        return SomeSamples(self.sampled, {name: values[cut] for name, values in self.draws.items()})
+
+
+@dataclass(frozen=True, eq=False)
+class SomeSamples:
+    """Results of some samples, computed when read, (points, poses, n, ...).
+
+    Attributes
+    ----------
+    sampled, draws
+        As for `RunSamples`.
+    """
+
+    sampled: SampledDisplacement
+    draws: Mapping[str, Array]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of poses, and of samples."""
+        return self.sampled.nominal.shape[1], len(next(iter(self.draws.values()), [0]))
+
+    @cached_property
+    def moved(self) -> Array:
+        """Displacement from the nominal rigid position."""
+        with self._refused():
+            places = [np.broadcast_to(found.rigid + found.total[..., :3], (*self.shape, 3)) for found in self._accuracy]
+        return np.asarray(np.stack(places) - self.sampled.nominal)
+
+    def lost(self) -> dict[str, int]:
+        """How many samples have no result where the nominal linkage has one, by reason, over all poses."""
+        first = self._accuracy[0]
+        status = np.where(self._motion.status == "regular", first.status, self._motion.status)
+        reasons = np.broadcast_to(status, self.shape)
+        missing = (np.isnan(self.moved) & ~np.isnan(self.sampled.nominal)).any(axis=(0, -1))
+        found: dict[str, int] = {}
+        for reason, times in zip(*np.unique(reasons[missing], return_counts=True), strict=True):
+            # What follows a colon are numbers, which differ from sample to sample.
+            short = str(reason).partition(":")[0]
+            found[short] = found.get(short, 0) + int(times)
+        return found
+
+    def bound(self) -> Array:
+        """Bound on the numerical error of the first point's displacement, (1, poses, n, 3)."""
+        return np.broadcast_to(self._accuracy[0].error_bound[..., :3], (1, *self.shape, 3))
+
+    def large(self) -> Array:
+        """Displacement of the first point from its own rigid position at large displacement, (1, poses, n, 3)."""
+        with self._refused():
+            return np.broadcast_to(self._accuracy[0].large[..., :3], (1, *self.shape, 3))
+
+    def rigid(self) -> Array:
+        """Its own rigid position, (1, poses, n, 3)."""
+        return np.broadcast_to(self._accuracy[0].rigid, (1, *self.shape, 3))
+
+    @cached_property
+    def _motion(self) -> Motion:
+        with self._refused():
+            return self.sampled.motion(self.draws)
+
+    @cached_property
+    def _accuracy(self) -> list[PointAccuracy]:
+        return [self._motion.accuracy(point, inertia=self.sampled.inertia) for point in self.sampled.points]
+
+    @contextmanager
+    def _refused(self) -> Iterator[None]:
+        """Blame what is refused on the tolerances."""
+        with warnings.catch_warnings(), self.sampled.source.at("tolerances"):
+            warnings.simplefilter("ignore", MechanismWarning)
+            yield
+
+
+def drawn(inputs: RunInputs) -> dict[str, Array]:
+    """Samples of the uncertain numbers by tolerance, (n,) each."""
+    return draw(inputs.distributions, inputs.samples, inputs.rng, inputs.sampler) if inputs.tolerances else {}
+
+
+def sampled_parts(inputs: RunInputs, nominal: Array) -> Parts:
+    """Displacement of the points of a run with all of its samples, (points, poses, n, 3).
+
+    Parameters
+    ----------
+    inputs
+        The run.
+    nominal
+        Rigid positions of its points, (points, poses, 1, 3); NaN where they have no displacement.
+    """
+    draws = drawn(inputs)
+    check = _refusing(inputs, draws) if inputs.nan_policy == "raise" else None
+    make = RunSamples(_displacement(inputs, nominal), draws)
+    shape = *nominal.shape[:2], inputs.samples
+    return Parts(make, shape, greatest=("bound",), counted=("lost",), check=check)
+
+
+def large_parts(inputs: RunInputs, nominal: Array, count: int) -> Parts:
+    """The first point of a run at large displacement, (1, poses, count, 3), with the first samples."""
+    draws = {name: values[:count] for name, values in drawn(inputs).items()}
+    make = RunSamples(_displacement(inputs, nominal), draws)
+    return Parts(make, (1, nominal.shape[1], count), soon=True)
+
+
+def _displacement(inputs: RunInputs, nominal: Array) -> SampledDisplacement:
+    return SampledDisplacement(
+        inputs.source, inputs.tolerances, inputs.driven_poses, inputs.points, nominal, inputs.moves
+    )
+
+
+def _refusing(inputs: RunInputs, draws: Mapping[str, Array]) -> Check:
+    """Refuses the first part in which a sample has no result."""
+    count = FailureCount(inputs.samples, inputs.nan_policy, lambda rows: {k: v[rows] for k, v in draws.items()})
+
+    def check(cut: slice, found: Mapping[str, Array]) -> None:
+        moved = np.moveaxis(found["moved"], 2, 0)
+        lost = np.isnan(moved).reshape(len(moved), -1)
+        with inputs.source.at("run", "nan_policy"):
+            count.note(cut.start, cut.stop - cut.start, lost.shape[1], FailedRows.of(lost, None))
+
+    return check

@@ -1,0 +1,88 @@
+"""Processes that compute chunks, started for a run and ended with it."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
+from threading import Thread
+from typing import Any, TypeVar
+
+C = TypeVar("C")
+
+# What this process does with chunks, if it is a worker: sent to it once, however many chunks there are.
+_of_worker: list[Callable[[Any], Any]] = []
+
+
+@contextmanager
+def processes(task: Callable[[Any], Any], count: int, start: str | None) -> Iterator[Executor]:
+    """Processes that do a task, ended with the body.
+
+    Parameters
+    ----------
+    task
+        What they do with each chunk; it is sent to each of them once.
+    count
+        How many there are.
+    start
+        As for `computed`.
+    """
+    # What cannot be sent is told here, not by a pool that waits for ever.
+    pool = _Pool(count, get_context(start), initializer=_begin, initargs=(pickle.dumps(task),))
+    try:
+        yield pool
+    except BaseException:
+        for process in list((getattr(pool, "_processes", None) or {}).values()):
+            process.terminate()
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+class _Pool(ProcessPoolExecutor):
+    """Processes that an interrupt from the keyboard does not reach: it goes to the whole group, and who answers it is
+    the process that hands out the chunks."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        # A process that is started meanwhile begins without interrupts, before it could ignore them by itself.
+        with _without_interrupts():
+            return super().submit(fn, *args, **kwargs)
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """What comes meanwhile is answered afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(task: bytes) -> None:
+    """Make this process a worker."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    Thread(target=_end_with_parent, daemon=True).start()
+    _of_worker[:] = [pickle.loads(task)]
+
+
+def _end_with_parent() -> None:
+    """A process that is killed cannot end its workers, which would wait for chunks for ever."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def of_this_process(cut: C) -> tuple[C, Any]:
+    """What the task of this worker makes of a chunk."""
+    found: tuple[C, Any] = _of_worker[0](cut)
+    return found
