@@ -71,7 +71,7 @@ for array, names in NAMES.items():
     colours = GetColorTransferFunction(array)
     colours.InterpretValuesAsCategories = 1
     colours.Annotations = [text for number, name in enumerate(names) for text in (str(number), name)]
-for block, (colour, moves) in BLOCKS.items():
+for block, (where, colour, moves) in BLOCKS.items():
     shown = ExtractBlock(registrationName=block, Input=series, Selectors=["/Root/" + block])
     if moves:
         shown = WarpByVector(Input=shown, Vectors=["POINTS", "displacement"], ScaleFactor=SCALE)
@@ -81,7 +81,7 @@ for block, (colour, moves) in BLOCKS.items():
     if block == "joints":
         display.SetRepresentationType("Points")
         display.PointSize = 10
-    ColorBy(display, ("CELLS", colour))
+    ColorBy(display, (where, colour))
     display.RescaleTransferFunctionToDataRange(True, False)
     display.SetScalarBarVisibility(view, True)
 ResetCamera(view)
@@ -115,12 +115,15 @@ def write_guide(folder: Path, file: str, parts: Sequence[Part], names: Mapping[s
     (folder / "README.txt").write_text(text, encoding="utf-8")
     size = max(float(np.ptp(part.points, axis=(0, 1)).max()) for part in parts) or 1.0
     named = {kind: list(of[:_NAMED]) for kind, of in names.items() if of}
-    blocks = {
-        part.name: (next(name for name in _COLOURS if name in part.cell_data), "displacement" in part.point_data)
-        for part in parts
-    }
+    blocks = {part.name: (*_coloured(part), "displacement" in part.point_data) for part in parts}
     script = _SCRIPT.format(names=named, scale=_scale(parts, size), radius=_THICKNESS * size, blocks=blocks)
     (folder / "open_in_paraview.py").write_text(script, encoding="utf-8")
+
+
+def _coloured(part: Part) -> tuple[str, str]:
+    """Where the array lies that colours a block, and its name."""
+    colour = next(name for name in _COLOURS if name in part.point_data or name in part.cell_data)
+    return "POINTS" if colour in part.point_data else "CELLS", colour
 
 
 def _described(part: Part) -> str:
