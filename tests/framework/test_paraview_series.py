@@ -145,6 +145,7 @@ def test_the_page_and_the_script_beside_a_series(tmp_path: Path, monkeypatch: py
     simple.__all__ = [
         *("PVDReader", "GetAnimationScene", "GetActiveViewOrCreate", "GetColorTransferFunction", "ExtractBlock"),
         *("WarpByVector", "Tube", "ExtractSurface", "Show", "ColorBy", "ResetCamera", "Render"),
+        *("CellDatatoPointData", "Glyph", "GetScalarBar", "Text"),
     ]
     monkeypatch.setitem(sys.modules, "paraview", ModuleType("paraview"))
     monkeypatch.setitem(sys.modules, "paraview.simple", simple)
