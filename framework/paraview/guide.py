@@ -62,7 +62,7 @@ NAMES = {names!r}
 SCALE = {scale!r}  # factor on the displacements
 RADIUS = {radius!r}
 BLOCKS = {blocks!r}
-COLOURS = [(0.0, 0.45, 0.7), (0.9, 0.62, 0.0), (0.0, 0.62, 0.45), (0.8, 0.47, 0.65), (0.34, 0.71, 0.91), (0.84, 0.37, 0.0)]
+COLOURS = [(0.0, 0.45, 0.7), (0.9, 0.6, 0.0), (0.0, 0.6, 0.45), (0.8, 0.5, 0.65), (0.35, 0.7, 0.9), (0.85, 0.35, 0.0)]
 
 folder = Path(__file__).resolve().parent
 series = PVDReader(registrationName=folder.name, FileName=str(folder.with_name(folder.name + ".pvd")))
