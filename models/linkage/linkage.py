@@ -17,6 +17,7 @@ from ..propagation.workers import Workers
 from ..sampling import Sampler, Seed
 from .continuation.drives import by_joint
 from .description.linkage_description import LinkageDescription
+from .graphics.dxf import save_linkage
 from .graphics.plots import SI, Units, html_of, plot_linkage
 from .motion import Motion
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
@@ -390,6 +391,32 @@ class Linkage(LinkageDescription):
         'x [m]'
         """
         return plot_linkage(self, ax, entry, names, loads, units)
+
+    def save(self, path: str | Path, *, entry: int = 0, unit: str = "m") -> None:
+        """Write the reference configuration as a drawing for CAD, on layers by the names of the links (extra ``dxf``).
+
+        Links are lines, with the outlines of their sections where they have beams; joints are circles on a layer of
+        their kind, with a second circle about drives and a line along slides; points have their names.
+
+        Parameters
+        ----------
+        path
+            ``name.dxf``.
+        entry
+            Number of the linkage drawn, where the description carries a batch.
+        unit
+            Unit of the coordinates, for the header: m, cm, mm, in or ft.
+
+        Raises
+        ------
+        FrameError
+            If the name ends otherwise, there are no points, the unit is unknown, ezdxf is not installed or the folder
+            cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".dxf":
+            raise FrameError(f"{path.name} does not end in .dxf: a linkage is saved as a drawing; write_linkage: TOML")
+        save_linkage(self, path, entry, unit)
 
     def page(
         self,

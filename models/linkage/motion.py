@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
+from ...framework.errors import FrameError
 from ...framework.listing import counted
 from ...framework.renamed import RenamedAttribute
+from .graphics.dxf import save_motion
 from .graphics.pictures import movie, picture, show
 from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
 from .page.page import PageText, framed, framed_point, write_page
@@ -190,17 +192,22 @@ class Motion(UncertainMotion):
 
     # -- to look at and to save -----------------------------------------------------------------------------------
 
-    def save(self, path: str | Path, times: ArrayLike | None = None) -> None:
-        """Write the motion for ParaView: links as lines, with the velocity and acceleration of their points.
+    def save(self, path: str | Path, times: ArrayLike | None = None, *, unit: str = "m") -> None:
+        """Write the motion for ParaView or for CAD: links as lines.
 
-        With beams, ``motion.frame().solve().save(path)`` shows them with their displacements and forces.
+        For ParaView points have their velocity and acceleration. With beams, ``motion.frame().solve().save(path)``
+        shows them with their displacements and forces.
 
         Parameters
         ----------
         path
-            File ``.pvd``; the poses are files in a folder beside it. Poses that are not assembled are left out.
+            File ``.pvd``; the poses are files in a folder beside it. Or ``.dxf``, with a layer for each link, a block
+            for each pose on a layer of its own, and the paths of points (extra ``dxf``; see `Linkage.save`). Poses that
+            are not assembled are left out.
         times
-            Increasing times (or angles) of the poses, (poses,); their numbers where None.
+            Increasing times (or angles) of the poses, (poses,), for ParaView; their numbers where None.
+        unit
+            Unit of the coordinates, for the header of a ``.dxf``: m, cm, mm, in or ft.
 
         Raises
         ------
@@ -223,6 +230,13 @@ class Motion(UncertainMotion):
         """
         from .export import save  # what it writes with takes long to load
 
+        if Path(path).suffix == ".dxf":
+            if times is not None:
+                raise FrameError(
+                    f"{Path(path).name} is a drawing, which has no times: save as .pvd for a series in time"
+                )
+            save_motion(self, Path(path), unit)
+            return
         save(self, path, times)
 
     def plot(
