@@ -42,7 +42,7 @@ def save_linkage(linkage: LinkageDescription, path: Path, entry: int, unit: str)
     many = math.prod(linkage.shape)
     if entry not in range(many):
         raise FrameError(f"{path.name} was given entry={entry!r}, but the linkage has {many}: give 0 to {many - 1}")
-    drawing = Drawing.new(linkage, path, unit)
+    drawing = CadDrawing.new(linkage, path, unit)
     places = ReferencePlaces(linkage, entry)
     drawing.add(drawing.space, places, places.flat, names=True)
     drawing.write(path)
@@ -52,7 +52,7 @@ def save_motion(motion: Kinematics, path: Path, unit: str) -> None:
     """See `Motion.save`."""
     if len(motion.shape) > 1:
         raise FrameError(f"{path.name} holds one row of poses, but the batch shape is {motion.shape}: save one row")
-    drawing = Drawing.new(motion.linkage, path, unit)
+    drawing = CadDrawing.new(motion.linkage, path, unit)
     numbers, first = series_of(motion, None)
     there, flat = np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1), plane(motion)
     digits = max(3, len(str(len(numbers) - 1)))
@@ -67,7 +67,7 @@ def save_motion(motion: Kinematics, path: Path, unit: str) -> None:
 
 
 @dataclass
-class Drawing:
+class CadDrawing:
     """A document of ezdxf with layers by what is on them."""
 
     document: Any
@@ -75,7 +75,7 @@ class Drawing:
     names: dict[tuple[str, str], str] = field(default_factory=dict)
 
     @classmethod
-    def new(cls, linkage: LinkageDescription, path: Path, unit: str) -> Drawing:
+    def new(cls, linkage: LinkageDescription, path: Path, unit: str) -> CadDrawing:
         """An empty drawing with a layer for each link."""
         if unit not in UNITS:
             raise FrameError(f"{path.name} was given unit={unit!r}: a drawing knows {', '.join(UNITS)}")
