@@ -6,7 +6,9 @@ import json
 import shutil
 import subprocess
 import time
+import urllib.error
 import urllib.request
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +41,7 @@ class Browser:
             "--disable-background-networking",
             "--disable-component-update",
             "--disable-sync",
+            "--window-size=1300,1000",
             f"--user-data-dir={profile}",
         ]
         chosen = {"browserName": "chrome", "goog:chromeOptions": {"args": options, "binary": shutil.which("chromium")}}
@@ -54,8 +57,11 @@ class Browser:
         request = urllib.request.Request(
             self.root + path, json.dumps(body).encode(), {"Content-Type": "application/json"}, method="POST"
         )
-        with urllib.request.urlopen(request, timeout=60) as answer:
-            return json.load(answer)["value"]
+        try:
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                return json.load(answer)["value"]
+        except urllib.error.HTTPError as error:
+            raise AssertionError(json.load(error)["value"]["message"].splitlines()[0]) from None
 
     def open(self, page: Path) -> None:
         self._asked(f"{self.session}/url", {"url": page.as_uri()})
@@ -63,6 +69,18 @@ class Browser:
     def run(self, program: str, *arguments: object) -> Any:
         """What a program in the page returns."""
         return self._asked(f"{self.session}/execute/sync", {"script": program, "args": list(arguments)})
+
+    def drag(self, start: Sequence[float], by: Sequence[float], *, steps: int, time: float = 16.0) -> None:
+        """Press the mouse at a place in the window, move it in steps of so many milliseconds, and let it go."""
+
+        def move(share: float, duration: float) -> dict[str, Any]:
+            x, y = (round(a + share * b) for a, b in zip(start, by, strict=True))
+            return {"type": "pointerMove", "duration": int(duration), "x": x, "y": y, "origin": "viewport"}
+
+        moves = [move((k + 1) / steps, time) for k in range(steps)]
+        press, release = ({"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp"))
+        mouse = {"type": "pointer", "id": "mouse", "actions": [move(0.0, 0.0), press, *moves, release]}
+        self._asked(f"{self.session}/actions", {"actions": [mouse]})
 
     def close(self) -> None:
         """End the browser by its driver, without which it would run on."""

@@ -17,10 +17,17 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError, MechanismWarning
 from ..statics.frame import FramedPoses
 from ..worst_case.worst_case import WorstCase
+from .about import about
 from .data import MOST_POSES, as_json, checked, page_data, traced_point
 
 # Height of a page in a notebook, pixels.
 HEIGHT = 620
+# What is drawn on, and the parts of the program in their order, in the plane and in space.
+VIEW = '<{tag} id="view" role="img" aria-label="Drawing of the linkage; drag a joint to move it" tabindex="0"></{tag}>'
+VIEWS = {
+    2: ("svg", ("numbers", "view", "flat", "table", "controls")),
+    3: ("canvas", ("numbers", "view", "space", "table", "controls")),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +43,7 @@ class PageText:
     units
         Units of length and force.
     about
-        Headings and texts that can be opened, such as the inputs.
+        Headings and texts that can be opened, such as the inputs; the linkage and its drives where there are none.
     notes
         Sentences that stand in view.
     samples
@@ -93,7 +100,7 @@ def page(
         "command": text.command,
         "versions": versions(),
         "units": list(text.units),
-        "about": [{"title": title, "text": whole} for title, whole in text.about],
+        "about": [{"title": title, "text": whole} for title, whole in text.about or about(motion)],
         "notes": [*text.notes, *data["notes"]],
         "samples": text.samples,
     }
@@ -118,12 +125,14 @@ def framed_point(motion: FramedPoses) -> str | None:
 def _filled(data: dict[str, Any]) -> str:
     room = files(__package__)
     text = room.joinpath("page.html").read_text(encoding="utf-8")
+    tag, program = VIEWS[data["dimensions"]]
     # What closes a script must not stand in one.
     numbers = as_json(data).replace("<", "\\u003c")
     for mark, value in (
         ("{{title}}", html.escape(data["title"])),
+        ("{{view}}", VIEW.format(tag=tag)),
         ("{{style}}", room.joinpath("page.css").read_text(encoding="utf-8")),
-        ("{{program}}", room.joinpath("page.js").read_text(encoding="utf-8")),
+        ("{{program}}", "".join(room.joinpath(f"{name}.js").read_text(encoding="utf-8") for name in program)),
         ("{{data}}", numbers),
     ):
         text = text.replace(mark, value, 1)
