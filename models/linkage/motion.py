@@ -18,6 +18,7 @@ from .graphics.dxf import save_motion
 from .graphics.pictures import movie, picture, show
 from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
 from .page.page import PageText, framed, framed_point, write_page
+from .page.widget import widget
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .poses.states import PoseState, closure_states
 from .statics.transmission import transmission_angle
@@ -487,6 +488,44 @@ class Motion(UncertainMotion):
         has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
         worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
         write_page(self, path, point, link, worst, PageText(title, command, units), drive=drive)
+
+    def widget(
+        self,
+        point: str,
+        link: str | None = None,
+        *,
+        title: str = "",
+        drive: str | None = None,
+        units: Units = SI,
+        **deviations: Any,
+    ) -> Any:
+        """The page as a widget of a notebook, which gives back what is set on it (extra ``notebook``).
+
+        Parameters
+        ----------
+        point, link
+            The point that is looked at, and the link on which it is taken.
+        title, drive, units
+            As for `page`.
+        **deviations
+            Clearances and tolerances beside those of the description, as for `worst_case`.
+
+        Returns
+        -------
+        anywidget.AnyWidget
+            Its traits follow the page and move it: ``pose``, the number of the pose; ``load``, the factor on the loads;
+            ``factors``, one on each clearance and tolerance; and ``numbers``, the table by its headings, once it is
+            shown. ``drives``, ``clearances`` and ``deviations`` are the values that are set, as `Linkage.move` and
+            `worst_case` take them; ``observe`` calls a function when one moves.
+
+        Raises
+        ------
+        FrameError
+            If anywidget is not installed, or as `page`.
+        """
+        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
+        worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
+        return widget(self, point, link, worst, PageText(title, units=units), drive)
 
     def _repr_html_(self) -> str | None:
         """In a notebook: the page of the point that is loaded, or that alone lies off the joints; else nothing."""

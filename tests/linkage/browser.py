@@ -8,7 +8,8 @@ import subprocess
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,22 @@ class Browser:
         press, release = ({"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp"))
         mouse = {"type": "pointer", "id": "mouse", "actions": [move(0.0, 0.0), press, *moves, release]}
         self._asked(f"{self.session}/actions", {"actions": [mouse]})
+
+    def wait(self, program: str, until: Callable[[Any], object]) -> Any:
+        """What a program returns as soon as that is as it should be; after five seconds in any case."""
+        for _ in range(100):
+            found = self.run(program)
+            if until(found):
+                break
+            time.sleep(0.05)
+        return found
+
+    @contextmanager
+    def frame(self, number: int) -> Iterator[None]:
+        """Run what follows in a frame of the page."""
+        self._asked(f"{self.session}/frame", {"id": number})
+        yield
+        self._asked(f"{self.session}/frame/parent", {})
 
     def close(self) -> None:
         """End the browser by its driver, without which it would run on."""

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .inputs import RunInputs
     from .result import RunResult
 
+
 def write_job_page(result: RunResult, path: Path) -> None:
     """The page of the first point that a job reports, with what it computed of it."""
     inputs, point = result.inputs, result.inputs.points[0]

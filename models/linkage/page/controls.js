@@ -16,7 +16,7 @@ function slider(key, words, low, high, step, value, shown, change) {
 }
 
 // Numbers follow at once, the drawing with the next frame, however often something moved before it.
-let waiting = null;
+let waiting = null, owner = null;
 function refresh(key) {
   tell();
   if (waiting === null) { waiting = new Set(); requestAnimationFrame(redraw); }
@@ -27,6 +27,7 @@ function redraw() {
   waiting = null;
   if ([...moved].some((key) => !["pose", "load", "size", "colours"].includes(key))) drawBand();
   drawLinkage();
+  if (owner) owner.postMessage({ linkframe: told() }, "*");
 }
 
 const radius = (k) => Math.max(...[data.limits[k].radius].flat().filter((value) => value !== null));
@@ -135,13 +136,30 @@ for (const each of data.about) {
   part.appendChild(document.createElement("pre")).textContent = each.text;
 }
 // On paper nothing can be opened, and all is dark on white.
+let opened = [];
 function printed(on) {
   document.documentElement.classList.toggle("printed", on);
-  if (on) about.querySelectorAll("details").forEach((part) => { part.open = true; });
+  if (on) opened = [...about.querySelectorAll("details:not([open])")];
+  opened.forEach((part) => { part.open = on; });
   if (!flat) { colours(); redraw(); }
 }
 window.addEventListener("beforeprint", () => printed(true));
 window.addEventListener("afterprint", () => printed(false));
+// In a notebook, once its owner has asked: what is set, and the table.
+function told() {
+  const rows = [...numbers.rows].map((line) => [line.firstChild.textContent, line.lastChild.dataset.value]);
+  const values = rows.map(([words, value]) => [words, value === "null" ? null : Number.isNaN(Number(value)) ? value : Number(value)]);
+  return { pose: state.pose * data.every, load: state.load, factors: [...state.radii], numbers: Object.fromEntries(values) };
+}
+window.addEventListener("message", ({ source, data: message }) => {
+  if (window.parent === window || source !== window.parent || !message?.linkframe) return;
+  owner = source;
+  const { pose, load, factors } = message.linkframe;
+  if (pose !== null) sliders.pose(Math.max(0, Math.min(count - 1, Math.round(pose / data.every))));
+  sliders.load?.(load);
+  factors.forEach((factor, k) => sliders[`limit-${k}`]?.(factor));
+  refresh("all");
+});
 function read() {
   for (const [key, value] of new URLSearchParams(location.hash.slice(1))) if (sliders[key] && value !== "") sliders[key](value);
   refresh("all");

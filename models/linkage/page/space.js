@@ -20,9 +20,13 @@ function look() {
 look();
 
 const seen = (p) => [dot(p, right), dot(p, up)];
-// What fills the first view, turned as it is at first.
-const sides = every.map((p) => seen(plus(p, scaled(middle, -1))).map((value) => Math.abs(value) * scale));
-state.zoom = FIRST.zoom = Math.min((0.44 * WIDTH) / Math.max(...sides.map((p) => p[0]), 1), (0.39 * HEIGHT) / Math.max(...sides.map((p) => p[1]), 1));
+// The first view is filled, and its middle the one about which it turns.
+const sides = [right, up].map((axis) => every.map((p) => dot(p, axis))).map((all) => [Math.min(...all), Math.max(...all)]);
+[right, up].forEach((axis, side) => {
+  const off = (sides[side][0] + sides[side][1]) / 2 - dot(middle, axis);
+  axis.forEach((value, k) => { middle[k] += off * value; });
+});
+state.zoom = FIRST.zoom = Math.min(...sides.map(([least, most], side) => [0.88 * WIDTH, 0.8 * HEIGHT][side] / Math.max((most - least) * scale, 1)));
 
 function place(p) {
   const q = [p[0] - middle[0], p[1] - middle[1], p[2] - middle[2]], factor = scale * state.zoom;
