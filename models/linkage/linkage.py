@@ -19,7 +19,9 @@ from .continuation.drives import by_joint
 from .description.linkage_description import LinkageDescription
 from .graphics.dxf import save_linkage
 from .graphics.plots import SI, Units, html_of, plot_linkage
-from .motion import Motion
+from .motion import Motion, limits_of
+from .page.grid import GridAxis, unfolded
+from .page.page import PageText, write_page
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
 from .study.study import AccuracyStudy, driven, study
@@ -439,8 +441,8 @@ class Linkage(LinkageDescription):
         point, link
             The point that is looked at, and the link on which it is taken.
         drives
-            Values of the drives by joint, (poses,). Of a single drive its whole range, a turn in steps of 2°, where
-            None.
+            Values of the drives by joint, (poses,), or along an axis for each, such as (n, 1) and (m,), so that each
+            can be moved by itself. Of a single drive its whole range, a turn in steps of 2°, where None.
         title, command
             Heading, and what made it.
         units
@@ -463,7 +465,13 @@ class Linkage(LinkageDescription):
         ...     linkage.page(f"{folder}/arm.html", "B")
         """
         values = self._whole_range() if drives is None else drives
-        self.move(values).page(path, point, link, title=title, command=command, units=units, **deviations)
+        motion = self.move(values)
+        grid: tuple[GridAxis, ...] = ()
+        if len(motion.shape) > 1 and not self.shape:
+            values, grid = unfolded(self, values, motion.shape)
+            motion = self.move(values)
+        worst = limits_of(motion, point, link, deviations)
+        write_page(motion, path, point, link, worst, PageText(title, command, units), grid=grid)
 
     def _whole_range(self) -> dict[str, Array]:
         """Values of the only drive from end to end."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .poses.states import PoseState, closure_states
 from .statics.transmission import transmission_angle
 from .uncertain_motion import UncertainMotion
+from .worst_case.worst_case import WorstCase
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -485,8 +486,7 @@ class Motion(UncertainMotion):
         ...     "<svg" in Path(folder, "arm.html").read_text(encoding="utf-8")
         True
         """
-        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
-        worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
+        worst = limits_of(self, point, link, deviations)
         write_page(self, path, point, link, worst, PageText(title, command, units), drive=drive)
 
     def widget(
@@ -523,8 +523,7 @@ class Motion(UncertainMotion):
         FrameError
             If anywidget is not installed, or as `page`.
         """
-        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
-        worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
+        worst = limits_of(self, point, link, deviations)
         return widget(self, point, link, worst, PageText(title, units=units), drive)
 
     def _repr_html_(self) -> str | None:
@@ -532,7 +531,12 @@ class Motion(UncertainMotion):
         point = framed_point(self)
         if point is None:
             return None
-        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
-        return framed(self, self.worst_case(point) if has_clearance else None, point)
+        return framed(self, limits_of(self, point, None, {}), point)
 
     flexibility = RenamedAttribute("compliance_matrix")
+
+
+def limits_of(motion: Motion, point: str, link: str | None, deviations: Mapping[str, Any]) -> WorstCase | None:
+    """What clearances and tolerances let a point reach; None where nothing deviates."""
+    has_clearance = any(pair.clearance is not None for pair in motion.linkage.joints.values())
+    return motion.worst_case(point, link, **deviations) if deviations or has_clearance else None

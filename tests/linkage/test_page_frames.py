@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linkage.browser import Browser
+from linkage.browser import SET, Browser
 from linkage.test_page import TOLERANCES, arm_in_space, four_bar
-from linkframe.models import Motion
+from linkframe.framework import FrameError
+from linkframe.models import Linkage, Motion
 from numpy.testing import assert_allclose
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -184,3 +185,55 @@ def test_inputs_and_certainty_are_on_every_page(browser: Browser, tmp_path: Path
     assert "drive A: 0 to 6.19592" in told[0]
     assert "[joints.C]" in told[0]
     assert "12 digits" in told[1]
+
+
+def five_bar() -> Linkage:
+    linkage = Linkage(A=(-0.1, 0), B=(-0.2, 0.25), P=(0, 0.5), D=(0.2, 0.25), E=(0.1, 0))
+    for name in ("AB", "BP", "DP", "ED"):
+        linkage.link(name, *name)
+    linkage.revolute("A", "ground", "AB", drive=True)
+    linkage.revolute("B", "AB", "BP", clearance=1e-4)
+    linkage.revolute("P", "BP", "DP")
+    linkage.revolute("D", "DP", "ED")
+    linkage.revolute("E", "ground", "ED", drive=True)
+    return linkage
+
+
+def test_each_of_two_drives_moves_by_itself(browser: Browser, tmp_path: Path) -> None:
+    """All combinations of both; where P is dragged both follow."""
+    linkage, left, right = five_bar(), np.linspace(-0.3, 0.3, 13), np.linspace(-0.4, 0.4, 17)
+    linkage.page(tmp_path / "five.html", "P", drives={"A": left[:, None], "E": right})
+    assert (tmp_path / "five.html").stat().st_size < 300_000
+    browser.open(tmp_path / "five.html")
+    for k, j in ((0, 0), (3, 11), (12, 16)):
+        found = browser.run(SET, {"pose-0": str(k), "pose-1": str(j), "limit-0": "2"})
+        motion = linkage.move(A=left[k], E=right[j])
+        assert_allclose([float(found[f"place-{axis}"]) for axis in "xy"], motion.position("P")[:2], rtol=1e-10)
+        worst = motion.worst_case("P", clearances={"B": 2e-4})
+        assert_allclose(float(found["worst"]), worst.greatest, rtol=1e-9)
+    dragged = browser.run(
+        """
+        const view = document.getElementById("view"), box = view.getBoundingClientRect();
+        view.setPointerCapture = () => {};
+        const at = (p) => ({ clientX: box.left + place(p)[0] * box.width / WIDTH,
+          clientY: box.top + place(p)[1] * box.height / HEIGHT, pointerId: 1 });
+        view.dispatchEvent(new PointerEvent("pointerdown", at(data.points.P[state.pose])));
+        view.dispatchEvent(new PointerEvent("pointermove", at(data.points.P[17 * 5 + 4])));
+        view.dispatchEvent(new PointerEvent("pointerup", { pointerId: 1 }));
+        const inputs = ["pose-0", "pose-1"].map((key) => Number(document.getElementById(key).value));
+        redraw();
+        return [state.pose, inputs, document.getElementById("status").textContent];
+        """
+    )
+    assert dragged[:2] == [17 * 5 + 4, [5, 4]]
+    assert dragged[2].startswith(f"A = {np.degrees(left[5]):.6g}°, E = ".replace("-", "−"))
+    browser.run("view.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowUp'}))")
+    assert browser.run("return state.pose") == 17 * 5 + 5
+
+
+def test_grids_that_are_refused(tmp_path: Path) -> None:
+    linkage, values = five_bar(), np.linspace(-0.2, 0.2, 40)
+    with pytest.raises(FrameError, match="a page of 40 x 40 poses is too large"):
+        linkage.page(tmp_path / "five.html", "P", drives={"A": values[:, None], "E": values})
+    with pytest.raises(FrameError, match=r"drive 'A' varies along axes \[0, 1\]"):
+        linkage.page(tmp_path / "five.html", "P", drives={"A": values[:4, None] + values[:4], "E": 0.0})

@@ -17,6 +17,8 @@ function slider(key, words, low, high, step, value, shown, change) {
 
 // Numbers follow at once, the drawing with the next frame, however often something moved before it.
 let waiting = null, owner = null;
+// What leaves the path and its band where they are.
+const still = ["load", "size", "colours", ...(grid.length ? [] : ["pose"])];
 function refresh(key) {
   tell();
   if (waiting === null) { waiting = new Set(); requestAnimationFrame(redraw); }
@@ -25,16 +27,26 @@ function refresh(key) {
 function redraw() {
   const moved = waiting ?? new Set(["all"]);
   waiting = null;
-  if ([...moved].some((key) => !["pose", "load", "size", "colours"].includes(key))) drawBand();
+  if ([...moved].some((key) => !still.includes(key))) drawBand();
   drawLinkage();
   if (owner) owner.postMessage({ linkframe: told() }, "*");
 }
 
 const radius = (k) => Math.max(...[data.limits[k].radius].flat().filter((value) => value !== null));
-const driveValue = () => `${written(data.drive.values[state.pose])}${data.drive.turns ? "°" : ` ${metre}`}`;
-slider("pose", `Drive ${data.drive.name}`, 0, count - 1, 1, state.pose,
-  driveValue,
-  (value) => { if (data.point.place[value][0] !== null) state.pose = value; });
+const valueOf = (axis, number) => `${written(axis.values[number])}${axis.turns ? "°" : ` ${metre}`}`;
+const driven = () => (grid.length ? grid.map((axis, k) => `${axis.name} = ${valueOf(axis, digit(state.pose, k))}`).join(", ")
+  : `${data.drive.name} = ${valueOf(data.drive, state.pose)}`);
+const known = (pose) => data.point.place[pose][0] !== null;
+grid.forEach((axis, k) => slider(`pose-${k}`, `Drive ${axis.name}`, 0, axis.values.length - 1, 1, digit(state.pose, k),
+  () => valueOf(axis, digit(state.pose, k)),
+  (value) => { const pose = state.pose + (value - digit(state.pose, k)) * strides[k]; if (known(pose)) state.pose = pose; }));
+if (!grid.length) {
+  slider("pose", `Drive ${data.drive.name}`, 0, count - 1, 1, state.pose, () => valueOf(data.drive, state.pose),
+    (value) => { if (known(value)) state.pose = value; });
+} else {
+  // All drives at once.
+  sliders.pose = (pose) => { if (known(pose)) state.pose = Number(pose); grid.forEach((_, k) => sliders[`pose-${k}`](digit(state.pose, k))); };
+}
 if (data.scalable && (loaded || Object.keys(data.reactions).length)) {
   slider("load", "Load, times that given", -2, 2, 0.01, 1, () => written(state.load), (value) => { state.load = value; });
 }
@@ -79,7 +91,7 @@ function caught(at) {
 function nearest(name, at) {
   let best = state.pose, least = Infinity;
   for (const pose of there) {
-    const p = place(data.points[name][pose]), steps = Math.abs(pose - state.pose);
+    const p = place(data.points[name][pose]), steps = grid.length ? 0 : Math.abs(pose - state.pose);
     const off = Math.hypot(p[0] - at[0], p[1] - at[1]) + (Math.min(steps, count - steps) > count / 5 ? 200 : 0);
     if (off < least) { least = off; best = pose; }
   }
@@ -114,8 +126,14 @@ view.addEventListener("keydown", (event) => {
   const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
   if (!step) return;
   event.preventDefault();
-  const at = there.indexOf(state.pose);
-  sliders.pose(there[(at + step + there.length) % there.length]);
+  if (grid.length) {
+    // Left and right are the first drive's, up and down the next one's.
+    const k = Math.min(grid.length - 1, ["ArrowUp", "ArrowDown"].includes(event.key) ? 1 : 0);
+    sliders[`pose-${k}`](Math.max(0, Math.min(grid[k].values.length - 1, digit(state.pose, k) + step)));
+  } else {
+    const at = there.indexOf(state.pose);
+    sliders.pose(there[(at + step + there.length) % there.length]);
+  }
   refresh("pose");
 });
 

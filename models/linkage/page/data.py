@@ -82,10 +82,14 @@ def page_data(
 
 def as_json(data: dict[str, Any]) -> str:
     """The data of a page; of so many poses that they would not fit every second, third ... one."""
-    poses = len(data["status"])
+    poses, grid = len(data["status"]), data["grid"]
     every = max(1, -(-poses // MOST_POSES))
     while True:
-        thinned = {**data, "every": every}
+        if grid and every > 1:
+            sizes = " x ".join(str(len(axis["values"])) for axis in grid)
+            raise FrameError(f"a page of {sizes} poses is too large: give the drives fewer values")
+        # The values of a grid belong to no pose.
+        thinned = {**data, "every": every, "grid": [{**axis, "values": listed(axis["values"])} for axis in grid]}
         text = json.dumps(_listed(thinned, every), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
         if len(text.encode()) <= ROOM[data["dimensions"]] or every >= poses:
             return text
@@ -233,7 +237,10 @@ def traced_point(motion: FramedPoses) -> str | None:
 def checked(motion: FramedPoses, drive: str | None) -> str:
     """The drive that names the poses."""
     if len(motion.shape) != 1 or not motion.is_assembled.any():
-        raise FrameError(f"a page of a motion of shape {motion.shape}: give one axis of poses, some of them assembled")
+        raise FrameError(
+            f"a page of a motion of shape {motion.shape}: give one axis of poses, some of them assembled; or, to "
+            "Linkage.page, drives with an axis each"
+        )
     there = list(motion.linkage.drives)
     if not there:
         raise FrameError("a page of a linkage without a drive: nothing moves")

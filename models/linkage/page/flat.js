@@ -40,15 +40,19 @@ function sampled(pose) {
 }
 
 function drawBand() {
-  if (data.cloud) cloud.setAttribute("d", there.map(sampled).join(""));
+  const ways = tracks(), known = ways.flat().filter((pose) => data.point.place[pose][0] !== null);
+  if (data.cloud) cloud.setAttribute("d", known.map(sampled).join(""));
   // One path for all zones: where they overlap they are no darker.
-  band.setAttribute("d", there.map((pose) => zone(pose, ROUND / 2)).join(""));
-  let d = "", pen = "M";
-  for (let pose = 0; pose < count; pose += 1) {
-    if (data.point.place[pose][0] === null) { pen = "M"; continue; }
-    const [x, y] = place(data.point.place[pose]);
-    d += `${pen}${x.toFixed(2)} ${y.toFixed(2)}`;
-    pen = "L";
+  band.setAttribute("d", known.map((pose) => zone(pose, ROUND / 2)).join(""));
+  let d = "";
+  for (const way of ways) {
+    let pen = "M";
+    for (const pose of way) {
+      if (data.point.place[pose][0] === null) { pen = "M"; continue; }
+      const [x, y] = place(data.point.place[pose]);
+      d += `${pen}${x.toFixed(2)} ${y.toFixed(2)}`;
+      pen = "L";
+    }
   }
   path.setAttribute("d", d);
 }

@@ -4,6 +4,15 @@ const count = data.status.length, flat = data.dimensions === 2;
 const there = [...Array(count).keys()].filter((pose) => data.point.place[pose][0] !== null);
 const state = { pose: there.find((pose) => data.status[pose] === "regular") ?? there[0], load: 1, radii: data.limits.map(() => 1), magnify: 1 };
 
+// Drives that move by themselves: the pose at their values, the last one running fastest.
+const grid = data.grid, strides = grid.map((_, k) => grid.slice(k + 1).reduce((product, axis) => product * axis.values.length, 1));
+const digit = (pose, k) => Math.floor(pose / strides[k]) % grid[k].values.length;
+// The poses through this one along which a drive moves by itself.
+function tracks() {
+  const all = [...Array(count).keys()];
+  return grid.length ? grid.map((_, k) => all.filter((pose) => grid.every((_, j) => j === k || digit(pose, j) === digit(state.pose, j)))) : [all];
+}
+
 // -- numbers ---------------------------------------------------------------------------------------------------------
 
 const dot = (a, b) => a.reduce((sum, value, k) => sum + value * b[k], 0);

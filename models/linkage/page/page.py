@@ -19,6 +19,7 @@ from ..statics.frame import FramedPoses
 from ..worst_case.worst_case import WorstCase
 from .about import about
 from .data import MOST_POSES, as_json, checked, page_data, traced_point
+from .grid import GridAxis
 
 # Height of a page in a notebook, pixels.
 HEIGHT = 620
@@ -68,12 +69,13 @@ def write_page(
     *,
     drive: str | None = None,
     samples: Array | None = None,
+    grid: Sequence[GridAxis] = (),
 ) -> None:
     """See `Motion.page`."""
     path = Path(path)
     if path.suffix != ".html":
         raise FrameError(f"{path.name} does not end in .html: a page is one file for a browser")
-    whole = page(motion, point, link, worst, text, drive=drive, samples=samples)
+    whole = page(motion, point, link, worst, text, drive=drive, samples=samples, grid=grid)
     try:
         path.write_text(whole, encoding="utf-8")
     except OSError as error:
@@ -89,6 +91,7 @@ def page(
     *,
     drive: str | None = None,
     samples: Array | None = None,
+    grid: Sequence[GridAxis] = (),
 ) -> str:
     """The page with its numbers, styles and program in it."""
     with warnings.catch_warnings():
@@ -96,6 +99,7 @@ def page(
         warnings.simplefilter("ignore", MechanismWarning)
         data = page_data(motion, point, link, worst, checked(motion, drive), samples)
     data |= {
+        "grid": [axis.table() for axis in grid],
         "title": text.title or f"Where {point} goes",
         "command": text.command,
         "versions": versions(),

@@ -129,12 +129,15 @@ function drawBand() {
     }
     return whole;
   };
-  back = { cloud: data.cloud ? one(there.map(sampled)) : null, band: one(there.map((pose) => zone(pose, ROUND / 2))), path: new Path2D() };
-  let broken = true;
-  for (let pose = 0; pose < count; pose += 1) {
-    const p = data.point.place[pose];
-    if (p[0] !== null) back.path[broken ? "moveTo" : "lineTo"](...place(p));
-    broken = p[0] === null;
+  const ways = tracks(), known = ways.flat().filter((pose) => data.point.place[pose][0] !== null);
+  back = { cloud: data.cloud ? one(known.map(sampled)) : null, band: one(known.map((pose) => zone(pose, ROUND / 2))), path: new Path2D() };
+  for (const way of ways) {
+    let broken = true;
+    for (const pose of way) {
+      const p = data.point.place[pose];
+      if (p[0] !== null) back.path[broken ? "moveTo" : "lineTo"](...place(p));
+      broken = p[0] === null;
+    }
   }
 }
 
