@@ -71,8 +71,14 @@ class Browser:
         """What a program in the page returns."""
         return self._asked(f"{self.session}/execute/sync", {"script": program, "args": list(arguments)})
 
-    def drag(self, start: Sequence[float], by: Sequence[float], *, steps: int, time: float = 16.0) -> None:
-        """Press the mouse at a place in the window, move it in steps of so many milliseconds, and let it go."""
+    def command(self, name: str, **parameters: object) -> Any:
+        """What Chromium's own protocol answers."""
+        return self._asked(f"{self.session}/goog/cdp/execute", {"cmd": name, "params": parameters})
+
+    def drag(
+        self, start: Sequence[float], by: Sequence[float], *, steps: int, time: float = 16.0, kind: str = "mouse"
+    ) -> None:
+        """Press the mouse or a finger at a place in the window, move it in steps of so many milliseconds, let go."""
 
         def move(share: float, duration: float) -> dict[str, Any]:
             x, y = (round(a + share * b) for a, b in zip(start, by, strict=True))
@@ -80,8 +86,9 @@ class Browser:
 
         moves = [move((k + 1) / steps, time) for k in range(steps)]
         press, release = ({"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp"))
-        mouse = {"type": "pointer", "id": "mouse", "actions": [move(0.0, 0.0), press, *moves, release]}
-        self._asked(f"{self.session}/actions", {"actions": [mouse]})
+        actions = [move(0.0, 0.0), press, *moves, release]
+        one = {"type": "pointer", "id": kind, "parameters": {"pointerType": kind}, "actions": actions}
+        self._asked(f"{self.session}/actions", {"actions": [one]})
 
     def wait(self, program: str, until: Callable[[Any], object]) -> Any:
         """What a program returns as soon as that is as it should be; after five seconds in any case."""

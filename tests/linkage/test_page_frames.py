@@ -31,11 +31,16 @@ def stewart_platform() -> Motion:
 
 
 @pytest.fixture(scope="module")
-def stewart(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def platform() -> Motion:
+    return stewart_platform()
+
+
+@pytest.fixture(scope="module")
+def stewart(platform: Motion, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("stewart") / "stewart.html"
     legs = range(6)
     gaps = {f"C{k}": 2e-5 for k in legs}
-    stewart_platform().page(path, "P", drives={f"leg {k}": 1e-4 for k in legs}, clearances=gaps)
+    platform.page(path, "P", drives={f"leg {k}": 1e-4 for k in legs}, clearances=gaps)
     return path
 
 
@@ -105,6 +110,60 @@ def test_a_stewart_platform_follows(browser: Browser, stewart: Path) -> None:
         assert browser.run(f"return {what}") != before
         assert found["frames"] > 10
         assert found["each"] < 33.3, found
+
+
+def test_numbers_of_the_stewart_platform_are_pythons(browser: Browser, platform: Motion, stewart: Path) -> None:
+    motion = platform
+    browser.open(stewart)
+    forces, rng = motion.reactions(), np.random.default_rng(4)
+    for _ in range(20):
+        pose, load, radii = int(rng.integers(61)), rng.integers(-200, 201) / 100, rng.integers(0, 301, size=12) / 100
+        sliders = {"pose": pose, "load": load} | {f"limit-{k}": value for k, value in enumerate(radii)}
+        found = browser.run(SET, {key: str(value) for key, value in sliders.items()})
+        gaps = {f"C{k}": 2e-5 * radii[k] for k in range(6)}
+        worst = motion.worst_case("P", clearances=gaps, drives={f"leg {k}": 1e-4 * radii[6 + k] for k in range(6)})
+        assert_allclose(
+            [float(found[f"place-{axis}"]) for axis in "xyz"], motion.position("P")[pose], rtol=1e-11, atol=1e-15
+        )
+        assert_allclose(float(found["worst"]), worst.greatest[pose], rtol=1e-9)
+        assert_allclose(float(found["angle"]), worst.angle[pose], rtol=1e-9)
+        for leg in ("leg 2", "leg 5"):
+            assert_allclose(float(found[f"drive-{leg}"]), load * forces.drive(leg)[pose, 0], rtol=1e-9)
+
+
+def test_a_finger_drags_too(browser: Browser, tmp_path: Path) -> None:
+    four_bar().page(tmp_path / "four.html", "P")
+    browser.open(tmp_path / "four.html")
+    start, end = browser.run(
+        """
+        const box = view.getBoundingClientRect();
+        return [0, 9].map((pose) => place(data.points.B[pose])).map(([x, y]) =>
+          [box.left + x * box.width / WIDTH, box.top + y * box.height / HEIGHT]);
+        """
+    )
+    browser.drag(start, np.subtract(end, start).tolist(), steps=6, kind="touch")
+    assert abs(browser.run("return state.pose") - 9) <= 1
+
+
+def test_dark_and_on_paper(browser: Browser, tmp_path: Path) -> None:
+    """The page and its canvas are light on dark where the system is, and dark on white on paper, with all opened."""
+    arm_in_space().page(tmp_path / "arm.html", "C", drives={"A": 1e-4})
+    browser.open(tmp_path / "arm.html")
+    look = """
+        redraw();
+        const opened = document.querySelectorAll("[open]").length;
+        return [getComputedStyle(document.body).backgroundColor, colour.ink.trim(), opened];
+        """
+    assert browser.run(look) == ["rgb(255, 255, 255)", "#1d2430", 0]
+    try:
+        browser.command("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+        assert browser.run(look) == ["rgb(20, 24, 30)", "#e6e9ee", 0]
+        browser.run("window.dispatchEvent(new Event('beforeprint'))")
+        assert browser.run(look) == ["rgb(255, 255, 255)", "#000", 2]
+        browser.run("window.dispatchEvent(new Event('afterprint'))")
+        assert browser.run(look) == ["rgb(20, 24, 30)", "#e6e9ee", 0]
+    finally:
+        browser.command("Emulation.setEmulatedMedia", features=[])
 
 
 def painted(browser: Browser) -> list[Any]:

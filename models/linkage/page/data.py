@@ -82,18 +82,20 @@ def page_data(
 
 def as_json(data: dict[str, Any]) -> str:
     """The data of a page; of so many poses that they would not fit every second, third ... one."""
-    poses, grid = len(data["status"]), data["grid"]
-    every = max(1, -(-poses // MOST_POSES))
+    poses, grid, room = len(data["status"]), data["grid"], ROOM[data["dimensions"]]
+    every = 1 if grid else max(1, -(-poses // MOST_POSES))
     while True:
-        if grid and every > 1:
-            sizes = " x ".join(str(len(axis["values"])) for axis in grid)
-            raise FrameError(f"a page of {sizes} poses is too large: give the drives fewer values")
         # The values of a grid belong to no pose.
         thinned = {**data, "every": every, "grid": [{**axis, "values": listed(axis["values"])} for axis in grid]}
         text = json.dumps(_listed(thinned, every), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        if len(text.encode()) <= ROOM[data["dimensions"]] or every >= poses:
+        size = len(text.encode())
+        if grid and (size > room or poses > MOST_POSES):
+            given = " x ".join(str(len(axis["values"])) for axis in grid)
+            most = min(MOST_POSES, poses * room // size)
+            raise FrameError(f"a page of {given} poses is too large: give the drives fewer values, for {most} poses")
+        if size <= room or every >= poses:
             return text
-        every = max(every + 1, round(every * len(text) / ROOM[data["dimensions"]]))
+        every = max(every + 1, round(every * len(text) / room))
 
 
 def _listed(value: Any, every: int) -> Any:
