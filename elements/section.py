@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Hashable
 from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 
 from ..framework.errors import FrameError
 from ..framework.protocol import Array
+from .analysed_section import properties_of
 from .cross_section import CrossSection, greatest, split, von_mises
-from .parameters import Real, common_shape, positive
+from .parameters import Real, array_of, common_shape, positive
 
 NOT_GIVEN = float("nan")
+# Numbers of a block of places and forces that stays in the cache.
+BLOCK = 200_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +38,16 @@ class Section(CrossSection):
         Distances from the centroid to the extreme fibres along y and z, (...); needed for stress.
     Wt : array_like, optional
         Torque per greatest torsional shear stress, (...); needed for stress.
+    fibres : array_like, optional
+        Places at which stress is looked at, (n, 8): y and z, the shear stress along y that unit forces Vy, Vz and a
+        unit torque T make there, and that along z. With them stress is the greatest there, and needs none of the
+        others.
 
     Raises
     ------
     FrameError
-        If a property is not a positive number, or the shapes do not broadcast.
+        If a property is not a positive number, the fibres are not rows of eight numbers, or the shapes do not
+        broadcast.
 
     Examples
     --------
@@ -55,18 +65,64 @@ class Section(CrossSection):
     cy: Real = NOT_GIVEN
     cz: Real = NOT_GIVEN
     Wt: Real = NOT_GIVEN
+    fibres: Array | None = None
+
+    @classmethod
+    def from_sectionproperties(cls, analysed: object, *, unit: float = 1.0, principal: bool = False) -> Self:
+        """Section of any form as the package sectionproperties has analysed it (extra ``sections``).
+
+        Its x and y become local y and z, its coefficients of shear are those at nu = 0, and stress is that of its
+        analysis at all nodes of its mesh. At a re-entrant corner that grows with the fineness of the mesh. ::
+
+            from sectionproperties.pre.library import channel_section
+            geometry = channel_section(d=100, b=50, t_f=8, t_w=5, r=6, n_r=8).create_mesh([10.0])
+            channel = Section.from_sectionproperties(geometry, unit=1e-3)
+
+        Parameters
+        ----------
+        analysed
+            A section with geometric and warping properties, or a geometry with a mesh, which is analysed. It has no
+            materials of its own.
+        unit
+            Length of one of its units: 1e-3 of a drawing in millimetres where the frame is in metres.
+        principal
+            Take its first and second principal axis as local y and z. The beam is to be turned accordingly by ``up=``.
+
+        Returns
+        -------
+        Section
+            With all properties and with fibres.
+
+        Raises
+        ------
+        FrameError
+            If it is not analysed, has materials, or has a product of inertia where `principal` is False.
+
+        Warns
+        -----
+        UserWarning
+            If the shear centre lies off the centroid: that the member twists under forces is left out.
+        """
+        if not (np.ndim(unit) == 0 and np.isfinite(unit) and unit > 0.0):
+            raise FrameError(f"Section.from_sectionproperties: unit = {unit!r} must be a positive number of lengths")
+        given, left_out = properties_of(analysed, float(unit), bool(principal))
+        if left_out:
+            warnings.warn(f"Section.from_sectionproperties: {left_out}", UserWarning, stacklevel=2)
+        return cls(**given)
 
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
-            if value is not NOT_GIVEN:
+            if each.name != "fibres" and value is not NOT_GIVEN:
                 object.__setattr__(self, each.name, positive("Section", each.name, value))
+        if self.fibres is not None:
+            object.__setattr__(self, "fibres", _checked(self.fibres))
         common_shape("Section", {name: np.shape(value) for name, value in self.sizes().items()})
 
     @property
     def form(self) -> Hashable:
-        """Sections of which the same properties are given."""
-        return type(self), tuple(self.sizes())
+        """Sections of which the same properties are given; with fibres, the section itself."""
+        return (type(self), tuple(self.sizes())) if self.fibres is None else self
 
     def sizes(self) -> dict[str, Real]:
         """The properties that were given, by name.
@@ -80,7 +136,7 @@ class Section(CrossSection):
         return {
             name: value
             for name, value in super().sizes().items()
-            if (value == value if type(value) is float else not np.any(np.isnan(value)))
+            if name != "fibres" and (value == value if type(value) is float else not np.any(np.isnan(value)))
         }
 
     def _derive(self) -> dict[str, Real]:
@@ -106,9 +162,9 @@ class Section(CrossSection):
             raise FrameError(f"Section: {purpose} needs {', '.join(names)}; give {', '.join(missing)}")
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses, estimated upwards.
+        """Extreme stresses: the greatest at the fibres, or else estimated upwards.
 
-        Bounds, since the form is not known: the extreme fibres are taken to meet in corners, with the
+        Without fibres bounds, since the form is not known: the extreme fibres are taken to meet in corners, with the
         whole torsional stress there; and the mean shear ``V / (k A)`` of both directions and the torsional stress
         are added at the centroid.
 
@@ -126,7 +182,7 @@ class Section(CrossSection):
         Raises
         ------
         FrameError
-            If one of ky, kz, cy, cz, Wt was not given.
+            If neither the fibres were given nor all of ky, kz, cy, cz, Wt.
 
         Examples
         --------
@@ -135,6 +191,8 @@ class Section(CrossSection):
         >>> section.stress([2.0, 0.0, 0.0, 0.0, 0.0, 4.0]).tolist()
         [-1.0, 3.0, 3.0]
         """
+        if self.fibres is not None:
+            return _at_fibres(self, self.fibres, forces)
         self.require("stress", "ky", "kz", "cy", "cz", "Wt")
         N, Vy, Vz, T, My, Mz = split(forces)
         axial, torsion = N / self.A, np.abs(T) / self.Wt
@@ -143,3 +201,29 @@ class Section(CrossSection):
         least, most = axial - bending, axial + bending
         worst = greatest(von_mises(np.abs(axial) + bending, torsion), von_mises(axial, shear + torsion))
         return np.stack(np.broadcast_arrays(least, most, worst), axis=-1)
+
+
+def _checked(fibres: object) -> Array:
+    array = array_of("Section", "fibres", fibres)  # type: ignore[arg-type]
+    if array.ndim != 2 or array.shape[1] != 8 or not len(array) or not np.isfinite(array).all():
+        raise FrameError(f"Section: fibres of shape {array.shape} must be rows of eight finite numbers, (n, 8)")
+    return array
+
+
+def _at_fibres(section: Section, fibres: Array, forces: Array) -> Array:
+    """Least and greatest normal stress and greatest von Mises stress of all fibres, (..., 3)."""
+    names = ("A", "Iy", "Iz")
+    shape = np.broadcast_shapes(np.shape(forces)[:-1], section.shape)
+    N, Vy, Vz, T, My, Mz = (np.broadcast_to(part, shape).reshape(-1, 1) for part in split(forces))
+    A, Iy, Iz = (np.broadcast_to(getattr(section, name), shape).reshape(-1, 1) for name in names)
+    by_place = np.concatenate([N / A, -Mz / Iz, My / Iy], axis=-1)
+    shearing = np.concatenate([Vy, Vz, T], axis=-1)
+    places = np.stack([np.ones(len(fibres)), fibres[:, 0], fibres[:, 1]])
+    out = np.empty((len(by_place), 3))
+    step = max(1, BLOCK // len(fibres))
+    for start in range(0, len(out), step):
+        some = slice(start, start + step)
+        normal = by_place[some] @ places
+        shear = np.hypot(shearing[some] @ fibres[:, 2:5].T, shearing[some] @ fibres[:, 5:].T)
+        out[some] = np.stack([normal.min(axis=-1), normal.max(axis=-1), von_mises(normal, shear).max(axis=-1)], axis=-1)
+    return out.reshape(*shape, 3)

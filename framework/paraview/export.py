@@ -55,8 +55,8 @@ def save(
     Notes
     -----
     The arrays are those of `scene.beams` and `scene.joints`: on points ``displacement``, ``rotation``; for
-    beams ``N T stress_min stress_max von_mises`` on points and cells, ``V M`` (global) on points, ``V_local M_local``
-    and ``member link solved`` on cells; for joints ``gap gap_rotation force moment`` (global) and, where there is
+    beams ``N V T M`` (global) and ``stress_min stress_max von_mises`` on points, ``V_local M_local`` and
+    ``member link solved`` on cells; for joints ``gap gap_rotation force moment`` (global) and, where there is
     clearance, ``clearance_offset contact`` on points, ``joint solved`` on cells. Where the
     structure is a mechanism ``solved`` is 0 and so are the results. Numbers of members, links and joints
     follow the order of the description; `read_names` gives their names, which each pose of a series also holds as the

@@ -52,7 +52,7 @@ The field data member_names, link_names and joint_names name the numbers in the 
 """
 
 _SCRIPT = '''\
-"""Open the series in ParaView: displaced, as tubes, coloured, joints as points, parts by their names."""
+"""Open the series in ParaView: displaced, as tubes, coloured, joints as balls, parts by their names."""
 
 from pathlib import Path
 
@@ -62,6 +62,7 @@ NAMES = {names!r}
 SCALE = {scale!r}  # factor on the displacements
 RADIUS = {radius!r}
 BLOCKS = {blocks!r}
+COLOURS = [(0.0, 0.45, 0.7), (0.9, 0.6, 0.0), (0.0, 0.6, 0.45), (0.8, 0.5, 0.65), (0.35, 0.7, 0.9), (0.85, 0.35, 0.0)]
 
 folder = Path(__file__).resolve().parent
 series = PVDReader(registrationName=folder.name, FileName=str(folder.with_name(folder.name + ".pvd")))
@@ -71,19 +72,26 @@ for array, names in NAMES.items():
     colours = GetColorTransferFunction(array)
     colours.InterpretValuesAsCategories = 1
     colours.Annotations = [text for number, name in enumerate(names) for text in (str(number), name)]
-for block, (colour, moves) in BLOCKS.items():
+    colours.IndexedColors = [part for number in range(len(names)) for part in COLOURS[number % len(COLOURS)]]
+for block, (where, colour, title, moves) in BLOCKS.items():
     shown = ExtractBlock(registrationName=block, Input=series, Selectors=["/Root/" + block])
     if moves:
         shown = WarpByVector(Input=shown, Vectors=["POINTS", "displacement"], ScaleFactor=SCALE)
-    if block != "joints":
+    if block == "joints":
+        shown, where = CellDatatoPointData(Input=shown), "POINTS"
+        shown = Glyph(Input=shown, GlyphType="Sphere", ScaleFactor=4 * RADIUS, GlyphMode="All Points")
+        shown.ScaleArray, shown.OrientationArray = ["POINTS", "No scale array"], ["POINTS", "No orientation array"]
+    else:
         shown = Tube(Input=ExtractSurface(Input=shown), Radius=RADIUS)
     display = Show(shown, view)
-    if block == "joints":
-        display.SetRepresentationType("Points")
-        display.PointSize = 10
-    ColorBy(display, ("CELLS", colour))
-    display.RescaleTransferFunctionToDataRange(True, False)
+    ColorBy(display, (where, colour))
+    if colour not in NAMES:
+        display.RescaleTransferFunctionToDataRangeOverTime()
+    bar = GetScalarBar(GetColorTransferFunction(colour), view)
+    bar.Title, bar.ComponentTitle = title, ""
     display.SetScalarBarVisibility(view, True)
+if any(moves for *_, moves in BLOCKS.values()):
+    Show(Text(Text="displacements \u00d7 " + format(SCALE, "g")), view)
 ResetCamera(view)
 Render(view)
 '''
@@ -115,12 +123,17 @@ def write_guide(folder: Path, file: str, parts: Sequence[Part], names: Mapping[s
     (folder / "README.txt").write_text(text, encoding="utf-8")
     size = max(float(np.ptp(part.points, axis=(0, 1)).max()) for part in parts) or 1.0
     named = {kind: list(of[:_NAMED]) for kind, of in names.items() if of}
-    blocks = {
-        part.name: (next(name for name in _COLOURS if name in part.cell_data), "displacement" in part.point_data)
-        for part in parts
-    }
+    blocks = {part.name: (*_coloured(part), "displacement" in part.point_data) for part in parts}
     script = _SCRIPT.format(names=named, scale=_scale(parts, size), radius=_THICKNESS * size, blocks=blocks)
     (folder / "open_in_paraview.py").write_text(script, encoding="utf-8")
+
+
+def _coloured(part: Part) -> tuple[str, str, str]:
+    """Where the array lies that colours a block, its name, and what stands beside its colours."""
+    colour = next(name for name in _COLOURS if name in part.point_data or name in part.cell_data)
+    unit = MEANINGS[colour].rpartition("; ")[2]
+    title = colour if unit == "no unit" else f"{colour} [{unit}]"
+    return "POINTS" if colour in part.point_data else "CELLS", colour, title
 
 
 def _described(part: Part) -> str:

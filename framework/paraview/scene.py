@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description import Description
 from ..results.base import Results
 from ..states import SolutionState, among
+from ..structure.topology import Topology
 from .entries import Index
 
 Array = NDArray[Any]
@@ -45,12 +47,12 @@ class Part:
 def beams(solution: Results, index: Index, stations: int) -> Part:
     """Members at the batch entries `index`, each as `stations` line cells.
 
-    Members share no points, so that section forces may jump from one to the next. Points carry
-    ``displacement`` and ``rotation`` (global) and, like the cells, ``N``, ``T``, ``stress_min``, ``stress_max``,
-    ``von_mises``: points the value at the station, cells the force at their middle and the worst stress of their ends.
-    Points carry shear force and bending moment as global vectors, ``V`` and ``M``, cells in the axes of the section,
-    ``V_local`` = (0, Vy, Vz) and ``M_local`` = (0, My, Mz). Cells
-    also carry ``member`` and ``link``, the numbers of the member and of its body (-1: the ground).
+    Members are the cells ``beam`` of `Frame.mesh`. They share no points, so that section forces may jump from one to
+    the next. Points carry ``displacement`` and ``rotation`` (global), ``N``, ``T``, shear force and bending moment as
+    global vectors, ``V`` and ``M``, and ``stress_min``, ``stress_max``, ``von_mises``, all at their station. Cells
+    carry, at their middle, shear force and bending moment in the axes of the section, ``V_local`` = (0, Vy, Vz) and
+    ``M_local`` = (0, My, Mz), and ``member`` and ``link``, the numbers of the member and of its body (-1: the ground).
+    An array is on points or on cells, never on both, as a viewer would show either under the one name.
     Where the batch entry is a mechanism ``solved`` is 0 and so is every result. Stresses of a section that is known
     by its properties only are NaN.
     """
@@ -61,8 +63,6 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
     force = shown(solution, index, solution.forces_at(fraction))
     stress = shown(solution, index, solution.stresses_at(fraction[::2]))
     axes = _section_axes(solution, index, fraction[::2])
-    worst = np.maximum(stress[:, :, :-1], stress[:, :, 1:])
-    worst[..., 0] = np.minimum(stress[:, :, :-1, 0], stress[:, :, 1:, 0])
 
     count = len(frame.members)
     first = np.arange(count)[:, None] * (stations + 1) + np.arange(stations)
@@ -73,8 +73,8 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
         points=_joined(_places(solution, index, fraction[::2])),
         cells=first.reshape(-1, 1) + np.arange(2),
         point_data=_halves("displacement", "rotation", _joined(displacement))
-        | _section("", _joined(_across(force[:, :, ::2], axes)), _joined(stress)),
-        cell_data=_section("_local", _joined(_across(force[:, :, 1::2])), _joined(worst))
+        | _section(_joined(_across(force[:, :, ::2], axes)), _joined(stress)),
+        cell_data=_local(_joined(_across(force[:, :, 1::2])))
         | _labels(solution, index, member=np.repeat(np.arange(count), stations), link=np.repeat(links, stations)),
     )
 
@@ -105,9 +105,7 @@ def joints(solution: Results, index: Index) -> Part:
     return Part(
         name="joints",
         cell="vertex",
-        points=_joined(
-            taken(solution, index, [frame.position(link.first)[..., None, :] for link in frame.joints.values()])
-        ),
+        points=_positions(solution, index)[:, _ends(frame)[1][:, 0]],
         cells=number[:, None],
         point_data=data,
         cell_data=_labels(solution, index, joint=number),
@@ -116,15 +114,20 @@ def joints(solution: Results, index: Index) -> Part:
 
 def _places(solution: Results, index: Index, fraction: Array) -> Array:
     """Undeformed points of all members at these fractions of their lengths, (T, members, k, 3)."""
-    frame = solution.frame
-    number = {name: k for k, name in enumerate(frame.nodes)}
-    nodes = _positions(solution, index)
-    start, end = (
-        nodes[:, [number[getattr(member, side)] for member in frame.members.values()], None]
-        for side in ("start", "end")
-    )
+    nodes, ends = _positions(solution, index), _ends(solution.frame)[0]
+    start, end = nodes[:, ends[:, 0], None], nodes[:, ends[:, 1], None]
     places: Array = start + fraction[:, None] * (end - start)
     return places
+
+
+def _ends(frame: Description) -> tuple[Array, Array]:
+    """Node numbers of the members' ends and of the joints, (members, 2) and (joints, 2), from the frame's mesh."""
+    topology = Topology.of(frame, cut=True)
+    cells, parts = topology.mesh.t, topology.mesh.subdomains
+    last = np.cumsum(topology.counts) - 1
+    first = last - topology.counts + 1
+    members = np.stack([cells[0, parts["beam"][first]], cells[1, parts["beam"][last]]], axis=-1)
+    return members, cells[:, parts["joint"]].T
 
 
 def _positions(solution: Results, index: Index) -> Array:
@@ -198,17 +201,22 @@ def _section_axes(solution: Results, index: Index, fraction: Array) -> Array:
     return np.broadcast_to(rows, (*solution.shape, *rows.shape[-4:]))[index]
 
 
-def _section(axes: str, force: Array, stress: Array) -> dict[str, Array]:
-    """Section forces (T, n, 8), those across the member called by their axes, and stresses (T, n, 3) by name."""
+def _section(force: Array, stress: Array) -> dict[str, Array]:
+    """Section forces (T, n, 8) in global axes and stresses (T, n, 3) by name."""
     return {
         "N": force[..., 0],
-        f"V{axes}": force[..., 1:4],
+        "V": force[..., 1:4],
         "T": force[..., 4],
-        f"M{axes}": force[..., 5:],
+        "M": force[..., 5:],
         "stress_min": stress[..., 0],
         "stress_max": stress[..., 1],
         "von_mises": stress[..., 2],
     }
+
+
+def _local(force: Array) -> dict[str, Array]:
+    """Section forces (T, n, 8) across the member in the axes of the section, by name."""
+    return {"V_local": force[..., 1:4], "M_local": force[..., 5:]}
 
 
 def _labels(solution: Results, index: Index, **numbers: Array) -> dict[str, Array]:

@@ -21,7 +21,7 @@ def save(motion: Kinematics, path: str | Path, times: ArrayLike | None) -> None:
     """See `Motion.save`."""
     path = Path(path)
     if path.suffix != ".pvd":
-        raise FrameError(f"{path.name} does not end in .pvd: a motion is a series of poses")
+        raise FrameError(f"{path.name} does not end in .pvd, a series of poses for ParaView, or .dxf, a drawing")
     if len(motion.shape) > 1:
         raise FrameError(f"{path.name} holds one row of poses, but the batch shape is {motion.shape}: save one row")
     there = np.flatnonzero(motion.is_assembled)

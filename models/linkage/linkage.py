@@ -17,8 +17,11 @@ from ..propagation.workers import Workers
 from ..sampling import Sampler, Seed
 from .continuation.drives import by_joint
 from .description.linkage_description import LinkageDescription
+from .graphics.dxf import save_linkage
 from .graphics.plots import SI, Units, html_of, plot_linkage
-from .motion import Motion
+from .motion import Motion, limits_of
+from .page.grid import GridAxis, unfolded
+from .page.page import PageText, write_page
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
 from .study.study import AccuracyStudy, driven, study
@@ -391,6 +394,32 @@ class Linkage(LinkageDescription):
         """
         return plot_linkage(self, ax, entry, names, loads, units)
 
+    def save(self, path: str | Path, *, entry: int = 0, unit: str = "m") -> None:
+        """Write the reference configuration as a drawing for CAD, on layers by the names of the links (extra ``dxf``).
+
+        Links are lines, with the outlines of their sections where they have beams; joints are circles on a layer of
+        their kind, with a second circle about drives and a line along slides; points have their names.
+
+        Parameters
+        ----------
+        path
+            ``name.dxf``.
+        entry
+            Number of the linkage drawn, where the description carries a batch.
+        unit
+            Unit of the coordinates, for the header: m, cm, mm, in or ft.
+
+        Raises
+        ------
+        FrameError
+            If the name ends otherwise, there are no points, the unit is unknown, ezdxf is not installed or the folder
+            cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".dxf":
+            raise FrameError(f"{path.name} does not end in .dxf: a linkage is saved as a drawing; write_linkage: TOML")
+        save_linkage(self, path, entry, unit)
+
     def page(
         self,
         path: str | Path,
@@ -412,8 +441,8 @@ class Linkage(LinkageDescription):
         point, link
             The point that is looked at, and the link on which it is taken.
         drives
-            Values of the drives by joint, (poses,). Of a single drive its whole range, a turn in steps of 2°, where
-            None.
+            Values of the drives by joint, (poses,), or along an axis for each, such as (n, 1) and (m,), so that each
+            can be moved by itself. Of a single drive its whole range, a turn in steps of 2°, where None.
         title, command
             Heading, and what made it.
         units
@@ -436,7 +465,13 @@ class Linkage(LinkageDescription):
         ...     linkage.page(f"{folder}/arm.html", "B")
         """
         values = self._whole_range() if drives is None else drives
-        self.move(values).page(path, point, link, title=title, command=command, units=units, **deviations)
+        motion = self.move(values)
+        grid: tuple[GridAxis, ...] = ()
+        if len(motion.shape) > 1 and not self.shape:
+            values, grid = unfolded(self, values, motion.shape)
+            motion = self.move(values)
+        worst = limits_of(motion, point, link, deviations)
+        write_page(motion, path, point, link, worst, PageText(title, command, units), grid=grid)
 
     def _whole_range(self) -> dict[str, Array]:
         """Values of the only drive from end to end."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,15 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
+from ...framework.errors import FrameError
 from ...framework.listing import counted
 from ...framework.renamed import RenamedAttribute
+from .graphics.dxf import save_motion
 from .graphics.pictures import movie, picture, show
 from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
 from .page.page import PageText, framed, framed_point, write_page
+from .page.widget import widget
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .poses.states import PoseState, closure_states
 from .statics.transmission import transmission_angle
 from .uncertain_motion import UncertainMotion
+from .worst_case.worst_case import WorstCase
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -190,17 +194,22 @@ class Motion(UncertainMotion):
 
     # -- to look at and to save -----------------------------------------------------------------------------------
 
-    def save(self, path: str | Path, times: ArrayLike | None = None) -> None:
-        """Write the motion for ParaView: links as lines, with the velocity and acceleration of their points.
+    def save(self, path: str | Path, times: ArrayLike | None = None, *, unit: str = "m") -> None:
+        """Write the motion for ParaView or for CAD: links as lines.
 
-        With beams, ``motion.frame().solve().save(path)`` shows them with their displacements and forces.
+        For ParaView points have their velocity and acceleration. With beams, ``motion.frame().solve().save(path)``
+        shows them with their displacements and forces.
 
         Parameters
         ----------
         path
-            File ``.pvd``; the poses are files in a folder beside it. Poses that are not assembled are left out.
+            File ``.pvd``; the poses are files in a folder beside it. Or ``.dxf``, with a layer for each link, a block
+            for each pose on a layer of its own, and the paths of points (extra ``dxf``; see `Linkage.save`). Poses that
+            are not assembled are left out.
         times
-            Increasing times (or angles) of the poses, (poses,); their numbers where None.
+            Increasing times (or angles) of the poses, (poses,), for ParaView; their numbers where None.
+        unit
+            Unit of the coordinates, for the header of a ``.dxf``: m, cm, mm, in or ft.
 
         Raises
         ------
@@ -223,6 +232,13 @@ class Motion(UncertainMotion):
         """
         from .export import save  # what it writes with takes long to load
 
+        if Path(path).suffix == ".dxf":
+            if times is not None:
+                raise FrameError(
+                    f"{Path(path).name} is a drawing, which has no times: save as .pvd for a series in time"
+                )
+            save_motion(self, Path(path), unit)
+            return
         save(self, path, times)
 
     def plot(
@@ -470,16 +486,57 @@ class Motion(UncertainMotion):
         ...     "<svg" in Path(folder, "arm.html").read_text(encoding="utf-8")
         True
         """
-        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
-        worst = self.worst_case(point, link, **deviations) if deviations or has_clearance else None
+        worst = limits_of(self, point, link, deviations)
         write_page(self, path, point, link, worst, PageText(title, command, units), drive=drive)
+
+    def widget(
+        self,
+        point: str,
+        link: str | None = None,
+        *,
+        title: str = "",
+        drive: str | None = None,
+        units: Units = SI,
+        **deviations: Any,
+    ) -> Any:
+        """The page as a widget of a notebook, which gives back what is set on it (extra ``notebook``).
+
+        Parameters
+        ----------
+        point, link
+            The point that is looked at, and the link on which it is taken.
+        title, drive, units
+            As for `page`.
+        **deviations
+            Clearances and tolerances beside those of the description, as for `worst_case`.
+
+        Returns
+        -------
+        anywidget.AnyWidget
+            Its traits follow the page and move it: ``pose``, the number of the pose; ``load``, the factor on the loads;
+            ``factors``, one on each clearance and tolerance; and ``numbers``, the table by its headings, once it is
+            shown. ``drives``, ``clearances`` and ``deviations`` are the values that are set, as `Linkage.move` and
+            `worst_case` take them; ``observe`` calls a function when one moves.
+
+        Raises
+        ------
+        FrameError
+            If anywidget is not installed, or as `page`.
+        """
+        worst = limits_of(self, point, link, deviations)
+        return widget(self, point, link, worst, PageText(title, units=units), drive)
 
     def _repr_html_(self) -> str | None:
         """In a notebook: the page of the point that is loaded, or that alone lies off the joints; else nothing."""
         point = framed_point(self)
         if point is None:
             return None
-        has_clearance = any(pair.clearance is not None for pair in self.linkage.joints.values())
-        return framed(self, self.worst_case(point) if has_clearance else None, point)
+        return framed(self, limits_of(self, point, None, {}), point)
 
     flexibility = RenamedAttribute("compliance_matrix")
+
+
+def limits_of(motion: Motion, point: str, link: str | None, deviations: Mapping[str, Any]) -> WorstCase | None:
+    """What clearances and tolerances let a point reach; None where nothing deviates."""
+    has_clearance = any(pair.clearance is not None for pair in motion.linkage.joints.values())
+    return motion.worst_case(point, link, **deviations) if deviations or has_clearance else None

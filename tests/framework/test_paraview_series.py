@@ -15,6 +15,8 @@ import vtk
 from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame, read_names
 from linkframe.framework.paraview.guide import MEANINGS
+from linkframe.framework.structure import topology
+from linkframe.framework.structure.mesh import line_mesh
 from numpy.testing import assert_allclose
 
 ROD = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3), segments=4)
@@ -143,6 +145,7 @@ def test_the_page_and_the_script_beside_a_series(tmp_path: Path, monkeypatch: py
     simple.__all__ = [
         *("PVDReader", "GetAnimationScene", "GetActiveViewOrCreate", "GetColorTransferFunction", "ExtractBlock"),
         *("WarpByVector", "Tube", "ExtractSurface", "Show", "ColorBy", "ResetCamera", "Render"),
+        *("CellDatatoPointData", "Glyph", "GetScalarBar", "Text"),
     ]
     monkeypatch.setitem(sys.modules, "paraview", ModuleType("paraview"))
     monkeypatch.setitem(sys.modules, "paraview.simple", simple)
@@ -155,3 +158,29 @@ def test_the_page_and_the_script_beside_a_series(tmp_path: Path, monkeypatch: py
     # the largest displacement, 1 mm, becomes about a twelfth of the length
     assert simple.WarpByVector.call_args.kwargs["ScaleFactor"] == 50.0
     assert simple.GetColorTransferFunction.return_value.Annotations == ["0", "stop"]
+
+
+def test_an_array_lies_on_points_or_on_cells(tmp_path: Path) -> None:
+    """Under one name a viewer would offer both, and show another picture by each."""
+    rest().solve().save(tmp_path / "rest.pvd")
+    for name in ("joints_000", "beams_000"):
+        mesh = meshio.read(tmp_path / "rest" / f"{name}.vtu")
+        assert not set(mesh.point_data) & set(mesh.cell_data)
+
+
+def test_cells_are_those_of_the_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Members and joints are written from scikit-fem's mesh: with its beams turned round they are, too."""
+    frame = rest(-10.0)
+    mesh, cells = frame.mesh, 8
+    first, last = mesh.t[0, mesh.subdomains["beam"][0]], mesh.t[1, mesh.subdomains["beam"][-1]]
+    frame.solve().save(tmp_path / "rest.vtu", stations=cells)
+    read = meshio.read(tmp_path / "rest.vtu")
+    assert_allclose(read.points[: cells + 1], np.linspace(mesh.p[:, first], mesh.p[:, last], cells + 1), atol=1e-15)
+    assert_allclose(read.points[cells + 1 :], mesh.p[:, mesh.t[0, mesh.subdomains["joint"]]].T)
+
+    def turned(points: Any, kinds: Any, *given: Any) -> Any:
+        return line_mesh(points, {**kinds, "beam": kinds["beam"][::-1, ::-1]}, *given)
+
+    monkeypatch.setattr(topology, "line_mesh", turned)
+    frame.solve().save(tmp_path / "turned.vtu", stations=cells)
+    assert_allclose(meshio.read(tmp_path / "turned.vtu").points[: cells + 1], read.points[cells::-1], atol=1e-15)

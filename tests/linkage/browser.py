@@ -6,7 +6,10 @@ import json
 import shutil
 import subprocess
 import time
+import urllib.error
 import urllib.request
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +42,7 @@ class Browser:
             "--disable-background-networking",
             "--disable-component-update",
             "--disable-sync",
+            "--window-size=1300,1000",
             f"--user-data-dir={profile}",
         ]
         chosen = {"browserName": "chrome", "goog:chromeOptions": {"args": options, "binary": shutil.which("chromium")}}
@@ -54,8 +58,11 @@ class Browser:
         request = urllib.request.Request(
             self.root + path, json.dumps(body).encode(), {"Content-Type": "application/json"}, method="POST"
         )
-        with urllib.request.urlopen(request, timeout=60) as answer:
-            return json.load(answer)["value"]
+        try:
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                return json.load(answer)["value"]
+        except urllib.error.HTTPError as error:
+            raise AssertionError(json.load(error)["value"]["message"].splitlines()[0]) from None
 
     def open(self, page: Path) -> None:
         self._asked(f"{self.session}/url", {"url": page.as_uri()})
@@ -63,6 +70,41 @@ class Browser:
     def run(self, program: str, *arguments: object) -> Any:
         """What a program in the page returns."""
         return self._asked(f"{self.session}/execute/sync", {"script": program, "args": list(arguments)})
+
+    def command(self, name: str, **parameters: object) -> Any:
+        """What Chromium's own protocol answers."""
+        return self._asked(f"{self.session}/goog/cdp/execute", {"cmd": name, "params": parameters})
+
+    def drag(
+        self, start: Sequence[float], by: Sequence[float], *, steps: int, time: float = 16.0, kind: str = "mouse"
+    ) -> None:
+        """Press the mouse or a finger at a place in the window, move it in steps of so many milliseconds, let go."""
+
+        def move(share: float, duration: float) -> dict[str, Any]:
+            x, y = (round(a + share * b) for a, b in zip(start, by, strict=True))
+            return {"type": "pointerMove", "duration": int(duration), "x": x, "y": y, "origin": "viewport"}
+
+        moves = [move((k + 1) / steps, time) for k in range(steps)]
+        press, release = ({"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp"))
+        actions = [move(0.0, 0.0), press, *moves, release]
+        one = {"type": "pointer", "id": kind, "parameters": {"pointerType": kind}, "actions": actions}
+        self._asked(f"{self.session}/actions", {"actions": [one]})
+
+    def wait(self, program: str, until: Callable[[Any], object]) -> Any:
+        """What a program returns as soon as that is as it should be; after five seconds in any case."""
+        for _ in range(100):
+            found = self.run(program)
+            if until(found):
+                break
+            time.sleep(0.05)
+        return found
+
+    @contextmanager
+    def frame(self, number: int) -> Iterator[None]:
+        """Run what follows in a frame of the page."""
+        self._asked(f"{self.session}/frame", {"id": number})
+        yield
+        self._asked(f"{self.session}/frame/parent", {})
 
     def close(self) -> None:
         """End the browser by its driver, without which it would run on."""

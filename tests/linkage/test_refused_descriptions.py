@@ -99,6 +99,7 @@ LINKAGE: dict[str, list[Callable[[Linkage], object]]] = {
         lambda k: k.page("page.html", "C", drives={"A": 0.0}),
     ],
     "plot": [lambda k: k.plot(entry=9)],
+    "save": [lambda k: k.save("linkage.pdf"), lambda k: k.save("linkage.dxf", entry=9)],
     "study": [
         lambda k: k.study({"points.X.x": 1e-5}, "C", {"A": [0.0, 0.1]}),
         lambda k: k.study({"points.C.x": "wide"}, "C", {"A": [0.0, 0.1]}),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ....elements import Beam, CrossSection, Material
+from ....elements import Beam, CrossSection, Material, Section
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
@@ -108,7 +108,10 @@ class Catalogue:
                 f"a file describes sections of the shapes {', '.join(SECTIONS)}, and the linkage has a "
                 f"{type(section).__name__}: keep it in Python, or give its properties by a Section"
             )
-        return _named("section", self.sections, {"shape": shape, **section.sizes()})
+        table = {"shape": shape, **section.sizes()}
+        if isinstance(section, Section) and section.fibres is not None:
+            table["fibres"] = section.fibres
+        return _named("section", self.sections, table)
 
     def _material(self, material: Material) -> str:
         # nu and G follow from one another, but to rounding only: nu where it gives G back to the last bit.

@@ -16,6 +16,7 @@ from ..files.read import linkage_of
 from ..files.source import Source
 from ..linkage import Linkage
 from ..motion import Motion
+from ..page.about import CERTAIN
 from ..page.data import MOST_POSES, traced_point
 from ..page.page import PageText, write_page
 from .inputs import inputs_of
@@ -25,11 +26,6 @@ if TYPE_CHECKING:
     from .computed import Computed
     from .inputs import RunInputs
     from .result import RunResult
-
-NUMBERS = (
-    "Positions are closed to rounding and written to 12 digits. The table has a bound on the numerical error of the "
-    "deflection at each pose. Worst cases are exact to first order in clearances and tolerances."
-)
 
 
 def write_job_page(result: RunResult, path: Path) -> None:
@@ -127,4 +123,4 @@ def _about(inputs: RunInputs, certain: str) -> Iterator[tuple[str, str]]:
     """Inputs and certainty of digits."""
     drawn = f"# {inputs.samples} samples, seed {inputs.rng}\n" if inputs.tolerances else ""
     yield f"Inputs: {inputs.source.file.name}", f"{drawn}{inputs.source.text}"
-    yield "Certainty of digits", "\n\n".join([NUMBERS, *([certain] if certain else [])])
+    yield "Certainty of digits", "\n\n".join([CERTAIN, *([certain] if certain else [])])

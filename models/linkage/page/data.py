@@ -82,14 +82,20 @@ def page_data(
 
 def as_json(data: dict[str, Any]) -> str:
     """The data of a page; of so many poses that they would not fit every second, third ... one."""
-    poses = len(data["status"])
-    every = max(1, -(-poses // MOST_POSES))
+    poses, grid, room = len(data["status"]), data["grid"], ROOM[data["dimensions"]]
+    every = 1 if grid else max(1, -(-poses // MOST_POSES))
     while True:
-        thinned = {**data, "every": every}
+        # The values of a grid belong to no pose.
+        thinned = {**data, "every": every, "grid": [{**axis, "values": listed(axis["values"])} for axis in grid]}
         text = json.dumps(_listed(thinned, every), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        if len(text.encode()) <= ROOM[data["dimensions"]] or every >= poses:
+        size = len(text.encode())
+        if grid and (size > room or poses > MOST_POSES):
+            given = " x ".join(str(len(axis["values"])) for axis in grid)
+            most = min(MOST_POSES, poses * room // size)
+            raise FrameError(f"a page of {given} poses is too large: give the drives fewer values, for {most} poses")
+        if size <= room or every >= poses:
             return text
-        every = max(every + 1, round(every * len(text) / ROOM[data["dimensions"]]))
+        every = max(every + 1, round(every * len(text) / room))
 
 
 def _listed(value: Any, every: int) -> Any:
@@ -233,7 +239,10 @@ def traced_point(motion: FramedPoses) -> str | None:
 def checked(motion: FramedPoses, drive: str | None) -> str:
     """The drive that names the poses."""
     if len(motion.shape) != 1 or not motion.is_assembled.any():
-        raise FrameError(f"a page of a motion of shape {motion.shape}: give one axis of poses, some of them assembled")
+        raise FrameError(
+            f"a page of a motion of shape {motion.shape}: give one axis of poses, some of them assembled; or, to "
+            "Linkage.page, drives with an axis each"
+        )
     there = list(motion.linkage.drives)
     if not there:
         raise FrameError("a page of a linkage without a drive: nothing moves")

@@ -17,10 +17,18 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError, MechanismWarning
 from ..statics.frame import FramedPoses
 from ..worst_case.worst_case import WorstCase
+from .about import about
 from .data import MOST_POSES, as_json, checked, page_data, traced_point
+from .grid import GridAxis
 
 # Height of a page in a notebook, pixels.
 HEIGHT = 620
+# What is drawn on, and the parts of the program in their order, in the plane and in space.
+VIEW = '<{tag} id="view" role="img" aria-label="Drawing of the linkage; drag a joint to move it" tabindex="0"></{tag}>'
+VIEWS = {
+    2: ("svg", ("numbers", "view", "flat", "table", "controls")),
+    3: ("canvas", ("numbers", "view", "space", "table", "controls")),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +44,7 @@ class PageText:
     units
         Units of length and force.
     about
-        Headings and texts that can be opened, such as the inputs.
+        Headings and texts that can be opened, such as the inputs; the linkage and its drives where there are none.
     notes
         Sentences that stand in view.
     samples
@@ -61,12 +69,13 @@ def write_page(
     *,
     drive: str | None = None,
     samples: Array | None = None,
+    grid: Sequence[GridAxis] = (),
 ) -> None:
     """See `Motion.page`."""
     path = Path(path)
     if path.suffix != ".html":
         raise FrameError(f"{path.name} does not end in .html: a page is one file for a browser")
-    whole = page(motion, point, link, worst, text, drive=drive, samples=samples)
+    whole = page(motion, point, link, worst, text, drive=drive, samples=samples, grid=grid)
     try:
         path.write_text(whole, encoding="utf-8")
     except OSError as error:
@@ -82,6 +91,7 @@ def page(
     *,
     drive: str | None = None,
     samples: Array | None = None,
+    grid: Sequence[GridAxis] = (),
 ) -> str:
     """The page with its numbers, styles and program in it."""
     with warnings.catch_warnings():
@@ -89,11 +99,12 @@ def page(
         warnings.simplefilter("ignore", MechanismWarning)
         data = page_data(motion, point, link, worst, checked(motion, drive), samples)
     data |= {
+        "grid": [axis.table() for axis in grid],
         "title": text.title or f"Where {point} goes",
         "command": text.command,
         "versions": versions(),
         "units": list(text.units),
-        "about": [{"title": title, "text": whole} for title, whole in text.about],
+        "about": [{"title": title, "text": whole} for title, whole in text.about or about(motion)],
         "notes": [*text.notes, *data["notes"]],
         "samples": text.samples,
     }
@@ -118,12 +129,14 @@ def framed_point(motion: FramedPoses) -> str | None:
 def _filled(data: dict[str, Any]) -> str:
     room = files(__package__)
     text = room.joinpath("page.html").read_text(encoding="utf-8")
+    tag, program = VIEWS[data["dimensions"]]
     # What closes a script must not stand in one.
     numbers = as_json(data).replace("<", "\\u003c")
     for mark, value in (
         ("{{title}}", html.escape(data["title"])),
+        ("{{view}}", VIEW.format(tag=tag)),
         ("{{style}}", room.joinpath("page.css").read_text(encoding="utf-8")),
-        ("{{program}}", room.joinpath("page.js").read_text(encoding="utf-8")),
+        ("{{program}}", "".join(room.joinpath(f"{name}.js").read_text(encoding="utf-8") for name in program)),
         ("{{data}}", numbers),
     ):
         text = text.replace(mark, value, 1)

@@ -1,0 +1,40 @@
+"""What a page tells of where its numbers come from: inputs, and how many digits are certain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....framework.errors import FrameError
+from ..files.toml import written
+from ..files.write import tables
+from ..statics.frame import FramedPoses
+from .data import driven
+
+CERTAIN = (
+    "Positions are closed to rounding and written to 12 digits. The table has a bound on the numerical error of the "
+    "deflection at each pose. Worst cases are exact to first order in clearances and tolerances."
+)
+# Characters of the inputs that a page takes.
+ROOM = 20_000
+
+
+def about(motion: FramedPoses) -> list[tuple[str, str]]:
+    """Headings and texts: the linkage as a file would have it, and how its drives move; the certainty of digits."""
+    return [("Inputs", f"{_drives(motion)}\n{_described(motion)}"), ("Certainty of digits", CERTAIN)]
+
+
+def _drives(motion: FramedPoses) -> str:
+    """The drives from end to end, as comments of a file."""
+    rows = [f"# {motion.shape[0]} poses"]
+    for joint in motion.linkage.drives:
+        values = driven(motion, joint)
+        rows.append(f"# drive {joint}: {np.nanmin(values):.6g} to {np.nanmax(values):.6g}, radians or a length")
+    return "\n".join(rows)
+
+
+def _described(motion: FramedPoses) -> str:
+    try:
+        text = written(tables(motion.linkage))
+    except FrameError as error:
+        return f"# The linkage is described in Python: {error}"
+    return text if len(text) <= ROOM else f"{text[:ROOM]}\n# and so on: {len(text)} characters"
