@@ -118,7 +118,7 @@ def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = T
         frame_in_space(axes, scene.points)
     else:
         axes.set_aspect("equal", adjustable="box")
-        axes.margins(0.05)
+        axes.margins(*_room(axes))
         axes.spines[["top", "right"]].set_visible(False)
         few_ticks(axes)
     if title:
@@ -127,6 +127,14 @@ def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = T
     if legend and 0 < len(named) <= len(COLOURS):
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
         axes.legend(fontsize=7.5, frameon=False, handlelength=1.4, **({} if spatial else place))
+
+
+def _room(axes: Any) -> tuple[float, float]:
+    """Shares of width and height left free on each side, as long both ways: room for names at the edge."""
+    box = axes.dataLim
+    most = max(box.width, box.height)
+    across, up = (0.05 * most / side if side > 0.02 * most else 0.05 for side in (box.width, box.height))
+    return across, up
 
 
 def few_ticks(axes: Any, most: int = 6) -> None:

@@ -15,8 +15,7 @@ from ....framework.graphics.scene import JointSymbol, Scene, outline
 from ....framework.graphics.style import COLOURS
 from ....framework.pictures.shapes import Surface, arrow, block, copies, joined, prism, sphere, tubes, upright
 from ..description.parts import LinkageLink
-from ..poses.kinematics import Kinematics
-from .places import PosePlaces
+from .places import DrawnPoses, PosePlaces
 from .plane import plane
 from .scene import linkage_scene
 
@@ -43,7 +42,7 @@ class MotionBodies:
         Unit of the forces.
     """
 
-    motion: Kinematics
+    motion: DrawnPoses
     poses: tuple[int, ...]
     names: bool = True
     force_unit: str = "N"

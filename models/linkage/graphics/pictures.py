@@ -14,15 +14,14 @@ from ....framework.paraview.files import whole_or_nothing
 from ....framework.pictures.rendering import REMEDY, RenderingError, can_render, quiet
 from ....framework.pictures.shapes import Surface
 from ....framework.view import INK, aim
-from ..poses.kinematics import Kinematics
 from .bodies import MotionBodies
-from .places import series_of
+from .places import DrawnPoses, series_of
 
 Units = tuple[str, str]
 
 
 def picture(
-    motion: Kinematics,
+    motion: DrawnPoses,
     path: str | Path,
     pose: int | tuple[int, ...] | None,
     names: bool,
@@ -36,7 +35,7 @@ def picture(
         plotter.screenshot(stage / path.name)
 
 
-def movie(motion: Kinematics, path: str | Path, names: bool, size: tuple[int, int], rate: int, units: Units) -> None:
+def movie(motion: DrawnPoses, path: str | Path, names: bool, size: tuple[int, int], rate: int, units: Units) -> None:
     """See `Motion.movie`."""
     path = _checked(path, (".gif", ".mp4"))
     if find_spec("imageio") is None or (path.suffix == ".mp4" and find_spec("imageio_ffmpeg") is None):
@@ -54,7 +53,7 @@ def movie(motion: Kinematics, path: str | Path, names: bool, size: tuple[int, in
                 plotter.write_frame()
 
 
-def show(motion: Kinematics, pose: int | tuple[int, ...] | None, names: bool, units: Units) -> Any:
+def show(motion: DrawnPoses, pose: int | tuple[int, ...] | None, names: bool, units: Units) -> Any:
     """See `Motion.show`."""
     chosen = series_of(motion, pose)[1]
     there = _assembled(motion)
@@ -74,7 +73,7 @@ def show(motion: Kinematics, pose: int | tuple[int, ...] | None, names: bool, un
     return plotter.show()
 
 
-def _assembled(motion: Kinematics) -> tuple[int, ...]:
+def _assembled(motion: DrawnPoses) -> tuple[int, ...]:
     """Flat numbers of the assembled poses along the longest batch axis."""
     series, _ = series_of(motion, None)
     there = np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)

@@ -18,8 +18,7 @@ from ....framework.graphics.scene import Region, Scene, Stroke
 from ....framework.graphics.style import fitting_figure, space_figure, styled
 from ...job.envelope import swept
 from ..description.linkage_description import LinkageDescription
-from ..poses.kinematics import Kinematics
-from .places import PosePlaces, ReferencePlaces, series_of
+from .places import DrawnPoses, PosePlaces, ReferencePlaces, series_of
 from .plane import plane
 from .scene import ghost, linkage_scene
 
@@ -72,7 +71,7 @@ def html_of(linkage: LinkageDescription) -> str:
 
 
 def scene_of(
-    motion: Kinematics,
+    motion: DrawnPoses,
     pose: int | tuple[int, ...] | None,
     trace: Sequence[str] = (),
     *,
@@ -117,7 +116,7 @@ def scene_of(
 
 @styled
 def plot_motion(
-    motion: Kinematics,
+    motion: DrawnPoses,
     axes: Axes | None,
     pose: int | tuple[int, ...] | None,
     trace: Sequence[str],
@@ -143,7 +142,7 @@ def plot_motion(
 
 @styled
 def animate_motion(
-    motion: Kinematics, axes: Axes | None, trace: Sequence[str], interval: float, names: bool, units: Units
+    motion: DrawnPoses, axes: Axes | None, trace: Sequence[str], interval: float, names: bool, units: Units
 ) -> FuncAnimation:
     """See `Motion.animate`."""
     from matplotlib.animation import FuncAnimation
@@ -172,7 +171,7 @@ def animate_motion(
     return FuncAnimation(found.get_figure(), show, frames=len(scenes), interval=interval)
 
 
-def _only(motion: Kinematics, pose: int, trace: Sequence[str], series: list[int], names: bool, unit: str) -> Scene:
+def _only(motion: DrawnPoses, pose: int, trace: Sequence[str], series: list[int], names: bool, unit: str) -> Scene:
     """One pose of a series, by its flat number, with the paths of points."""
     scene = linkage_scene(PosePlaces(motion, pose), plane(motion), names=names, force_unit=unit)
     scene.strokes.extend(Stroke(_rows(motion, motion.position(point))[series], "trace") for point in trace)
@@ -184,7 +183,7 @@ def _samples(band: ArrayLike | object) -> Array:
     return np.asarray(getattr(band, "samples", band), dtype=float)
 
 
-def _add_band(scene: Scene, motion: Kinematics, point: str, samples: Array, magnify: float | None) -> str:
+def _add_band(scene: Scene, motion: DrawnPoses, point: str, samples: Array, magnify: float | None) -> str:
     """Add what a point sweeps, and tell the factor on the displacements."""
     if len(motion.shape) != 1 or samples.ndim not in (2, 3) or len(samples) != motion.shape[0] or samples.shape[-1] < 2:
         raise FrameError(
@@ -211,6 +210,6 @@ def _add_band(scene: Scene, motion: Kinematics, point: str, samples: Array, magn
     return f"displacements of {point} × {factor:g}"
 
 
-def _rows(motion: Kinematics, vectors: Array) -> Array:
+def _rows(motion: DrawnPoses, vectors: Array) -> Array:
     """Vectors (..., 3) by flat number of the pose, (poses, 3)."""
     return np.broadcast_to(vectors, (*motion.shape, 3)).reshape(-1, 3)
