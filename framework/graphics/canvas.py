@@ -142,7 +142,7 @@ def few_ticks(axes: Any, most: int = 6) -> None:
     width, height = axes.bbox.width / axes.figure.dpi, axes.bbox.height / axes.figure.dpi
     for axis, inches in ((axes.xaxis, width), (axes.yaxis, 2.0 * height)):
         locator = axis.get_major_locator()
-        if hasattr(locator, "set_params"):
+        if axis.get_scale() == "linear" and hasattr(locator, "set_params"):
             locator.set_params(nbins=int(np.clip(1.4 * inches, 2, most)))
 
 

@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.graphics.canvas import few_ticks
 from ....framework.graphics.curves import draw_curves, mark_turns
-from ....framework.graphics.style import STYLE, styled
+from ....framework.graphics.style import new_axes, styled
 from ....framework.graphics.units import moment_unit
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
@@ -93,7 +93,7 @@ def draw_forces(axes: Axes | None, over: tuple[Array, str, bool], curves: Mappin
     matplotlib.axes.Axes
         What was drawn on.
     """
-    found: Any = _new() if axes is None else axes
+    found: Any = new_axes(4.8, 3.4) if axes is None else axes
     x, name, turns = over
     draw_curves(found, x, curves)
     found.set(xlabel=name, ylabel=label)
@@ -105,13 +105,6 @@ def draw_forces(axes: Axes | None, over: tuple[Array, str, bool], curves: Mappin
     if turns:
         mark_turns(found, x)
     return found  # type: ignore[no-any-return]
-
-
-def _new() -> Any:
-    import matplotlib.pyplot as plt
-
-    with plt.rc_context(STYLE):
-        return plt.figure(figsize=(4.8, 3.4), layout="constrained").add_subplot()
 
 
 def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tuple[str, str]) -> Any:
