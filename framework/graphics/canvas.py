@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 ARROW = 0.2
 LOOKS: dict[str, dict[str, Any]] = {
     "link": {"lw": 3.2, "solid_capstyle": "round", "zorder": 4},
+    "zone": {"lw": 1.2, "zorder": 7},
     "outline": {"lw": 1.8, "solid_capstyle": "round", "solid_joinstyle": "round", "zorder": 3.6},
     "ghost": {"color": GREY, "lw": 0.7, "alpha": 0.35, "zorder": 1},
     "undeformed": {"color": GREY, "lw": 1.0, "ls": (0, (5, 3)), "zorder": 2},
@@ -32,8 +33,8 @@ LOOKS: dict[str, dict[str, Any]] = {
     "diagram": {"color": COLOURS[0], "lw": 1.2, "zorder": 3.2},
 }
 # Kinds that take the colour of their number.
-COLOURED = ("link", "outline")
-FILLS = {"link": 0.13, "diagram": 0.18}
+COLOURED = ("link", "outline", "zone")
+FILLS = {"link": 0.13, "diagram": 0.18, "zone": 0.3}
 
 
 def axes_for(scene: Scene, axes: Axes | None, width: float = 6.4) -> Any:

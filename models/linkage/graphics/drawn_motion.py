@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from .bodies import Looks
 from .pictures import movie, picture, show
 from .places import DrawnPoses
 from .plots import GHOSTS, SI, Units, animate_motion, plot_motion
@@ -32,6 +33,8 @@ class DrawnMotion(ABC):
         pose: int | tuple[int, ...] | None = None,
         trace: str | Sequence[str] = (),
         band: ArrayLike | None = None,
+        regions: object = None,
+        level: float = 0.95,
         magnify: float | None = None,
         ghosts: int = GHOSTS,
         names: bool = True,
@@ -51,8 +54,14 @@ class DrawnMotion(ABC):
         band
             Displacements of the one point traced, length, whose envelope is drawn about its path: of samples, (poses,
             samples, 2 or more), or a `Spread` of them; or half widths by pose, (poses, 2 or more).
+        regions
+            What to draw about points: a `WorstCase`, or by point a `WorstCase`, a `ReachableRegion`, a covariance of
+            its position, (..., 2, 2) or (..., 3, 3), or what has one: a `Propagation` or `TaylorMoments` of it.
+        level
+            Probability with which a normal deviation lies within the ellipse or ellipsoid of a covariance.
         magnify
-            Factor on these displacements; a round one that shows them where None. It stands above the figure.
+            Factor on these displacements and regions; a round one that shows them where None. It stands above the
+            figure.
         ghosts
             About how many other poses are drawn; 0 for none.
         names, loads
@@ -83,7 +92,7 @@ class DrawnMotion(ABC):
         'displacements of B × 5'
         """
         traced = (trace,) if isinstance(trace, str) else tuple(trace)
-        return plot_motion(self._drawn(), ax, pose, traced, band, magnify, ghosts, names, loads, units)
+        return plot_motion(self._drawn(), ax, pose, traced, band, regions, level, magnify, ghosts, names, loads, units)
 
     def animate(
         self,
@@ -128,6 +137,10 @@ class DrawnMotion(ABC):
         path: str | Path,
         *,
         pose: int | tuple[int, ...] | None = None,
+        regions: object = None,
+        level: float = 0.95,
+        magnify: float | None = None,
+        clearances: float | None = None,
         names: bool = True,
         size: tuple[int, int] = (1600, 1000),
         units: Units = SI,
@@ -142,6 +155,16 @@ class DrawnMotion(ABC):
             Image to write, ``.png`` or ``.jpg``.
         pose
             Index of the pose; the first that can be assembled where None.
+        regions
+            What to draw about points: a `WorstCase`, or by point a `WorstCase`, a `ReachableRegion`, a covariance of
+            its position, (..., 2, 2) or (..., 3, 3), or what has one: a `Propagation` or `TaylorMoments` of it.
+        level
+            Probability with which a normal deviation lies within the ellipse or ellipsoid of a covariance.
+        magnify
+            Factor on the regions; a round one that shows them where None. It stands in the picture.
+        clearances
+            Factor on the clearances of the joints, whose bearings are drawn as rings about their journals; a round one
+            that shows them where None, and 0 for none. It stands in the picture.
         names
             Whether points are named.
         size
@@ -156,12 +179,17 @@ class DrawnMotion(ABC):
         FrameError
             If the name ends otherwise, there is no such pose, or the folder cannot be written.
         """
-        picture(self._drawn(), path, pose, names, size, units)
+        looks = Looks(regions, level, magnify, clearances, names, units)
+        picture(self._drawn(), path, pose, looks, size)
 
     def movie(
         self,
         path: str | Path,
         *,
+        regions: object = None,
+        level: float = 0.95,
+        magnify: float | None = None,
+        clearances: float | None = None,
         names: bool = False,
         size: tuple[int, int] = (960, 608),
         rate: int = 12,
@@ -173,6 +201,8 @@ class DrawnMotion(ABC):
         ----------
         path
             Movie to write, ``.gif`` or ``.mp4``; needs the extra ``movie``.
+        regions, level, magnify, clearances
+            As for `picture`.
         names
             Whether points are named.
         size
@@ -189,15 +219,28 @@ class DrawnMotion(ABC):
         FrameError
             If the name ends otherwise, no pose is assembled, or the folder cannot be written.
         """
-        movie(self._drawn(), path, names, size, rate, units)
+        looks = Looks(regions, level, magnify, clearances, names, units)
+        movie(self._drawn(), path, looks, size, rate)
 
-    def show(self, *, pose: int | tuple[int, ...] | None = None, names: bool = True, units: Units = SI) -> object:
+    def show(
+        self,
+        *,
+        pose: int | tuple[int, ...] | None = None,
+        regions: object = None,
+        level: float = 0.95,
+        magnify: float | None = None,
+        clearances: float | None = None,
+        names: bool = True,
+        units: Units = SI,
+    ) -> object:
         """Open a window on the motion in space, to turn and to zoom, with a slider for the pose.
 
         Parameters
         ----------
         pose
             Index of the pose that it begins with; the first that can be assembled where None.
+        regions, level, magnify, clearances
+            As for `picture`.
         names
             Whether points are named.
         units
@@ -213,4 +256,4 @@ class DrawnMotion(ABC):
         FrameError
             If no pose is assembled, or there is no such pose.
         """
-        return show(self._drawn(), pose, names, units)
+        return show(self._drawn(), pose, Looks(regions, level, magnify, clearances, names, units))

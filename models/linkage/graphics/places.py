@@ -130,7 +130,7 @@ class ReferencePlaces:
 
     def value(self, array: Array, trailing: int) -> Array:
         """See `DrawnPlaces`."""
-        return _at(array, self.linkage.shape, self.entry, trailing)
+        return at_entry(array, self.linkage.shape, self.entry, trailing)
 
     @property
     def flat(self) -> tuple[int, int] | None:
@@ -172,10 +172,10 @@ class PosePlaces:
 
     def value(self, array: Array, trailing: int) -> Array:
         """See `DrawnPlaces`."""
-        return _at(array, self.motion.shape, self.entry, trailing)
+        return at_entry(array, self.motion.shape, self.entry, trailing)
 
 
-def _at(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
+def at_entry(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
     """One entry of an array, by its flat number in a batch shape; the first along axes that the batch has not."""
     batch, own = array.shape[: array.ndim - trailing], array.shape[array.ndim - trailing :]
     full = np.broadcast_shapes(shape, batch)

@@ -20,6 +20,7 @@ from ...job.envelope import swept
 from ..description.linkage_description import LinkageDescription
 from .places import DrawnPoses, PosePlaces, ReferencePlaces, series_of
 from .plane import plane
+from .regions import drawn_regions, magnified, outline_of, told
 from .scene import ghost, linkage_scene
 
 if TYPE_CHECKING:
@@ -121,6 +122,8 @@ def plot_motion(
     pose: int | tuple[int, ...] | None,
     trace: Sequence[str],
     band: ArrayLike | None,
+    regions: object,
+    level: float,
     magnify: float | None,
     ghosts: int,
     names: bool,
@@ -134,6 +137,9 @@ def plot_motion(
         if len(trace) != 1:
             raise FrameError(f"band= is of one point, and trace= names {len(trace)}: name the point that it belongs to")
         title = _add_band(scene, motion, trace[0], _samples(band), magnify)
+    if regions is not None:
+        lines = [title, _add_regions(scene, motion, series_of(motion, pose)[1], regions, level, magnify)]
+        title = "\n".join(line for line in lines if line)
     found = axes_for(scene, axes)
     draw(scene, found)
     finish(scene, found, units[0], title)
@@ -176,6 +182,21 @@ def _only(motion: DrawnPoses, pose: int, trace: Sequence[str], series: list[int]
     scene = linkage_scene(PosePlaces(motion, pose), plane(motion), names=names, force_unit=unit)
     scene.strokes.extend(Stroke(_rows(motion, motion.position(point))[series], "trace") for point in trace)
     return scene
+
+
+def _add_regions(
+    scene: Scene, motion: DrawnPoses, pose: int, given: object, level: float, magnify: float | None
+) -> str:
+    """Add regions about points, in space as three outlines, and tell the factor on them."""
+    regions = drawn_regions(motion, given, level)
+    factor = magnified(motion, regions, (pose,), scene.size) if magnify is None else magnify
+    for number, region in enumerate(regions):
+        for flat in [scene.flat] if scene.flat else [(0, 1), (1, 2), (0, 2)]:
+            corners = outline_of(motion, region, pose, flat, factor)
+            if scene.flat:
+                scene.regions.append(Region(corners, "zone", region.point, number + 3))
+            scene.strokes.append(Stroke(np.concatenate([corners, corners[:1]]), "zone", region.text, number + 3))
+    return told(regions, factor)
 
 
 def _samples(band: ArrayLike | object) -> Array:
