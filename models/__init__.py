@@ -5,8 +5,8 @@ from .failure import Reliability, reliability
 from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, relative_cost, tolerance_grade
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
 from .fuzzy import FuzzyNumber, FuzzyResult, propagate_fuzzy
+from .histograms import plot_histogram
 from .intervals import ConfidenceInterval
-from .job.histogram import plot_histogram
 from .linkage import (
     AccuracyStudy,
     Contributors,
@@ -26,6 +26,7 @@ from .linkage import (
     ReachableRegion,
     Reactions,
     Stress,
+    Workspace,
     WorstCase,
     read_linkage,
     write_linkage,
@@ -91,6 +92,7 @@ __all__ = [
     "Stress",
     "Study",
     "TaylorMoments",
+    "Workspace",
     "WorstCase",
     "accuracy",
     "allocate",

@@ -5,17 +5,26 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..framework.batch import one_entry
 from ..framework.errors import FrameError, SampleWarning
+from ..framework.graphics.shares import draw_shares, height_of_shares
+from ..framework.graphics.style import new_axes, styled
 from .distributions import Distribution, Uncertain, distributions_of
 from .intervals import ConfidenceInterval, by_error
 from .sampling import LEAST, Seed, root_seed, samples_first, stream, whole
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Array = NDArray[np.float64]
+
+# Inputs that the figure shows by name.
+MOST_DRAWN = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,6 +83,44 @@ class SobolIndices:
         first = of == "first"
         error = self.first_standard_error if first else self.total_standard_error
         return by_error(self.first if first else self.total, error, level)
+
+    @styled
+    def plot(
+        self, ax: Axes | None = None, *, entry: int | tuple[int, ...] | None = None, most: int = MOST_DRAWN
+    ) -> Axes:
+        """Draw the total and first-order indices as bars, the greatest above, with their standard errors.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw on; new ones where None.
+        entry
+            Indices of the entry of the result; not needed where it has one.
+        most
+            Number of inputs shown by name; the others together are one bar.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on.
+
+        Raises
+        ------
+        FrameError
+            If there is no such entry, or its indices are NaN.
+        """
+        shape = self.total.shape[:-1]
+        if entry is None and int(np.prod(shape)) != 1:
+            raise FrameError(f"the result has shape {shape}: choose an entry of it to plot, entry=...")
+        at = (0,) * len(shape) if entry is None else one_entry(shape, entry, "the figure of the Sobol indices")
+        shares = {"total": 100.0 * self.total[at], "first order": 100.0 * self.first[at]}
+        if not np.isfinite(shares["total"]).all():
+            raise FrameError("the Sobol indices are NaN, as samples failed: there is nothing to plot")
+        errors = {"total": self.total_standard_error, "first order": self.first_standard_error}
+        found = new_axes(5.2, height_of_shares(len(self.inputs), 2, most)) if ax is None else ax
+        draw_shares(found, self.inputs, shares, most, {kind: 100.0 * each[at] for kind, each in errors.items()})
+        found.set_title("shares of the variance, with standard errors", loc="left")
+        return found
 
     def __repr__(self) -> str:
         if self.total.ndim > 1:

@@ -318,8 +318,9 @@ def test_linkage_pictures(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_every_linkage_has_its_picture() -> None:
     traced = example("linkage_pictures").TRACED
     described = {path.stem for path in EXAMPLES.glob("*.py") if "import Linkage" in path.read_text(encoding="utf-8")}
-    # Three more are the four-bar, a six-bar and the slider-crank again, of which other things are shown.
-    assert set(traced) == described - {"worst_case", "optimal_six_bar", "reliability"}
+    # The others are linkages of these scripts again, of which other things are shown.
+    again = {"worst_case", "optimal_six_bar", "reliability", "workspace_stiffness"}
+    assert set(traced) == described - again
     for name, points in traced.items():
         assert set(points) <= set(example(name).linkage.points)
 
@@ -394,3 +395,22 @@ def test_reliability() -> None:
     found, error = shown.calibration.values, shown.calibration.standard_error
     assert abs(found["crank"] - 0.05003) < 3.0 * error["crank"] < 5e-6
     assert abs(found["rod"] - 0.2) < 3.0 * error["rod"]
+
+
+def test_workspace_stiffness() -> None:
+    """Each leg is a spring along its rod; the platform's stiffness is the sum of theirs."""
+    shown = example("workspace_stiffness")
+    motion = shown.space.motion
+    area, inertia = np.pi / 4.0 * (0.03**2 - 0.024**2), np.pi / 64.0 * (0.03**4 - 0.024**4)
+    middle, stiffness = motion.position("P")[:, :2], np.zeros((len(motion.position("P")), 3, 3))
+    for k in range(3):
+        foot, elbow, corner = (motion.position(f"{name}{k}")[:, :2] for name in "ABC")
+        rod, arm = ((end - start) / 0.25 for start, end in ((corner, elbow), (foot, elbow)))
+        along = np.sum(rod * arm, axis=-1) ** 2
+        soft = 0.25 / (70e9 * area) * (1.0 + along) + 0.25**3 / (3.0 * 70e9 * inertia) * (1.0 - along)
+        turn = (corner - middle)[:, 0] * rod[:, 1] - (corner - middle)[:, 1] * rod[:, 0]
+        acts = np.concatenate([rod, turn[:, None]], axis=-1)
+        stiffness += acts[:, :, None] * acts[:, None, :] / soft[:, None, None]
+    least = 1.0 / np.linalg.eigvalsh(np.linalg.inv(stiffness)[:, :2, :2])[:, -1]
+    assert_allclose(shown.stiffness[shown.space.reached], least, rtol=1e-8)
+    assert 400 < shown.space.reached.sum() < 500

@@ -55,8 +55,8 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "clearance planar intervals distributions moments normality sampling spread propagation/* sensitivity "
-        "failure/* fits/* fuzzy/* measured/*"
+        "clearance planar intervals histograms convergence distributions moments normality sampling spread "
+        "propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",
     "linkage": "linkage/*",

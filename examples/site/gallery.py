@@ -47,6 +47,7 @@ DRAWN = {
     "reliability": 'motion.plot(trace="C")',
     "scikit_fem_form": 'solution.plot("deformed", entry=0)',
     "three_hinged_frame": 'solution.plot("M")',
+    "workspace_stiffness": 'space.plot("stiffness")',
 }
 
 

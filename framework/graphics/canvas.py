@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 ARROW = 0.2
 LOOKS: dict[str, dict[str, Any]] = {
     "link": {"lw": 3.2, "solid_capstyle": "round", "zorder": 4},
+    "zone": {"lw": 1.2, "zorder": 7},
     "outline": {"lw": 1.8, "solid_capstyle": "round", "solid_joinstyle": "round", "zorder": 3.6},
     "ghost": {"color": GREY, "lw": 0.7, "alpha": 0.35, "zorder": 1},
     "undeformed": {"color": GREY, "lw": 1.0, "ls": (0, (5, 3)), "zorder": 2},
@@ -32,8 +33,8 @@ LOOKS: dict[str, dict[str, Any]] = {
     "diagram": {"color": COLOURS[0], "lw": 1.2, "zorder": 3.2},
 }
 # Kinds that take the colour of their number.
-COLOURED = ("link", "outline")
-FILLS = {"link": 0.13, "diagram": 0.18}
+COLOURED = ("link", "outline", "zone")
+FILLS = {"link": 0.13, "diagram": 0.18, "zone": 0.3}
 
 
 def axes_for(scene: Scene, axes: Axes | None, width: float = 6.4) -> Any:
@@ -118,7 +119,7 @@ def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = T
         frame_in_space(axes, scene.points)
     else:
         axes.set_aspect("equal", adjustable="box")
-        axes.margins(0.05)
+        axes.margins(*_room(axes))
         axes.spines[["top", "right"]].set_visible(False)
         few_ticks(axes)
     if title:
@@ -129,12 +130,20 @@ def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = T
         axes.legend(fontsize=7.5, frameon=False, handlelength=1.4, **({} if spatial else place))
 
 
+def _room(axes: Any) -> tuple[float, float]:
+    """Shares of width and height left free on each side, as long both ways: room for names at the edge."""
+    box = axes.dataLim
+    most = max(box.width, box.height)
+    across, up = (0.05 * most / side if side > 0.02 * most else 0.05 for side in (box.width, box.height))
+    return across, up
+
+
 def few_ticks(axes: Any, most: int = 6) -> None:
     """No more numbers along an axis than fit beside each other."""
     width, height = axes.bbox.width / axes.figure.dpi, axes.bbox.height / axes.figure.dpi
     for axis, inches in ((axes.xaxis, width), (axes.yaxis, 2.0 * height)):
         locator = axis.get_major_locator()
-        if hasattr(locator, "set_params"):
+        if axis.get_scale() == "linear" and hasattr(locator, "set_params"):
             locator.set_params(nbins=int(np.clip(1.4 * inches, 2, most)))
 
 

@@ -11,21 +11,15 @@ from ..errors import FrameError
 from ..paraview.entries import Index, one
 from ..paraview.scene import beams, solved, taken
 from ..results.base import Results
-from .scene import JointSymbol, Label, LoadArrow, Region, Scene, Stroke, Support
-from .units import moment_unit, quantity, scaled, stress_unit
+from .diagrams import DIAGRAMS, add_diagrams, along_members, untold
+from .scene import JointSymbol, Label, LoadArrow, Scene, Stroke, Support
+from .units import quantity, scaled, stress_unit
 
 STATIONS = 24
-# Largest displacement and largest ordinate of a diagram, as shares of the frame's size.
-SHOWN, ORDINATE = 0.07, 0.13
+# Largest displacement as a share of the frame's size.
+SHOWN = 0.07
 # What can be drawn, and what it is called.
-KINDS = {
-    "deformed": "displacement",
-    "von_mises": "von Mises stress",
-    "N": "normal force N",
-    "V": "shear force V",
-    "T": "torque T",
-    "M": "bending moment M",
-}
+KINDS = {"deformed": "displacement", "von_mises": "von Mises stress", **DIAGRAMS}
 FLAT = 1e-9
 
 
@@ -108,14 +102,18 @@ def deformed_frame(
     if what in ("deformed", "von_mises"):
         colours = None
         if what == "von_mises" and there:
-            colours = by_member(part.point_data["von_mises"])
-            most = float(np.nanmax(colours, initial=0.0))
+            told = along_members(solution, index, what, by_member(part.point_data[what]))
+            title += untold(told, KINDS[what])
+            most = max(float(each.values.max()) for each in told if each.known)
             times, unit = scaled(most, stress_unit(units))
+            share = np.linspace(0.0, 1.0, STATIONS + 1)
+            colours = np.array([np.interp(share, each.fraction, each.values) for each in told])
             colours, values = times * colours, (f"{KINDS[what]} [{unit}]", times * most)
         for k, line in enumerate(rest + factor * moved):
             scene.strokes.append(Stroke(line, "member", number=k, values=None if colours is None else colours[k]))
     else:
-        title = _add_diagrams(scene, solution, index, rest, by_member(part.point_data[what]), what, size, units)
+        told = along_members(solution, index, what, by_member(part.point_data[what]))
+        title = add_diagrams(scene, solution, index, rest, told, what, size, units)
         factor = 0.0
     _add_marks(scene, solution, index, factor, names, units[1])
     if not there:
@@ -142,73 +140,6 @@ def _plane(rest: Array, moved: Array) -> tuple[int, int] | None:
             first, second = (axis for axis in range(3) if axis != across)
             return first, second
     return None
-
-
-def _add_diagrams(
-    scene: Scene,
-    solution: Results,
-    index: Index,
-    rest: Array,
-    values: Array,
-    what: str,
-    size: float,
-    units: tuple[str, str],
-) -> str:
-    """Ordinates along the members, bending moments on the side in tension; the greatest of each is told."""
-    axes = _axes(solution, index)
-    ways, text = _ordinates(what, values, axes, scene.flat)
-    most = float(np.abs(text).max(initial=0.0, where=np.isfinite(text)))
-    times, unit = scaled(most, moment_unit(units) if what in ("M", "T") else units[1])
-    factor = ORDINATE * size / most if most > 0.0 else 0.0
-    for line, way, value in zip(rest, ways, text, strict=True):
-        if not np.isfinite(value).all() or np.abs(value).max() <= 1e-9 * most:
-            continue
-        tips = line + factor * way
-        scene.regions.append(Region(np.concatenate([line, tips[::-1]]), "diagram"))
-        scene.strokes.append(Stroke(np.concatenate([line[:1], tips, line[-1:]]), "diagram"))
-        scene.strokes.extend(Stroke(np.stack(pair), "ordinate") for pair in zip(line[::3], tips[::3], strict=True))
-        for k in _extremes(value):
-            scene.labels.append(Label(f"{times * value[k]:.4g}".replace("-", "−"), tips[k], line[k]))
-    return f"{KINDS[what]} [{unit}]{', on the side in tension' if what == 'M' else ''}"
-
-
-def _axes(solution: Results, index: Index) -> Array:
-    """Unit vectors along the axes of the members as rows, global, (members, 3, 3)."""
-    frame = solution.frame
-    rows = []
-    for name, member in frame.members.items():
-        own = np.asarray(member.element.axes(frame.chord(name)), dtype=float)
-        body = frame.nodes[member.start].body
-        if body is not None and body == frame.nodes[member.end].body:
-            own = own @ np.swapaxes(frame.bodies[body].axes, -1, -2)
-        rows.append(own)
-    return np.asarray(taken(solution, index, rows)[0])
-
-
-def _ordinates(what: str, values: Array, axes: Array, flat: tuple[int, int] | None) -> tuple[Array, Array]:
-    """Ordinates (members, k, 3), in the unit of the values, and the values that are told, (members, k)."""
-    along = axes[:, None, 0]
-    normal = None if flat is None else np.cross(np.eye(3)[flat[0]], np.eye(3)[flat[1]])
-    across = np.broadcast_to(axes[:, None, 2] if normal is None else np.cross(normal, along), along.shape)
-    if what in ("N", "T"):
-        return values[..., None] * across, values
-    vectors = values
-    if normal is None:
-        return (np.cross(along, vectors) if what == "M" else vectors), np.linalg.norm(vectors, axis=-1)
-    if what == "V":
-        text = np.sum(vectors * across, axis=-1)
-        return text[..., None] * across, text
-    text = vectors @ normal
-    return -text[..., None] * across, text
-
-
-def _extremes(value: Array) -> list[int]:
-    """Stations whose values are told: the greatest, and the least where it is another and not nothing."""
-    most = float(np.abs(value).max())
-    if np.ptp(value) <= 1e-6 * most:
-        return [len(value) // 2]
-    found = {int(value.argmax()), int(value.argmin())}
-    return sorted(k for k in found if abs(value[k]) > 0.02 * most)
 
 
 def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, names: bool, force: str) -> None:

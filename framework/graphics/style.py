@@ -69,6 +69,14 @@ def fitting_height(width: float, extent: tuple[float, float]) -> float:
     return float(np.clip(width * up / across, 0.4 * width, 1.1 * width))
 
 
+def new_axes(width: float, height: float) -> Any:
+    """Axes of a new figure, inches, that pyplot shows."""
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(STYLE):
+        return plt.figure(figsize=(width, height), layout="constrained").add_subplot()
+
+
 def space_figure(width: float, height: float) -> tuple[Figure, Any]:
     """A figure, inches, with one panel in space."""
     from matplotlib.figure import Figure

@@ -73,8 +73,8 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
         points=_joined(_places(solution, index, fraction[::2])),
         cells=first.reshape(-1, 1) + np.arange(2),
         point_data=_halves("displacement", "rotation", _joined(displacement))
-        | _section(_joined(_across(force[:, :, ::2], axes)), _joined(stress)),
-        cell_data=_local(_joined(_across(force[:, :, 1::2])))
+        | _section(_joined(across(force[:, :, ::2], axes)), _joined(stress)),
+        cell_data=_local(_joined(across(force[:, :, 1::2])))
         | _labels(solution, index, member=np.repeat(np.arange(count), stations), link=np.repeat(links, stations)),
     )
 
@@ -179,7 +179,7 @@ def _halves(linear: str, angular: str, array: Array) -> dict[str, Array]:
     return {linear: array[..., :3], angular: array[..., 3:]}
 
 
-def _across(force: Array, axes: Array | None = None) -> Array:
+def across(force: Array, axes: Array | None = None) -> Array:
     """``N Vy Vz T My Mz`` as normal force, shear force (3), torque and bending moment (3), (T, m, k, 8).
 
     Shear force and bending moment are in the axes of the section; in global ones where `axes` holds these as rows.

@@ -1,4 +1,4 @@
-"""The four-bar as a linkage: drawn by its closed form, with all that can be asked of one."""
+"""The four-bar as a linkage: drawn by its closed form, with all that can be asked of one and all its figures."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...framework.errors import FrameError
+from ..linkage.graphics.places import ReferencePoses
 from ..linkage.linkage import Linkage
 from .description import JOINTS
 from .frame import JOINT_LINKS
@@ -43,3 +44,14 @@ def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Lin
         stiffness = four_bar.joint_stiffness(joint)
         found.revolute(joint, *JOINT_LINKS[joint], stiffness=stiffness, clearance=clearance.get(joint))
     return found
+
+
+def drawn(motion: FourBarKinematics) -> ReferencePoses:
+    """The poses of a four-bar, singular ones as well, as figures of linkages take them.
+
+    Parameters
+    ----------
+    motion
+        The motion, (...).
+    """
+    return ReferencePoses(linkage(motion, {}))

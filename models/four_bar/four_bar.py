@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
 from ...framework.frame import Frame
+from ..linkage.graphics.drawn_motion import DrawnMotion
+from ..linkage.graphics.places import DrawnPoses
 from ..linkage.linkage import Linkage
-from .as_linkage import linkage
+from .as_linkage import drawn, linkage
 from .closure import Closure
 from .description import FourBarDescription
 from .frame import frame
@@ -21,7 +23,7 @@ from .kinetostatics import Kinetostatics, Link, kinetostatics
 
 
 @dataclass(frozen=True, eq=False)
-class FourBarMotion(FourBarKinematics):
+class FourBarMotion(DrawnMotion, FourBarKinematics):
     """Motion of a four-bar; made by `FourBar.move`.
 
     Points are A, B (crank pin), D (rocker pin), E (rocker's pivot) and P (on the coupler). Each link has axes of its
@@ -41,6 +43,9 @@ class FourBarMotion(FourBarKinematics):
     """
 
     four_bar: FourBar
+
+    def _drawn(self) -> DrawnPoses:
+        return drawn(self)
 
     def frame(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
         """Make a frame of beams and joints of the linkage at every pose, clamped at A.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,8 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from ...elements.parameters import as_real
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
+from ..linkage.graphics.reaction_plots import plot_four_bar_reactions
 from .description import LINKS
 from .kinematics import FourBarKinematics
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Pair = tuple[ArrayLike, ArrayLike]
@@ -98,6 +103,34 @@ class Kinetostatics:
 
     motion: FourBarKinematics
     unknowns: Array
+
+    def plot(self, what: str = "joints", ax: Axes | None = None, *, units: tuple[str, str] = ("m", "N")) -> Axes:
+        """Draw the size of the force in every joint, or the drive torque, over the drive angle.
+
+        Curves that coincide are one, with all their names. Of several batch axes it is along the longest, at the first
+        entry of the others.
+
+        Parameters
+        ----------
+        what
+            ``joints`` or ``drives``.
+        ax
+            Axes of matplotlib to draw on; new ones where None.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on; over degrees, or over poses where the drive goes to and fro.
+
+        Raises
+        ------
+        FrameError
+            If there is nothing of that name.
+        """
+        forces = {joint: self.reaction(joint) for joint in REACTIONS}
+        return plot_four_bar_reactions(self.motion.theta, forces, self.drive_torque, what, ax, units)
 
     @property
     def status(self) -> NDArray[np.str_]:

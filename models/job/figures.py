@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ...framework.graphics.canvas import few_ticks, frame_in_space
 from ...framework.graphics.style import BLUE, GREY, INK, ORANGE, PALE, SKY, styled
+from ..histograms import draw_histogram
 from .envelope import swept
-from .histogram import draw_histogram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,6 +14,7 @@ from .poses.states import PoseState
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
 from .study.study import AccuracyStudy
+from .workspace.workspace import Workspace
 from .worst_case.allocation import FitAllocation
 from .worst_case.contributors import Contributors
 from .worst_case.finite import FiniteWorstCase
@@ -47,6 +48,7 @@ __all__ = [
     "ReachableRegion",
     "Reactions",
     "Stress",
+    "Workspace",
     "WorstCase",
     "read_linkage",
     "write_linkage",

@@ -25,6 +25,7 @@ from .page.page import PageText, write_page
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
 from .study.study import AccuracyStudy, driven, study
+from .workspace.workspace import Workspace, workspace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -234,6 +235,59 @@ class Linkage(LinkageDescription):
             self, tolerances, points, poses, inertia=inertia, n=n, rng=rng, sampler=sampler, progress=progress,
             nan_policy=nan_policy, correlation=correlation, workers=workers, checkpoint=checkpoint,
         )  # fmt: skip
+
+    def workspace(
+        self,
+        point: str,
+        *,
+        x: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+        z: ArrayLike | None = None,
+        link: str | None = None,
+    ) -> Workspace:
+        """Place a point on a grid: what drives it takes, and how stiff and well conditioned the linkage is there.
+
+        The point is led to each place on a straight line from its reference position or, behind what it cannot cross,
+        from the places beside; the drives that it takes bring it there by `move`. Where the drives do more than place
+        the point, its link keeps the orientation of the reference configuration: the constant-orientation workspace of
+        a parallel robot.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        x, y, z
+            Two of them as rows of coordinates, (columns,) and (rows,), and the third as one number; where it is left
+            out, the grid lies at the reference position.
+        link
+            The link on which the point is taken; the first that has it where None.
+
+        Returns
+        -------
+        Workspace
+            Maps of stiffness, condition number and effort of the drives, as arrays and figures.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point, the grid cannot be meant, nothing of it is reached, or the linkage has a batch.
+
+        Examples
+        --------
+        Two bars of 1 m, driven at the base and at the elbow: ``k(J) = 1`` nowhere, least where they are at 135°
+        (Salisbury & Craig 1982, with bars of ratio 1/sqrt(2)).
+
+        >>> import numpy as np
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(2**0.5, 0), P=(2**0.5, 1))
+        >>> linkage.link("upper", "A", "B"); linkage.link("lower", "B", "P")
+        >>> linkage.revolute("A", "ground", "upper", drive=True); linkage.revolute("B", "upper", "lower", drive=True)
+        >>> space = linkage.workspace("P", x=np.linspace(0.2, 3.0, 57), y=[0.0, 0.01])
+        >>> best = np.nanargmin(space.condition()[0])
+        >>> float(space.grid[0][best].round(6)), round(float(space.condition()[0, best]), 6)
+        (1.0, 1.0)
+        """
+        return workspace(self, point, link, {"x": x, "y": y, "z": z})
 
     def mobility(self, tolerance: float = 0.0, entry: int | tuple[int, ...] | None = None) -> Mobility:
         """Count the degrees of freedom, by Grübler and Kutzbach, and actual; see `mobility.mobility`.

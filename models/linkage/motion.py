@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,9 +14,9 @@ from ...framework.batch import Array
 from ...framework.errors import FrameError
 from ...framework.listing import counted
 from ...framework.renamed import RenamedAttribute
+from .graphics.drawn_motion import DrawnMotion
 from .graphics.dxf import save_motion
-from .graphics.pictures import movie, picture, show
-from .graphics.plots import GHOSTS, SI, Units, animate_motion, plot_motion
+from .graphics.plots import SI, Units
 from .page.page import PageText, framed, framed_point, write_page
 from .page.widget import widget
 from .poses.coordinates import coordinate_of, rates_of_coordinate
@@ -25,16 +25,12 @@ from .statics.transmission import transmission_angle
 from .uncertain_motion import UncertainMotion
 from .worst_case.worst_case import WorstCase
 
-if TYPE_CHECKING:
-    from matplotlib.animation import FuncAnimation
-    from matplotlib.axes import Axes
-
 # Poses up to which what is printed of a motion tells singular ones; beyond, whether they are assembled.
 COUNTED = 100_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(UncertainMotion):
+class Motion(DrawnMotion, UncertainMotion):
     """Motion of a linkage over a batch of poses; made by `Linkage.move`.
 
     Poses that cannot be assembled have the status ``"not assembled: ..."`` and NaN throughout, as have those in another
@@ -194,6 +190,9 @@ class Motion(UncertainMotion):
 
     # -- to look at and to save -----------------------------------------------------------------------------------
 
+    def _drawn(self) -> Motion:
+        return self
+
     def save(self, path: str | Path, times: ArrayLike | None = None, *, unit: str = "m") -> None:
         """Write the motion for ParaView or for CAD: links as lines.
 
@@ -240,194 +239,6 @@ class Motion(UncertainMotion):
             save_motion(self, Path(path), unit)
             return
         save(self, path, times)
-
-    def plot(
-        self,
-        ax: Axes | None = None,
-        *,
-        pose: int | tuple[int, ...] | None = None,
-        trace: str | Sequence[str] = (),
-        band: ArrayLike | None = None,
-        magnify: float | None = None,
-        ghosts: int = GHOSTS,
-        names: bool = True,
-        loads: bool = True,
-        units: Units = SI,
-    ) -> Axes:
-        """Draw one pose, others faintly behind it, and the paths of points.
-
-        Parameters
-        ----------
-        ax
-            Axes of matplotlib to draw on, in space for a motion in space; new ones where None.
-        pose
-            Index of the pose; the first that can be assembled where None.
-        trace
-            Point, or points, whose paths over the longest batch axis are drawn.
-        band
-            Displacements of the one point traced, length, whose envelope is drawn about its path: of samples, (poses,
-            samples, 2 or more), or a `Spread` of them; or half widths by pose, (poses, 2 or more).
-        magnify
-            Factor on these displacements; a round one that shows them where None. It stands above the figure.
-        ghosts
-            About how many other poses are drawn; 0 for none.
-        names, loads
-            Whether points are named, and forces drawn.
-        units
-            Units of length and force, for the labels.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            What was drawn on, in the linkage's own lengths.
-
-        Raises
-        ------
-        FrameError
-            If no pose is assembled, there is no such pose or point, or the band does not fit the poses.
-
-        Examples
-        --------
-        >>> import matplotlib; matplotlib.use("Agg")
-        >>> import numpy as np
-        >>> from linkframe.models import Linkage
-        >>> linkage = Linkage(A=(0, 0), B=(2, 0))
-        >>> linkage.link("arm", "A", "B")
-        >>> linkage.revolute("A", "ground", "arm", drive=True)
-        >>> half = np.full((20, 2), 0.01)
-        >>> linkage.move(A=np.linspace(0.0, 1.0, 20)).plot(trace="B", band=half).get_title(loc="left")
-        'displacements of B × 5'
-        """
-        traced = (trace,) if isinstance(trace, str) else tuple(trace)
-        return plot_motion(self, ax, pose, traced, band, magnify, ghosts, names, loads, units)
-
-    def animate(
-        self,
-        ax: Axes | None = None,
-        *,
-        trace: str | Sequence[str] = (),
-        interval: float = 50.0,
-        names: bool = True,
-        units: Units = SI,
-    ) -> FuncAnimation:
-        """Let the poses along the longest batch axis follow each other.
-
-        Parameters
-        ----------
-        ax
-            Axes of matplotlib to draw on, in space for a motion in space; new ones where None.
-        trace
-            Point, or points, whose paths are drawn.
-        interval
-            Milliseconds from pose to pose.
-        names
-            Whether points are named.
-        units
-            Units of length and force, for the labels.
-
-        Returns
-        -------
-        matplotlib.animation.FuncAnimation
-            To be kept while it is shown: ``.save("motion.gif")``, or ``.to_jshtml()`` in a notebook.
-
-        Raises
-        ------
-        FrameError
-            If no pose is assembled, or there is no such point.
-        """
-        return animate_motion(self, ax, (trace,) if isinstance(trace, str) else tuple(trace), interval, names, units)
-
-    def picture(
-        self,
-        path: str | Path,
-        *,
-        pose: int | tuple[int, ...] | None = None,
-        names: bool = True,
-        size: tuple[int, int] = (1600, 1000),
-        units: Units = SI,
-    ) -> None:
-        """Render one pose in space: links with their sections, joints by kind, drives in orange, ground, forces.
-
-        ``motion.frame().solve()`` with ``linkframe.framework.picture`` shows it deformed, coloured by its stress.
-
-        Parameters
-        ----------
-        path
-            Image to write, ``.png`` or ``.jpg``.
-        pose
-            Index of the pose; the first that can be assembled where None.
-        names
-            Whether points are named.
-        size
-            Width and height in pixels.
-        units
-            Units of length and force, for the labels.
-
-        Raises
-        ------
-        RenderingError
-            If this machine cannot render; the message says what to install.
-        FrameError
-            If the name ends otherwise, there is no such pose, or the folder cannot be written.
-        """
-        picture(self, path, pose, names, size, units)
-
-    def movie(
-        self,
-        path: str | Path,
-        *,
-        names: bool = False,
-        size: tuple[int, int] = (960, 608),
-        rate: int = 12,
-        units: Units = SI,
-    ) -> None:
-        """Render the poses along the longest batch axis one after the other, as `picture` does one.
-
-        Parameters
-        ----------
-        path
-            Movie to write, ``.gif`` or ``.mp4``; needs the extra ``movie``.
-        names
-            Whether points are named.
-        size
-            Width and height in pixels.
-        rate
-            Poses a second.
-        units
-            Units of length and force, for the labels.
-
-        Raises
-        ------
-        RenderingError
-            If this machine cannot render or the extra is not installed; the message says what to install.
-        FrameError
-            If the name ends otherwise, no pose is assembled, or the folder cannot be written.
-        """
-        movie(self, path, names, size, rate, units)
-
-    def show(self, *, pose: int | tuple[int, ...] | None = None, names: bool = True, units: Units = SI) -> object:
-        """Open a window on the motion in space, to turn and to zoom, with a slider for the pose.
-
-        Parameters
-        ----------
-        pose
-            Index of the pose that it begins with; the first that can be assembled where None.
-        names
-            Whether points are named.
-        units
-            Units of length and force, for the labels.
-
-        Returns
-        -------
-        object
-            What PyVista gives: in a notebook the view, in a terminal None once the window is closed.
-
-        Raises
-        ------
-        FrameError
-            If no pose is assembled, or there is no such pose.
-        """
-        return show(self, pose, names, units)
 
     def page(
         self,

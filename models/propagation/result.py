@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...framework.batch import finite
+from ...framework.batch import finite, one_entry
 from ...framework.errors import FrameError
+from ...framework.graphics.style import new_axes, styled
+from ..convergence import draw_convergence
 from ..distributions import Uncertain
+from ..histograms import plot_histogram
 from ..intervals import ConfidenceInterval, by_error, checked_probability, quantile_interval, quantile_ranks
 from ..moments import Moments, Statistics
 from ..sampling import BLOCK
@@ -25,12 +29,16 @@ from .histogram import BinnedSamples, Bins, Histogram
 from .inputs import JointInputs
 from .reweighting import Reweighted, reweighted
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Array = NDArray[np.float64]
 
 BinnedQuantiles = Callable[[BinnedSamples, Array], tuple[Array, ...]]
 
 # Entries of a result that its table shows.
 MOST_SHOWN = 6
+FIGURES = ("histogram", "convergence")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -228,6 +236,72 @@ class Propagation(Statistics):
 
     def _squeezed(self, found: Array) -> Array:
         return found if np.ndim(self.mean) else found[0, 0]
+
+    # -- to look at -------------------------------------------------------------------------------------------------
+
+    @styled
+    def plot(
+        self,
+        what: str = "histogram",
+        ax: Axes | None = None,
+        *,
+        entry: int | tuple[int, ...] | None = None,
+        of: str | float = "mean",
+        label: str = "result",
+        unit: str = "",
+    ) -> Axes:
+        """Draw the samples of one entry of the result as a histogram, or how an estimate settles with their number.
+
+        Parameters
+        ----------
+        what
+            ``histogram``, see `plot_histogram`; or ``convergence``: the estimate from the first samples, ever more of
+            them, with a band of one standard error, that of independent random samples.
+        ax
+            Axes of matplotlib to draw on; new ones where None.
+        entry
+            Indices of the entry; not needed where the result has one.
+        of
+            What is estimated: ``"mean"``, ``"std"``, or the probability of a quantile.
+        label, unit
+            What the result is, and its unit.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on.
+
+        Raises
+        ------
+        FrameError
+            If there is nothing of that name, no such entry, or the samples were not kept.
+
+        Examples
+        --------
+        >>> import matplotlib; matplotlib.use("Agg")
+        >>> from scipy import stats
+        >>> from linkframe.models import propagate
+        >>> result = propagate(lambda x: x**2, {"x": stats.norm(3.0, 0.1)}, n=1024, rng=0)
+        >>> result.plot("convergence", label="area", unit="m²").get_ylabel()
+        'mean of area [m²]'
+        """
+        if what not in FIGURES:
+            raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(FIGURES)}")
+        shape = np.shape(self.mean)
+        at = (0,) * len(shape) if entry is None and np.size(self.mean) == 1 else entry
+        if at is None:
+            raise FrameError(f"the result has shape {shape}: choose an entry of it to plot, entry=...")
+        chosen: tuple[Any, ...] = (slice(None), *one_entry(shape, at, "the figure of the result"))
+        drawn = self.samples[chosen]
+        there = drawn[np.isfinite(drawn)]
+        if what == "histogram":
+            return plot_histogram(there, ax, label=label, unit=unit)
+        remarks = [f"{len(drawn) - len(there)} samples failed and are left out"] if len(there) < len(drawn) else []
+        if self._task.sampler != "random":
+            remarks.append("standard error of random samples; those of a sequence do better")
+        found = new_axes(4.8, 3.4) if ax is None else ax
+        draw_convergence(found, there, of, label, unit, "; ".join(remarks))
+        return found
 
     # -- how sure ---------------------------------------------------------------------------------------------------
 

@@ -65,6 +65,12 @@ class TaylorMoments:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.asarray(parts / parts.sum(axis=-1, keepdims=True))
 
+    @property
+    def result_covariance(self) -> Array:
+        """Covariance to first order of the components along the last axis of the result, ``G C G^T``, (..., c, c)."""
+        rows = self.gradient if self.mean.ndim else self.gradient[None]
+        return np.asarray(rows @ self.covariance @ np.swapaxes(rows, -1, -2))
+
     def __repr__(self) -> str:
         text = f"TaylorMoments of order {self.order}: mean {self.mean}, std {self.std}"
         if self.mean.ndim:

@@ -100,6 +100,11 @@ LINKAGE: dict[str, list[Callable[[Linkage], object]]] = {
     ],
     "plot": [lambda k: k.plot(entry=9)],
     "save": [lambda k: k.save("linkage.pdf"), lambda k: k.save("linkage.dxf", entry=9)],
+    "workspace": [
+        lambda k: k.workspace("C", x=[0.0, 0.1], y=[0.0, 0.1], z=[0.0, 0.1]),
+        lambda k: k.workspace("X", x=[0.0, 0.1], y=[0.0, 0.1]),
+        lambda k: k.workspace("C", x=[0.0, np.nan], y=[0.0, 0.1]),
+    ],
     "study": [
         lambda k: k.study({"points.X.x": 1e-5}, "C", {"A": [0.0, 0.1]}),
         lambda k: k.study({"points.C.x": "wide"}, "C", {"A": [0.0, 0.1]}),

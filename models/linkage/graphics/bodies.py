@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -11,20 +12,48 @@ from ....elements.cross_section import CrossSection
 from ....elements.outlines import outlines
 from ....framework.batch import Array
 from ....framework.graphics.canvas import ARROW
+from ....framework.graphics.deformed import round_scale
 from ....framework.graphics.scene import JointSymbol, Scene, outline
 from ....framework.graphics.style import COLOURS
 from ....framework.pictures.shapes import Surface, arrow, block, copies, joined, prism, sphere, tubes, upright
-from ..description.parts import LinkageLink
-from ..poses.kinematics import Kinematics
-from .places import PosePlaces
+from ..description.parts import LinkageLink, Pair
+from .places import DrawnPoses, PosePlaces
 from .plane import plane
+from .regions import DrawnRegion, drawn_regions, magnified, outline_of, told
 from .scene import linkage_scene
 
+# What the largest clearance is drawn as, in radii of a pin, and points of a quarter of a ring.
+SHOWN, ARC_POINTS = 1.2, 9
+BEARING = "#1b7f5c"
 STEEL, DRIVE, GROUND_COLOUR, FORCE = "#3a3f4a", "#d55e00", "#9aa0aa", "#c8352b"
 SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 # Half the length of a joint's body along its axis, and half its width, in radii of a pin; those in between are round.
 BOXES = {"prismatic": (2.4, 1.4), "planar": (0.5, 2.2), "fixed": (1.2, 1.2)}
 ROUND = {"revolute": 1.8, "cylindrical": 3.4, "screw": 2.6, "universal": 1.8}
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """What a picture shows beside the linkage.
+
+    Attributes
+    ----------
+    regions, level, magnify
+        Regions about points, the probability of ellipsoids, and the factor on them; see `drawn_regions`.
+    clearances
+        Factor on the clearances; a round one where None, and none are drawn where it is 0.
+    names
+        Whether points are named.
+    units
+        Units of length and force.
+    """
+
+    regions: object = None
+    level: float = 0.95
+    magnify: float | None = None
+    clearances: float | None = None
+    names: bool = True
+    units: tuple[str, str] = ("m", "N")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,23 +66,20 @@ class MotionBodies:
         The motion.
     poses
         Flat numbers of the poses drawn.
-    names
-        Whether points are named.
-    force_unit
-        Unit of the forces.
+    looks
+        What else is drawn.
     """
 
-    motion: Kinematics
+    motion: DrawnPoses
     poses: tuple[int, ...]
-    names: bool = True
-    force_unit: str = "N"
+    looks: Looks = Looks()
     scenes: dict[int, Scene] = field(default_factory=dict)
 
     def scene(self, pose: int) -> Scene:
         """Lines, symbols and texts of one of the poses, by its number among them."""
         if pose not in self.scenes:
             places = PosePlaces(self.motion, self.poses[pose])
-            self.scenes[pose] = linkage_scene(places, self.flat, names=self.names, force_unit=self.force_unit)
+            self.scenes[pose] = linkage_scene(places, self.flat, names=self.looks.names, force_unit=self.looks.units[1])
         return self.scenes[pose]
 
     @property
@@ -66,6 +92,11 @@ class MotionBodies:
         """Points that are to be in the picture, at all poses, (n, 3)."""
         scenes = [self.scene(k) for k in range(len(self.poses))]
         tips = [a.at + self.arrow(s, a.force) for s in scenes for a in s.arrows]
+        ways = np.concatenate([np.eye(3), -np.eye(3)])
+        for region in self.regions:
+            for pose in self.poses:
+                at = PosePlaces(self.motion, pose).position(region.point, region.link)
+                tips += list(at + np.nan_to_num(self.region_scale * region.outermost(pose, ways)))
         return np.concatenate([*(scene.points for scene in scenes), np.reshape(tips, (-1, 3))])
 
     @property
@@ -96,6 +127,39 @@ class MotionBodies:
         longest = max(float(np.linalg.norm(each.force)) for each in scene.arrows)
         return np.asarray(ARROW * scene.size * force / longest)
 
+    @cached_property
+    def regions(self) -> list[DrawnRegion]:
+        """Regions about points."""
+        return drawn_regions(self.motion, self.looks.regions, self.looks.level)
+
+    @cached_property
+    def region_scale(self) -> float:
+        """Factor on the regions."""
+        if self.looks.magnify is not None:
+            return self.looks.magnify
+        return magnified(self.motion, self.regions, self.poses, self.scene(0).size)
+
+    @cached_property
+    def clearance_scale(self) -> float:
+        """Factor on the clearances; 0 where none are drawn."""
+        if self.looks.clearances is not None:
+            return self.looks.clearances
+        most = max((float(np.max(gap)) for pair in self._loose if (gap := pair.clearance) is not None), default=0.0)
+        return round_scale(np.array([[most, 0.0, 0.0]]), SHOWN * self.pin) if most > 0.0 else 0.0
+
+    @property
+    def _loose(self) -> list[Pair]:
+        """Joints with clearance."""
+        return [pair for pair in self.motion.linkage.joints.values() if pair.clearance is not None]
+
+    @cached_property
+    def caption(self) -> str:
+        """What is drawn larger than it is, and how many times."""
+        lines = [told(self.regions, self.region_scale)]
+        if self._loose and self.clearance_scale > 0.0:
+            lines.append(f"clearances × {self.clearance_scale:g}")
+        return "\n".join(line for line in lines if line)
+
     def surfaces(self, pose: int) -> dict[str, tuple[Surface, str]]:
         """Bodies and their colours by name, the same of them at all poses."""
         places, scene = PosePlaces(self.motion, self.poses[pose]), self.scene(pose)
@@ -109,6 +173,12 @@ class MotionBodies:
         lines = [self._tube(stroke.points, 0.25) for stroke in scene.strokes if stroke.kind == "spring"]
         found["springs"] = joined(lines), STEEL
         found["forces"] = joined([self._force(scene, each.at, each.force) for each in scene.arrows]), FORCE
+        if self.clearance_scale > 0.0:
+            rings = [self._bearing(places, joint) for joint in scene.joints]
+            found["clearances"] = joined([ring for each in rings for ring in each]), BEARING
+        for number, region in enumerate(self.regions):
+            colour = COLOURS[(number + 3) % len(COLOURS)]
+            found[f"region {region.point} {number}"] = self._region(region, self.poses[pose]), colour
         return {name: (body, colour) for name, (body, colour) in found.items() if len(body.points)}
 
     def _sections(self) -> Iterator[tuple[tuple[str, str], list[Array]]]:
@@ -162,6 +232,45 @@ class MotionBodies:
         points = round_part + self.pin * half * (2.0 * along[:, None] + 1.0) * way
         return Surface(at + points, body.normals, body.faces, body.values)
 
+    def _bearing(self, places: PosePlaces, joint: JointSymbol) -> Iterator[Surface]:
+        """What holds the journal of a joint with clearance, as rings or frames about it."""
+        pair = self.motion.linkage.joints[joint.name]
+        if pair.clearance is None:
+            return
+        gap = self.clearance_scale * float(places.value(pair.clearance, 0))
+        rows, thick = joint.axes.T[[2, 0, 1]], 0.16 * self.pin
+        if joint.kind in BOXES:
+            half, width = BOXES[joint.kind]
+            corners = (width * self.pin + gap) * SQUARE @ rows[1:]
+            for end in (-half, half):
+                frame = joint.at + end * self.pin * rows[0] + np.concatenate([corners, corners[:1]])
+                yield tubes(np.stack([frame[:-1], frame[1:]], axis=1), np.zeros((4, 2)), thick)
+            return
+        if joint.kind == "spherical":
+            around = [(joint.at, rows[k], 1.7) for k in range(3)]
+        else:
+            half = ROUND.get(joint.kind, 1.8)
+            around = [(joint.at + end * half * self.pin * rows[0], rows[0], 1.25) for end in (-1.0, 1.0)]
+        for at, axis, radius in around:
+            yield tubes(circle_arcs(at, axis, radius * self.pin + gap), np.zeros((4, ARC_POINTS)), thick)
+
+    def _region(self, region: DrawnRegion, pose: int) -> Surface:
+        """A region as a body about its point: a thin disc in a plane; never thinner than can be seen."""
+        least = 0.1 * self.pin
+        if self.flat is None:
+            ball = sphere()
+            at = PosePlaces(self.motion, pose).position(region.point, region.link)
+            reach = self.region_scale * region.outermost(pose, ball.normals)
+            return Surface(at + np.nan_to_num(reach) + least * ball.normals, ball.normals, ball.faces, ball.values)
+        first, second = self.flat
+        corners = np.nan_to_num(outline_of(self.motion, region, pose, self.flat, self.region_scale))
+        middle = corners.mean(axis=0)
+        turn = np.linspace(0.0, 2.0 * np.pi, len(corners), endpoint=False)
+        flat = (corners - middle)[:, [first, second]] + least * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        rows = np.stack([np.cross(np.eye(3)[first], np.eye(3)[second]), np.eye(3)[first], np.eye(3)[second]])
+        # In front of all that is at the point, and behind it, from wherever one looks.
+        return prism(flat, middle - 4.0 * self.pin * rows[0], middle + 4.0 * self.pin * rows[0], rows)
+
     def _foot(self, joint: JointSymbol) -> Surface:
         """Ground below a joint, where the picture's upward direction is up."""
         up = self.up
@@ -175,3 +284,10 @@ class MotionBodies:
         drawn = self.arrow(scene, force)
         length = float(np.linalg.norm(drawn))
         return copies(arrow(), (at + drawn)[None], np.array([length]), upright(drawn[None]))
+
+
+def circle_arcs(at: Array, axis: Array, radius: float) -> Array:
+    """A circle about a unit vector as four arcs, (4, `ARC_POINTS`, 3)."""
+    side, up = upright(axis[None])[0].T[:2]
+    turn = np.linspace(0.0, 0.5 * np.pi, ARC_POINTS) + 0.5 * np.pi * np.arange(4)[:, None]
+    return np.asarray(at + radius * (np.cos(turn)[..., None] * side + np.sin(turn)[..., None] * up))

@@ -14,34 +14,33 @@ from ....framework.paraview.files import whole_or_nothing
 from ....framework.pictures.rendering import REMEDY, RenderingError, can_render, quiet
 from ....framework.pictures.shapes import Surface
 from ....framework.view import INK, aim
-from ..poses.kinematics import Kinematics
-from .bodies import MotionBodies
-from .places import series_of
+from .bodies import Looks, MotionBodies
+from .places import DrawnPoses, series_of
 
-Units = tuple[str, str]
+# How much of a region is seen.
+CLEAR = 0.55
 
 
 def picture(
-    motion: Kinematics,
+    motion: DrawnPoses,
     path: str | Path,
     pose: int | tuple[int, ...] | None,
-    names: bool,
+    looks: Looks,
     size: tuple[int, int],
-    units: Units,
 ) -> None:
     """See `Motion.picture`."""
     path = _checked(path, (".png", ".jpg"))
-    bodies = MotionBodies(motion, (series_of(motion, pose)[1],), names, units[1])
+    bodies = MotionBodies(motion, (series_of(motion, pose)[1],), looks)
     with whole_or_nothing(path.parent) as stage, quiet(), closing(_plotter(bodies, size, True)[0]) as plotter:
         plotter.screenshot(stage / path.name)
 
 
-def movie(motion: Kinematics, path: str | Path, names: bool, size: tuple[int, int], rate: int, units: Units) -> None:
+def movie(motion: DrawnPoses, path: str | Path, looks: Looks, size: tuple[int, int], rate: int) -> None:
     """See `Motion.movie`."""
     path = _checked(path, (".gif", ".mp4"))
     if find_spec("imageio") is None or (path.suffix == ".mp4" and find_spec("imageio_ffmpeg") is None):
         raise RenderingError(f"{path.name} needs the extra `movie`: pip install 'linkframe[movie]'")
-    bodies = MotionBodies(motion, _assembled(motion), names, units[1])
+    bodies = MotionBodies(motion, _assembled(motion), looks)
     with whole_or_nothing(path.parent) as stage, quiet():
         plotter, meshes = _plotter(bodies, size, True)
         with closing(plotter):
@@ -54,12 +53,12 @@ def movie(motion: Kinematics, path: str | Path, names: bool, size: tuple[int, in
                 plotter.write_frame()
 
 
-def show(motion: Kinematics, pose: int | tuple[int, ...] | None, names: bool, units: Units) -> Any:
+def show(motion: DrawnPoses, pose: int | tuple[int, ...] | None, looks: Looks) -> Any:
     """See `Motion.show`."""
     chosen = series_of(motion, pose)[1]
     there = _assembled(motion)
     poses = there if chosen in there else (chosen,)
-    bodies = MotionBodies(motion, poses, names, units[1])
+    bodies = MotionBodies(motion, poses, looks)
     plotter, meshes = _plotter(bodies, (1200, 800), False)
     _move(plotter, meshes, bodies, poses.index(chosen))
     if len(poses) > 1:
@@ -74,7 +73,7 @@ def show(motion: Kinematics, pose: int | tuple[int, ...] | None, names: bool, un
     return plotter.show()
 
 
-def _assembled(motion: Kinematics) -> tuple[int, ...]:
+def _assembled(motion: DrawnPoses) -> tuple[int, ...]:
     """Flat numbers of the assembled poses along the longest batch axis."""
     series, _ = series_of(motion, None)
     there = np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)
@@ -103,10 +102,14 @@ def _plotter(bodies: MotionBodies, size: tuple[int, int], off_screen: bool) -> t
         mesh = pyvista.PolyData.from_regular_faces(surface.points, faces)
         mesh.point_data.active_normals = surface.normals
         actor = plotter.add_mesh(
-            mesh, copy_mesh=False, color=colour, specular=0.25, specular_power=20, ambient=0.25, show_scalar_bar=False
-        )
+            mesh, copy_mesh=False, color=colour, specular=0.25, specular_power=20, ambient=0.25, show_scalar_bar=False,
+            opacity=CLEAR if name.startswith("region") else 1.0,
+        )  # fmt: skip
         actor.prop.interpolation = "Phong"
         meshes[name] = mesh
+    if bodies.caption:
+        width, height = plotter.window_size
+        plotter.add_text(bodies.caption, position=(0.03 * width, 0.93 * height), font_size=height // 75, color=INK)
     _texts(plotter, bodies, 0)
     aim(plotter.camera, bodies, size[0] / size[1])
     return plotter, meshes

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape, one_entry
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
-from ..poses.kinematics import Kinematics
 
 # Points and axes off a plane by less than this share of the linkage's size lie in it.
 FLAT = 1e-9
@@ -36,6 +36,79 @@ class DrawnPlaces(Protocol):
         """One entry of something that may vary over the batch of the description, without its batch axes."""
 
 
+class DrawnPoses(Protocol):
+    """A batch of poses, as figures need them; `Kinematics` has more."""
+
+    @property
+    def linkage(self) -> LinkageDescription:
+        """The description."""
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+
+    @property
+    def is_assembled(self) -> NDArray[np.bool_]:
+        """Which poses there are, (...)."""
+
+    @property
+    def closure_status(self) -> NDArray[np.str_]:
+        """Why the others are not there, (...)."""
+
+    def position(self, point: str, link: str | None = None) -> Array:
+        """Position of a point of a link, (..., 3)."""
+
+    def joint_axes(self, joint: str) -> Array:
+        """Axes of a joint as columns, (..., 3, 3)."""
+
+    def axes(self, link: str) -> Array:
+        """How a link is rotated from the reference configuration, (..., 3, 3)."""
+
+    def origin(self, link: str) -> Array:
+        """Where the global origin goes to as a point of a link, (..., 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReferencePoses:
+    """Linkages of a batch, each in its reference configuration, as poses: drawn where they are, singular or not."""
+
+    linkage: LinkageDescription
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape."""
+        return self.linkage.shape
+
+    @property
+    def is_assembled(self) -> NDArray[np.bool_]:
+        """All are there."""
+        return np.ones(self.shape, dtype=bool)
+
+    @property
+    def closure_status(self) -> NDArray[np.str_]:
+        """Closed, (...)."""
+        return np.full(self.shape, "regular")
+
+    def position(self, point: str, link: str | None = None) -> Array:
+        """See `DrawnPoses`; in the reference configuration a point is in one place."""
+        if point not in self.linkage.points:
+            known = ", ".join(self.linkage.points)
+            raise FrameError(f"the linkage has no point {point!r}: choose one of {known}")
+        return np.broadcast_to(self.linkage.points[point], (*self.shape, 3))
+
+    def joint_axes(self, joint: str) -> Array:
+        """See `DrawnPoses`."""
+        return self.linkage.joints[joint].axes
+
+    def axes(self, link: str) -> Array:
+        """See `DrawnPoses`."""
+        return np.broadcast_to(np.eye(3), (*self.shape, 3, 3))
+
+    def origin(self, link: str) -> Array:
+        """See `DrawnPoses`."""
+        return np.zeros((*self.shape, 3))
+
+
 @dataclass(frozen=True, eq=False)
 class ReferencePlaces:
     """The reference configuration of a linkage, at one entry of its batch, counted flat."""
@@ -57,7 +130,7 @@ class ReferencePlaces:
 
     def value(self, array: Array, trailing: int) -> Array:
         """See `DrawnPlaces`."""
-        return _at(array, self.linkage.shape, self.entry, trailing)
+        return at_entry(array, self.linkage.shape, self.entry, trailing)
 
     @property
     def flat(self) -> tuple[int, int] | None:
@@ -77,7 +150,7 @@ class ReferencePlaces:
 class PosePlaces:
     """A pose of a motion, by its flat number."""
 
-    motion: Kinematics
+    motion: DrawnPoses
     entry: int
 
     @property
@@ -99,10 +172,10 @@ class PosePlaces:
 
     def value(self, array: Array, trailing: int) -> Array:
         """See `DrawnPlaces`."""
-        return _at(array, self.motion.shape, self.entry, trailing)
+        return at_entry(array, self.motion.shape, self.entry, trailing)
 
 
-def _at(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
+def at_entry(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
     """One entry of an array, by its flat number in a batch shape; the first along axes that the batch has not."""
     batch, own = array.shape[: array.ndim - trailing], array.shape[array.ndim - trailing :]
     full = np.broadcast_shapes(shape, batch)
@@ -112,7 +185,7 @@ def _at(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
     return np.asarray(np.broadcast_to(array, (*full, *own))[inside])
 
 
-def series_of(motion: Kinematics, pose: int | tuple[int, ...] | None) -> tuple[list[int], int]:
+def series_of(motion: DrawnPoses, pose: int | tuple[int, ...] | None) -> tuple[list[int], int]:
     """Flat numbers of the poses along the longest batch axis, and of the one that is drawn.
 
     Parameters

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..poses.kinematics import Kinematics
+from ..poses.configuration import extent
+from .places import DrawnPoses
 
 # Motion across the plane that is rounding, as a share of the linkage's size.
 ROUNDING = 1e-9
 
 
-def plane(motion: Kinematics) -> tuple[int, int] | None:
+def plane(motion: DrawnPoses) -> tuple[int, int] | None:
     """The two global axes of the plane to which all links keep, x before y before z; None for motion in space.
 
     All points keep their distance from it, and all links turn about its normal only, over all poses; where several
     planes do, the one across z comes first.
     """
-    size = motion.mechanism.size
+    size = extent(motion.linkage)
     there = motion.is_assembled
     for across in (2, 1, 0):
         turns = (motion.axes(link)[..., across] for link in motion.linkage.links)

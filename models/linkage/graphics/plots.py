@@ -18,9 +18,9 @@ from ....framework.graphics.scene import Region, Scene, Stroke
 from ....framework.graphics.style import fitting_figure, space_figure, styled
 from ...job.envelope import swept
 from ..description.linkage_description import LinkageDescription
-from ..poses.kinematics import Kinematics
-from .places import PosePlaces, ReferencePlaces, series_of
+from .places import DrawnPoses, PosePlaces, ReferencePlaces, series_of
 from .plane import plane
+from .regions import drawn_regions, magnified, outline_of, told
 from .scene import ghost, linkage_scene
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def html_of(linkage: LinkageDescription) -> str:
 
 
 def scene_of(
-    motion: Kinematics,
+    motion: DrawnPoses,
     pose: int | tuple[int, ...] | None,
     trace: Sequence[str] = (),
     *,
@@ -117,11 +117,13 @@ def scene_of(
 
 @styled
 def plot_motion(
-    motion: Kinematics,
+    motion: DrawnPoses,
     axes: Axes | None,
     pose: int | tuple[int, ...] | None,
     trace: Sequence[str],
     band: ArrayLike | None,
+    regions: object,
+    level: float,
     magnify: float | None,
     ghosts: int,
     names: bool,
@@ -135,6 +137,9 @@ def plot_motion(
         if len(trace) != 1:
             raise FrameError(f"band= is of one point, and trace= names {len(trace)}: name the point that it belongs to")
         title = _add_band(scene, motion, trace[0], _samples(band), magnify)
+    if regions is not None:
+        lines = [title, _add_regions(scene, motion, series_of(motion, pose)[1], regions, level, magnify)]
+        title = "\n".join(line for line in lines if line)
     found = axes_for(scene, axes)
     draw(scene, found)
     finish(scene, found, units[0], title)
@@ -143,7 +148,7 @@ def plot_motion(
 
 @styled
 def animate_motion(
-    motion: Kinematics, axes: Axes | None, trace: Sequence[str], interval: float, names: bool, units: Units
+    motion: DrawnPoses, axes: Axes | None, trace: Sequence[str], interval: float, names: bool, units: Units
 ) -> FuncAnimation:
     """See `Motion.animate`."""
     from matplotlib.animation import FuncAnimation
@@ -172,11 +177,26 @@ def animate_motion(
     return FuncAnimation(found.get_figure(), show, frames=len(scenes), interval=interval)
 
 
-def _only(motion: Kinematics, pose: int, trace: Sequence[str], series: list[int], names: bool, unit: str) -> Scene:
+def _only(motion: DrawnPoses, pose: int, trace: Sequence[str], series: list[int], names: bool, unit: str) -> Scene:
     """One pose of a series, by its flat number, with the paths of points."""
     scene = linkage_scene(PosePlaces(motion, pose), plane(motion), names=names, force_unit=unit)
     scene.strokes.extend(Stroke(_rows(motion, motion.position(point))[series], "trace") for point in trace)
     return scene
+
+
+def _add_regions(
+    scene: Scene, motion: DrawnPoses, pose: int, given: object, level: float, magnify: float | None
+) -> str:
+    """Add regions about points, in space as three outlines, and tell the factor on them."""
+    regions = drawn_regions(motion, given, level)
+    factor = magnified(motion, regions, (pose,), scene.size) if magnify is None else magnify
+    for number, region in enumerate(regions):
+        for flat in [scene.flat] if scene.flat else [(0, 1), (1, 2), (0, 2)]:
+            corners = outline_of(motion, region, pose, flat, factor)
+            if scene.flat:
+                scene.regions.append(Region(corners, "zone", region.point, number + 3))
+            scene.strokes.append(Stroke(np.concatenate([corners, corners[:1]]), "zone", region.text, number + 3))
+    return told(regions, factor)
 
 
 def _samples(band: ArrayLike | object) -> Array:
@@ -184,7 +204,7 @@ def _samples(band: ArrayLike | object) -> Array:
     return np.asarray(getattr(band, "samples", band), dtype=float)
 
 
-def _add_band(scene: Scene, motion: Kinematics, point: str, samples: Array, magnify: float | None) -> str:
+def _add_band(scene: Scene, motion: DrawnPoses, point: str, samples: Array, magnify: float | None) -> str:
     """Add what a point sweeps, and tell the factor on the displacements."""
     if len(motion.shape) != 1 or samples.ndim not in (2, 3) or len(samples) != motion.shape[0] or samples.shape[-1] < 2:
         raise FrameError(
@@ -211,6 +231,6 @@ def _add_band(scene: Scene, motion: Kinematics, point: str, samples: Array, magn
     return f"displacements of {point} × {factor:g}"
 
 
-def _rows(motion: Kinematics, vectors: Array) -> Array:
+def _rows(motion: DrawnPoses, vectors: Array) -> Array:
     """Vectors (..., 3) by flat number of the pose, (poses, 3)."""
     return np.broadcast_to(vectors, (*motion.shape, 3)).reshape(-1, 3)

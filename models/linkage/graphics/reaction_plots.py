@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.graphics.canvas import few_ticks
 from ....framework.graphics.curves import draw_curves, mark_turns
-from ....framework.graphics.style import STYLE, styled
+from ....framework.graphics.style import new_axes, styled
 from ....framework.graphics.units import moment_unit
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
@@ -33,8 +33,7 @@ def plot_reactions(
     units: tuple[str, str],
 ) -> Axes:
     """See `Reactions.plot`."""
-    if what not in KINDS:
-        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+    _check_kind(what)
     row = np.array(series_of(motion, None)[0])
     if what == "joints":
         curves = {name: np.linalg.norm(_rows(motion, force)[row, :3], axis=-1) for name, force in forces.items()}
@@ -42,11 +41,63 @@ def plot_reactions(
     else:
         curves = dict(_pushes(motion, drives, row, units))
         label = "drive force or moment"
-    found: Any = _new() if axes is None else axes
-    x, over, turns = _over(motion, row, units[0])
+    return draw_forces(axes, _over(motion, row, units[0]), curves, label)
+
+
+def _check_kind(what: str) -> None:
+    if what not in KINDS:
+        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+
+
+@styled
+def plot_four_bar_reactions(
+    theta: Array, forces: Mapping[str, Array], torque: Array, what: str, axes: Axes | None, units: tuple[str, str]
+) -> Axes:
+    """See `Kinetostatics.plot`; angles and torque (...), forces (..., 3), of which the longest axis is drawn."""
+    _check_kind(what)
+    shape = torque.shape
+    axis = int(np.argmax(shape)) if shape else 0
+
+    def line(values: Array) -> Array:
+        """Along that axis, the first along the others."""
+        whole = np.broadcast_to(values, shape)
+        return np.atleast_1d(whole[tuple(slice(None) if k == axis else 0 for k in range(whole.ndim))])
+
+    curves = {name: line(np.linalg.norm(force, axis=-1)) for name, force in forces.items()}
+    label = f"joint force [{units[1]}]"
+    if what == "drives":
+        curves, label = {f"A [{moment_unit(units)}]": line(torque)}, "drive force or moment"
+    degrees: Array = np.degrees(line(theta))
+    over = (
+        (degrees, "A [°]", True) if np.all(np.diff(degrees) > 0.0) else (np.arange(float(len(degrees))), "pose", False)
+    )
+    return draw_forces(axes, over, curves, label)
+
+
+def draw_forces(axes: Axes | None, over: tuple[Array, str, bool], curves: Mapping[str, Array], label: str) -> Axes:
+    """Draw curves of forces.
+
+    Parameters
+    ----------
+    axes
+        Of matplotlib; new ones where None.
+    over
+        Where the values are, (k,), what that is, and whether it is an angle in degrees.
+    curves
+        Values by name, (k,) each.
+    label
+        What they are, with their unit.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        What was drawn on.
+    """
+    found: Any = new_axes(4.8, 3.4) if axes is None else axes
+    x, name, turns = over
     draw_curves(found, x, curves)
-    found.set(xlabel=over, ylabel=label)
-    if what == "joints":
+    found.set(xlabel=name, ylabel=label)
+    if all(np.nanmin(curve, initial=0.0) >= 0.0 for curve in curves.values()):
         found.set_ylim(bottom=0.0)
     found.spines[["top", "right"]].set_visible(False)
     found.legend(fontsize=7.5, frameon=False)
@@ -54,13 +105,6 @@ def plot_reactions(
     if turns:
         mark_turns(found, x)
     return found  # type: ignore[no-any-return]
-
-
-def _new() -> Any:
-    import matplotlib.pyplot as plt
-
-    with plt.rc_context(STYLE):
-        return plt.figure(figsize=(4.8, 3.4), layout="constrained").add_subplot()
 
 
 def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tuple[str, str]) -> Any:

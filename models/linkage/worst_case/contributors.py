@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....framework.batch import Array
+from ....framework.batch import Array, one_entry
+from ....framework.errors import FrameError
+from ....framework.graphics.shares import draw_shares, height_of_shares
+from ....framework.graphics.style import new_axes, styled
+from ....framework.graphics.units import quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Rows that the table shows.
 MOST = 12
@@ -50,6 +58,50 @@ class Contributors:
     def ranked(self) -> tuple[str, ...]:
         """Names by their greatest share in the worst case, of the pose that `repr` shows."""
         return tuple(self.names[k] for k in self._order())
+
+    @styled
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        entry: int | tuple[int, ...] | None = None,
+        most: int = MOST,
+        units: tuple[str, str] = ("m", "N"),
+    ) -> Axes:
+        """Draw the shares of the contributors in the worst case and in the variance as bars, the greatest above.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw on; new ones where None.
+        entry
+            Index of the pose; that with the largest worst case where None.
+        most
+            Number of contributors shown by name; the others together are one bar.
+        units
+            Units of length and force, for the title.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on.
+
+        Raises
+        ------
+        FrameError
+            If there is no such pose, or nothing is known there.
+        """
+        shape = self.reach.shape[:-1]
+        pose = self._pose() if entry is None else one_entry(shape, entry, "the figure of the contributors")
+        total = float(np.sum(self.reach[pose]))
+        if not np.isfinite(total):
+            raise FrameError(f"pose {pose} has no contributors to draw: nothing is known there to first order")
+        found = new_axes(5.2, height_of_shares(len(self.names), 2, most)) if ax is None else ax
+        shares = {"worst case": self.worst[pose], "variance": self.of_variance[pose]}
+        draw_shares(found, self.names, shares, most)
+        told = f"worst case {quantity(total, units[0])}, σ = {quantity(float(self.deviation[pose]), units[0])}"
+        found.set_title(f"pose {', '.join(map(str, pose))}: {told}" if pose else told, loc="left")
+        return found
 
     def _pose(self) -> tuple[int, ...]:
         """The pose with the largest worst case."""

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...framework.errors import FrameError
-from ...framework.graphics.canvas import few_ticks
-from ...framework.graphics.style import BLUE, INK, SKY, STYLE, styled
-from ..moments import Moments
-from ..normality import FEWEST, LIMIT, anderson_darling
-from ..sampling import Normal
+from ..framework.errors import FrameError
+from ..framework.graphics.canvas import few_ticks
+from ..framework.graphics.style import BLUE, INK, SKY, new_axes, styled
+from .moments import Moments
+from .normality import FEWEST, LIMIT, anderson_darling
+from .sampling import Normal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,12 +68,7 @@ def plot_histogram(samples: ArrayLike, ax: Axes | None = None, *, label: str = "
     values = np.asarray(samples, dtype=float)
     if values.ndim != 1 or np.count_nonzero(np.isfinite(values)) < 2:
         raise FrameError(f"samples of {label} have shape {values.shape}: give one row of two finite numbers or more")
-    axes: Any = ax
-    if axes is None:
-        import matplotlib.pyplot as plt
-
-        with plt.rc_context(STYLE):
-            axes = plt.figure(figsize=(4.4, 3.4), layout="constrained").add_subplot()
+    axes: Any = new_axes(4.4, 3.4) if ax is None else ax
     draw_histogram(axes, values[np.isfinite(values)], label, unit)
     return axes  # type: ignore[no-any-return]
 

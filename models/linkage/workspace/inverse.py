@@ -1,0 +1,205 @@
+"""Inverse kinematics: drive values that bring a point of a link to wanted places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..description.linkage_description import LinkageDescription
+from ..description.parts import GROUND
+from ..graphics.places import ReferencePlaces
+from ..motion import Motion
+from ..poses.configuration import extent
+from ..poses.coordinates import coordinate_of
+
+Bools = NDArray[np.bool_]
+# A place is reached within this share of the linkage's size.
+REACHED = 1e-11
+# Newton steps, and by how much each has to come nearer.
+STEPS, NEARER = 8, 0.7
+# Singular values below this share of the greatest are none.
+NONE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class InverseKinematics:
+    """The linkage with its point driven and its drives following, which then are driven to where they went.
+
+    Where all drives are needed to place the point its link turns as it has to; where there are more, it keeps the
+    orientation of the reference configuration.
+
+    Attributes
+    ----------
+    linkage
+        The description, without a batch.
+    point, given
+        The point, and the link on which it is taken; the first that has it where None.
+    """
+
+    linkage: LinkageDescription
+    point: str
+    given: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.linkage.shape:
+            raise FrameError(f"the linkage has a batch of shape {self.linkage.shape}: a workspace is of a single one")
+        if not self.linkage.drives:
+            raise FrameError("nothing drives the linkage, so nothing can be placed: drive a joint with drive=True")
+
+    @cached_property
+    def home(self) -> Motion:
+        """The reference configuration."""
+        return Motion.of(self.linkage, {}, {}, {}, "keep", 0.0)
+
+    @cached_property
+    def link(self) -> str:
+        """The link on which the point is taken."""
+        return self.home.sensitivity(self.point, self.given).link
+
+    @cached_property
+    def size(self) -> float:
+        """Size of the linkage, a length."""
+        return extent(self.linkage)
+
+    @cached_property
+    def start(self) -> Array:
+        """Drive values in the reference configuration, (drives,)."""
+        out = []
+        for name, components in self.linkage.drives.items():
+            pair = self.linkage.joint(name)
+            own = coordinate_of(self.home, pair)
+            out += [own[pair.kind.coordinates.index(component)] for component in components]
+        return np.array(out)
+
+    @cached_property
+    def units(self) -> Array:
+        """Length that counts as much as a radian, of drives that slide; 1 of those that turn, (drives,)."""
+        names = [component for components in self.linkage.drives.values() for component in components]
+        return np.array([self.size if name.startswith("u") else 1.0 for name in names])
+
+    @cached_property
+    def places(self) -> int:
+        """Number of independent directions in which the drives move the point."""
+        values = np.linalg.svd(self.jacobian(self.home)[:3], compute_uv=False)
+        return int(np.count_nonzero(values > NONE * values[0]))
+
+    @cached_property
+    def plane(self) -> tuple[int, int] | None:
+        """The plane in which the linkage lies, its pins turn and the drives keep the point; None in space."""
+        flat = ReferencePlaces(self.linkage).flat
+        across = self.jacobian(self.home)[3 - sum(flat)] if flat else np.ones(1)
+        return None if np.abs(across).max() > NONE else flat
+
+    @property
+    def holds_orientation(self) -> bool:
+        """Whether there are more drives than the place takes, so that the orientation is kept as well."""
+        return self.places < len(self.units)
+
+    @property
+    def rows(self) -> int:
+        """Rows of the Jacobian that count: place, and orientation where it is held."""
+        return 6 if self.holds_orientation else 3
+
+    def jacobian(self, motion: Motion) -> Array:
+        """Displacement and rotation of the point by the drives, lengths in units of the size, (..., 6, drives)."""
+        by = motion.sensitivity(self.point, self.link).drives
+        columns = np.concatenate([by[name] for name in self.linkage.drives], axis=-1)
+        return np.asarray(columns / np.repeat([self.size, 1.0], 3)[:, None] * self.units)
+
+    def solved(self, places: Array) -> tuple[Array, Bools]:
+        """Drive values (n, drives) that bring the point to places (n, 3), and which are brought there, (n,).
+
+        The point is led there from its reference position on a straight line.
+        """
+        led = {f"{self.point} to {'xyz'[k]}": places[:, k] for k in self._ways}
+        at = Motion.of(self._led(), led, {}, {}, "keep", 0.0)
+        columns = []
+        for name, components in self.linkage.drives.items():
+            pair = self.linkage.joint(name)
+            own = coordinate_of(at, at.linkage.joint(name))
+            columns += [own[..., pair.kind.coordinates.index(component)] for component in components]
+        drives = np.stack([np.broadcast_to(each, (len(places),)) for each in columns], axis=-1)
+        drives = np.where(np.isfinite(drives).all(axis=-1, keepdims=True), drives, self.start)
+        return drives, self._off(self.poses(drives), places) <= REACHED
+
+    def refined(self, drives: Array, places: Array) -> tuple[Array, Bools]:
+        """Newton steps from drive values (n, drives) towards places (n, 3), as long as they come nearer."""
+        drives, reached = drives.copy(), np.zeros(len(drives), dtype=bool)
+        left, before = np.arange(len(drives)), np.full(len(drives), np.inf)
+        for _ in range(STEPS):
+            motion = self.poses(drives[left])
+            far = self._off(motion, places[left])
+            near = far <= REACHED
+            reached[left[near]] = True
+            step = self._step(motion, places[left])
+            on = ~near & (far < NEARER * before) & np.isfinite(step).all(axis=-1)
+            if not on.any():
+                break
+            left, before = left[on], far[on]
+            drives[left] += step[on]
+        return drives, reached
+
+    def poses(self, drives: Array) -> Motion:
+        """Motion at drive values (n, drives)."""
+        values, first = {}, 0
+        for name, components in self.linkage.drives.items():
+            own = drives[:, first : first + len(components)]
+            values[name] = own[:, 0] if len(components) == 1 else own
+            first += len(components)
+        return Motion.of(self.linkage, values, {}, {}, "keep", 0.0)
+
+    def _off(self, motion: Motion, places: Array) -> Array:
+        """How far the point is from places (n, 3), and its link from its orientation where it is held, (n,)."""
+        off = np.linalg.norm(motion.position(self.point, self.link) - places, axis=-1) / self.size
+        if self.holds_orientation:
+            off = np.maximum(off, np.abs(motion.axes(self.link) - np.eye(3)).max(axis=(-2, -1)))
+        return np.asarray(np.nan_to_num(off, nan=np.inf))
+
+    def _step(self, motion: Motion, places: Array) -> Array:
+        """Newton step of the drives, of least norm, (n, drives); NaN where the pose has no derivatives."""
+        off = (places - motion.position(self.point, self.link)) / self.size
+        if self.holds_orientation:
+            axes = motion.axes(self.link)
+            turned = np.stack([axes[:, k - 1, k - 2] - axes[:, k - 2, k - 1] for k in range(3)], axis=-1)
+            off = np.concatenate([off, 0.5 * turned], axis=-1)
+        matrix = self.jacobian(motion)[..., : self.rows, :]
+        good: Bools = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(off).all(axis=-1))
+        step = np.full((len(places), len(self.units)), np.nan)
+        step[good] = (np.linalg.pinv(matrix[good], rcond=NONE) @ off[good][..., None])[..., 0]
+        return np.asarray(self.units * step)
+
+    @property
+    def _ways(self) -> tuple[int, ...]:
+        """Global axes along which the point is led."""
+        ways = self.plane or (0, 1, 2)
+        if self.places < len(ways):
+            raise FrameError(
+                f"the drives move {self.point} along {self.places} of {len(ways)} axes: a workspace needs them all: "
+                "drive more joints"
+            )
+        return ways
+
+    def _led(self) -> LinkageDescription:
+        """The linkage with slides along the axes that lead the point, and with its own drives passive."""
+        led, before = self.linkage.alike(), GROUND
+        led.drives.clear()
+        ways = self._ways
+        start = self.home.position(self.point, self.link)
+        for k in ways:
+            name = f"{self.point} to {'xyz'[k]}"
+            led.link(name, self.point)
+            led.prismatic(self.point, before, name, axis=np.eye(3)[k], drive=True, reference=float(start[k]), name=name)
+            before = name
+        end = f"{self.point} led"
+        if self.holds_orientation:
+            led.fixed(self.point, before, self.link, name=end)
+        elif len(ways) == 2:
+            led.revolute(self.point, before, self.link, axis=np.eye(3)[3 - sum(ways)], name=end)
+        else:
+            led.spherical(self.point, before, self.link, name=end)
+        return led

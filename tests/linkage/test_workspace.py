@@ -1,0 +1,143 @@
+"""Workspaces: drives by closed forms, stiffness and condition numbers against formulas, and what stays blank."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Circle, Material
+from linkframe.framework import FrameError
+from linkframe.models import Linkage
+from numpy.testing import assert_allclose
+
+LINE = np.linspace(-2.0, 2.0, 17)
+BAR = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
+
+
+@pytest.fixture(autouse=True)
+def _closed() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+def arm(beam: Beam | None = None) -> Linkage:
+    """Two bars of 1 m and 0.6 m with drives at the base and at the elbow."""
+    linkage = Linkage(A=(0, 0), B=(1, 0), P=(1, 0.6))
+    linkage.link("upper", "A", "B", beam=beam)
+    linkage.link("lower", "B", "P", beam=beam)
+    linkage.revolute("A", "ground", "upper", drive=True)
+    linkage.revolute("B", "upper", "lower", drive=True, reference=np.pi / 2)
+    return linkage
+
+
+def test_drives_of_an_arm_and_its_condition_number() -> None:
+    """Elbow by the cosine law; det J = a b sin(elbow) and trace J^T J give the singular values."""
+    space = arm().workspace("P", x=LINE, y=LINE)
+    x, y = np.meshgrid(LINE, LINE)
+    cosine = (x**2 + y**2 - 1.0 - 0.36) / 1.2
+    inside = np.abs(cosine) < 1.0
+    # All of them, those in the shadow of the hole of radius 0.4 as well.
+    assert (space.reached == inside).all()
+    elbow = space.drives["B"][space.reached]
+    assert_allclose(np.cos(elbow), cosine[space.reached], atol=1e-12)
+    place = space.motion.position("P")
+    assert_allclose(place[:, :2], np.stack([x, y], axis=-1)[space.reached], atol=1e-12)
+    square = (x**2 + y**2)[inside] + 0.36
+    root = np.sqrt(square**2 - 4.0 * 0.36 * (1.0 - cosine[inside] ** 2))
+    assert_allclose(space.condition()[inside], np.sqrt((square + root) / (square - root)), rtol=1e-9)
+    assert np.isnan(space.condition()[~space.reached]).all()
+
+
+def test_maps_say_what_is_blank_and_have_units() -> None:
+    linkage = arm(BAR)
+    linkage.load("P", fy=-100.0)
+    space = linkage.workspace("P", x=LINE, y=LINE)
+    blank = np.count_nonzero(~space.reached)
+    axes: Any = space.plot("effort", units=("m", "N"))
+    assert axes.get_title(loc="left") == f"blank: {blank} of 289 places not reachable"
+    (cells,) = (each for each in axes.collections if each.get_gid() == "map")
+    assert np.ma.getmaskarray(cells.get_array()).reshape(17, 17).tolist() == (~space.reached).tolist()
+    assert axes.figure.axes[1].get_ylabel() == "greatest drive torque [N m]"
+    moment = np.abs(np.stack([100.0 * np.meshgrid(LINE, LINE)[0], 100.0 * 0.6 * np.cos(sum(space.drives.values()))]))
+    reached = space.reached
+    # The lower bar leans by both angles; its drive holds the load at its own arm.
+    lower = np.abs(100.0 * (space.motion.position("P") - space.motion.position("B"))[:, 0])
+    assert_allclose(space.effort("B")[reached], lower, atol=1e-9)
+    assert_allclose(space.effort()[reached], np.maximum(moment[0][reached], lower), atol=1e-9)
+    softest = space.plot("stiffness").figure.axes[1].get_ylabel()
+    assert softest == "least stiffness of P [kN/m]"
+    along = space.stiffness((0.0, 1.0))
+    assert_allclose(along[reached], 1.0 / space.motion.compliance_matrix("P")[:, 1, 1], rtol=1e-12)
+    assert (space.stiffness()[reached] <= along[reached] * (1.0 + 1e-12)).all()
+    assert space.plot("stiffness", direction=(0, 1)).figure.axes[1].get_ylabel().startswith("stiffness along (0, 1)")
+
+
+def test_a_slice_through_a_space_says_where() -> None:
+    """A gantry: three slides, each of which is its own coordinate; its Jacobian is the identity."""
+    linkage = Linkage(O=(0, 0, 0))
+    links = ["ground", "bridge", "carriage", "tool"]
+    for k, (before, link) in enumerate(pairwise(links)):
+        linkage.link(link, "O")
+        linkage.prismatic("O", before, link, axis=np.eye(3)[k], drive=True, name="xyz"[k])
+    space = linkage.workspace("O", x=[0.0, 0.5, 1.0], z=[0.0, 2.0], y=-0.25, link="tool")
+    assert_allclose(space.drives["x"], [[0.0, 0.5, 1.0]] * 2, atol=1e-12)
+    assert_allclose(space.drives["y"], -0.25)
+    assert_allclose(space.condition(), 1.0)
+    axes = space.plot("condition")
+    assert axes.get_title(loc="left") == "y = −0.25 m\nall 6 places reachable"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [m]", "z [m]")
+
+
+def test_a_platform_keeps_its_orientation_and_counts_turns_by_a_length() -> None:
+    """Three slides on a platform in the plane: x at P, y at the ends of a bar of half length 0.5."""
+    linkage = Linkage(P=(0, 0), L=(-0.5, 0), R=(0.5, 0))
+    linkage.link("platform", "L", "P", "R")
+    for name, link, point, axis in (("a", "one", "P", (1, 0)), ("b", "two", "L", (0, 1)), ("c", "three", "R", (0, 1))):
+        linkage.link(link, point)
+        linkage.link(f"{link} cross", point)
+        linkage.prismatic(point, "ground", link, axis=axis, drive=True, name=name)
+        linkage.prismatic(point, link, f"{link} cross", axis=axis[::-1], name=f"{name} cross")
+        linkage.revolute(point, f"{link} cross", "platform", name=f"{name} pin")
+    space = linkage.workspace("P", x=[-0.1, 0.0, 0.1], y=[-0.1, 0.1])
+    assert_allclose(space.drives["b"], space.drives["c"], atol=1e-12)
+    assert_allclose(space.drives["b"], [[-0.1] * 3, [0.1] * 3], atol=1e-12)
+    assert space.characteristic_length == pytest.approx(0.5)
+    # y and 0.5 times the turn are half the sum and half the difference of b and c: singular values 1, 1/√2, 1/√2.
+    assert_allclose(space.condition(), np.sqrt(2.0), rtol=1e-9)
+    assert (space.condition(0.05) > 2.0).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"x": LINE}, "x of shape"),
+        ({"x": LINE, "y": 0.0}, "give two of x, y and z as rows"),
+        ({}, "given nothing"),
+        ({"x": [7.0, 8.0], "y": [7.0, 8.0]}, "no place of the grid can be reached"),
+    ],
+)
+def test_grids_that_cannot_be_meant_are_refused(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(FrameError, match=told):
+        arm().workspace("P", **given)
+
+
+def test_linkages_without_a_workspace_are_refused() -> None:
+    crank = Linkage(A=(0, 0), B=(1, 0))
+    crank.link("crank", "A", "B")
+    crank.revolute("A", "ground", "crank")
+    with pytest.raises(FrameError, match="nothing drives the linkage"):
+        crank.workspace("B", x=LINE, y=LINE)
+    crank.drive("A")
+    with pytest.raises(FrameError, match="along 1 of 2 axes: a workspace needs them all"):
+        crank.workspace("B", x=LINE, y=LINE)
+    space = arm().workspace("P", x=[0.9, 1.0], y=[0.5, 0.6])
+    with pytest.raises(FrameError, match="nothing acts on the linkage"):
+        space.effort()
+    with pytest.raises(FrameError, match="choose one of stiffness, condition, effort"):
+        space.plot("torque")
+    with pytest.raises(FrameError, match="give a length above zero"):
+        space.condition(0.0)

@@ -1,0 +1,61 @@
+"""A four-bar has the figures of every motion, at its singular poses as well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from linkframe.framework import FrameError
+from linkframe.models import FourBar, Link, Motion
+from linkframe.models.linkage.graphics.drawn_motion import DrawnMotion
+from numpy.testing import assert_allclose
+from pictures.test_plots import artists
+
+THETA = np.radians(np.arange(0.0, 360.0, 20.0))
+
+
+@pytest.fixture(autouse=True)
+def _closed() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+def test_a_four_bar_is_drawn_at_all_poses_where_its_closed_form_has_it() -> None:
+    motion = FourBar().move(THETA)
+    assert motion.singular[0]
+    axes = motion.plot(trace="P", pose=0)
+    (path,) = artists(axes, "trace")
+    assert_allclose(path.get_xydata(), motion.position("P")[:, :2], atol=1e-15)
+    crank = next(line for line in axes.lines if line.get_label() == "crank")
+    assert_allclose(crank.get_xydata(), [motion.position(point)[0, :2] for point in "AB"], atol=1e-15)
+    half = np.full((len(THETA), 2), 1e-4)
+    assert "displacements of P" in motion.plot(trace="P", band=half).get_title(loc="left")
+    film = motion.animate()
+    film._init_draw()
+    film._func(5)
+    assert film._fig.axes[0].get_xlabel() == "x [m]"
+    with pytest.raises(FrameError, match="no point 'Q'"):
+        motion.plot(trace="Q")
+
+
+def test_all_motions_have_the_same_verbs() -> None:
+    verbs = {name for name in vars(DrawnMotion) if not name.startswith("_")}
+    assert verbs == {"plot", "animate", "picture", "movie", "show"}
+    assert issubclass(Motion, DrawnMotion)
+
+
+def test_reactions_of_a_four_bar_over_its_drive() -> None:
+    """Under a force on the coupler alone crank and ground carry one force, so that A and B share a curve."""
+    motion = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0).move(np.stack([THETA, THETA + 0.01]).T)
+    found = motion.reactions(coupler=Link(force=(0.0, 100.0), at=(3.0, 0.0)))
+    axes = found.plot()
+    assert [line.get_label() for line in axes.lines] == ["A, B", "D, E"]
+    assert_allclose(axes.lines[0].get_xdata(), np.degrees(THETA))
+    assert_allclose(axes.lines[0].get_ydata(), np.linalg.norm(found.reaction("B")[:, 0], axis=-1))
+    drive = found.plot("drives", units=("mm", "N"))
+    assert drive.lines[-1].get_label() == "A [N mm]"
+    assert_allclose(drive.lines[-1].get_ydata(), found.drive_torque[:, 0])
+    with pytest.raises(FrameError, match="choose one of joints, drives"):
+        found.plot("forces")
