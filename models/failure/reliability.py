@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +19,11 @@ from .design_points import DesignPoints, design_points, joined, likely
 from .importance import Estimate, Mixture, importance_sampling
 from .limit_state import Function, LimitState
 from .planes import beyond_planes
+from .probability_plot import plot_probability
 from .subset import Value, subset_simulation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -49,6 +54,8 @@ class Reliability:
         Distributions of the inputs.
     evaluations, batches
         For how many samples the limit state was evaluated, and in how many calls.
+    along, along_label
+        What the poses lie along, (poses,), and its name: of a motion the first drive.
     """
 
     probability: Array
@@ -59,6 +66,8 @@ class Reliability:
     inputs: JointInputs
     evaluations: int
     batches: int
+    along: Array | None = None
+    along_label: str = "pose"
 
     @property
     def beta(self) -> Array:
@@ -124,6 +133,39 @@ class Reliability:
             high = np.where(some, self.probability * spread, z * self.standard_error)
         return ConfidenceInterval(low, np.minimum(high, 1.0))
 
+    def plot(self, ax: Axes | None = None, *, level: float = 0.95) -> Axes:
+        """Draw the probability of failure over the poses, with the band of its confidence interval.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib; new ones where None.
+        level
+            Confidence of the band, which only methods by samples have.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on, its probabilities in powers of ten.
+
+        Raises
+        ------
+        FrameError
+            If there is one probability alone, or the level is no probability.
+
+        Examples
+        --------
+        >>> from scipy import stats
+        >>> found = reliability(lambda x, pose: 3.0 + pose - x["a"], {"a": stats.norm()}, poses=4, method="form")
+        >>> found.plot().get_yscale()
+        'log'
+        """
+        if not self.probability.ndim:
+            raise FrameError("there is one probability alone, and plot shows that of each pose: leave anywhere out")
+        x = np.arange(float(self.probability.size)) if self.along is None else self.along
+        band = self.confidence_interval(level) if np.isfinite(self.standard_error).all() else None
+        return plot_probability(x, self.probability, band, self.along_label, ax)
+
     def __repr__(self) -> str:
         """A line; of several poses the likeliest to fail."""
         at = int(np.argmax(self.probability)) if self.probability.ndim else ()
@@ -169,7 +211,8 @@ def reliability(
     correlation
         Of the inputs, as for `propagate`.
     gradient
-        Called like `limit`; derivatives by the inputs, by name, (m,) each. By default differences are taken.
+        Called like `limit`; derivatives by the inputs, by name, (m,) each, or a pair of the values, (m,), and these,
+        which spares a call of `limit`. By default differences are taken.
     poses
         Number of poses that `limit` knows.
     anywhere

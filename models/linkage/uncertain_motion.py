@@ -247,6 +247,10 @@ class UncertainMotion(LoadedMotion):
     ) -> Reliability:
         """Probability that a point leaves its zone, for uncertain dimensions of the linkage.
 
+        Likely failures are sought at all poses in one batch an iteration, whose size does not grow with the number of
+        inputs: `sensitivity` tells the derivatives by points, lengths, axes, pitches and drives, and `build` how these
+        depend on the inputs, without another solution.
+
         Parameters
         ----------
         point
@@ -259,12 +263,14 @@ class UncertainMotion(LoadedMotion):
         distributions
             By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
         **options
-            Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...
+            Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...;
+            ``gradient=None`` takes differences of solutions.
 
         Returns
         -------
         Reliability
-            Probability of failure at each pose, (poses,), or with ``anywhere=True`` of failing at one of them, ().
+            Probability of failure at each pose, (poses,), or with ``anywhere=True`` of failing at one of them, ();
+            its `plot()` shows that of each pose over the first drive.
 
         Raises
         ------
