@@ -16,9 +16,9 @@ from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.inputs import JointInputs
 from ..sampling import Seed, root_seed, stream, whole
 from .design_points import DesignPoints, design_points, joined, likely
+from .edges import Edges, beyond_edges
 from .importance import Estimate, Mixture, importance_sampling
 from .limit_state import Function, LimitState
-from .planes import beyond_planes
 from .probability_plot import plot_probability
 from .subset import Value, subset_simulation
 
@@ -290,24 +290,22 @@ class _Run:
         return self.state.values(scores, np.broadcast_to(which[:, None], scores.shape[:2]))
 
     def first_order(self, points: DesignPoints) -> Estimate:
-        return self._of_points(points, points.first_order)
+        return self._beyond(points.planes(), points.pose)
 
     def second_order(self, points: DesignPoints) -> Estimate:
-        found = points.second_order(self.state)
-        if np.isnan(found).all():
+        edges = points.paraboloids(self.state)
+        known = ~np.isnan(edges.probability)
+        if not known.any():
             raise FrameError("sorm: no point that was found is nearest the median: use the method 'importance'")
-        return self._of_points(points[~np.isnan(found)], found[~np.isnan(found)])
+        return self._beyond(edges[known], points.pose[known])
 
-    def _of_points(self, points: DesignPoints, probability: Array) -> Estimate:
-        """Of planes with the probabilities of the points."""
-        from scipy.special import ndtri
-
-        pose = np.zeros_like(points.pose) if self.together else points.pose
+    def _beyond(self, edges: Edges, poses: NDArray[np.int64]) -> Estimate:
+        """Of surfaces at the points."""
+        pose = np.zeros_like(poses) if self.together else poses
         out = np.zeros(self.problems)
         for problem in np.unique(pose):
-            mine = pose == problem
-            rng = stream(self.root, f"planes {problem}")
-            out[problem] = beyond_planes(points.normals[mine], -ndtri(probability[mine]), points.pose[mine], rng)
+            mine, rng = pose == problem, stream(self.root, f"planes {problem}")
+            out[problem] = beyond_edges(edges[mine], poses[mine], rng)
         lost = np.setdiff1d(np.arange(self.problems), pose)
         if lost.size:
             where = f" at pose number {lost[0]}" if self.state.poses and not self.together else ""
@@ -319,15 +317,18 @@ class _Run:
         return importance_sampling(self._values, mixture, stream(self.root, "importance"), accuracy=accuracy, most=most)
 
     def _explored(self, points: DesignPoints) -> DesignPoints:
-        """With samples of failures by subset simulation, where the limit state has edges or no slope to follow."""
+        """With samples of failures by subset simulation, where the limit state has edges or no slope to follow.
+
+        It ends with the first level whose worst samples are where the points that were found have them.
+        """
         found = [points]
         for problem in range(self.problems):
-            mine = points.converged[(points.pose == problem) | self.together]
-            if mine.size and mine.all() and self.problems > 1:
+            own = points[(points.pose == problem) | self.together]
+            if own.converged.size and own.converged.all() and self.problems > 1:
                 continue
             pose, rng = np.array([problem]), stream(self.root, f"exploration {problem}")
-            some = subset_simulation(self._of_one(pose), self.state.size, rng, EXPLORED).failed
-            found.append(likely(some, problem))
+            explored = subset_simulation(self._of_one(pose), self.state.size, rng, EXPLORED, own.explain)
+            found.append(likely(explored.failed, problem))
         return joined(found)
 
     def _of_one(self, pose: NDArray[np.int64]) -> Value:
