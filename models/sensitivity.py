@@ -188,11 +188,11 @@ def sobol_indices(
         )
     # SciPy returns 0 where a sample is NaN.
     there = np.where(np.any(holes, axis=0), np.nan, 1.0)[:, None]
-    first, total, *more = (
+    first, total, alone, together = (
         np.reshape(there * order.reshape(len(there), -1), (*shape[0], len(marginals)))[..., : len(names)]
         for order in (found.first_order, found.total_order, *errors)
     )
-    return SobolIndices(names, first, total, *more)
+    return SobolIndices(names, first, total, alone, together)
 
 
 def _replicated(
@@ -214,8 +214,9 @@ def _replicated(
         own = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, *f"replicate {k}".encode()))
         each.append(sobol_indices(fn, distributions, n=n // replicates, rng=own, axis=axis, chunk=chunk))
     first, total = (np.stack([getattr(found, name) for found in each]) for name in ("first", "total"))
-    errors = [np.std(values, axis=0, ddof=1) / np.sqrt(replicates) for values in (first, total)]
-    return SobolIndices(each[0].inputs, first.mean(axis=0), total.mean(axis=0), *errors, replicates - 1.0)
+    alone, together = (np.std(values, axis=0, ddof=1) / np.sqrt(replicates) for values in (first, total))
+    means = first.mean(axis=0), total.mean(axis=0)
+    return SobolIndices(each[0].inputs, *means, alone, together, replicates - 1.0)
 
 
 def _saltelli(f_A: Array, f_B: Array, f_AB: Array) -> tuple[Array, Array, Array, Array]:

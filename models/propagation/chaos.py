@@ -56,7 +56,8 @@ class LeftOver:
         square = errors**2 / np.where(variance > 0.0, variance, 1.0)
         share, error = np.mean(square, axis=0), np.std(square, axis=0, ddof=1) / np.sqrt(len(square))
         constant = variance == 0.0
-        return cls(*(np.where(constant, 0.0, each).reshape(shape) for each in (share, error)), points)
+        share, error = (np.where(constant, 0.0, each).reshape(shape) for each in (share, error))
+        return cls(share, error, points)
 
     def interval(self, level: float) -> ConfidenceInterval:
         """Bounds on the share, (...), as of a log-normal estimate."""
