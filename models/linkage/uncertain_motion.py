@@ -97,9 +97,11 @@ class UncertainMotion(LoadedMotion):
             axis, of a ball in all directions, of a planar joint along its normal.
         journals
             Length of the bearing by joint, (...), of pins, sliders and screws that can tilt: both ends of the journal
-            then lie anywhere within the clearance.
+            then lie anywhere within the clearance. Of a universal joint that of both pins of its cross, or a tuple of
+            the one on the first link and the one on the second.
         end_play
-            How far a pin can go along its axis, to either side, by joint, (...).
+            How far a pin, or a nut on its thread, can go along its axis, to either side, by joint, (...); of a
+            universal joint both pins, or a tuple.
         lengths
             Tolerance by link of two points, or by (link, point, point) on a link or the ``"ground"``: half width (...),
             or a pair of a lower and an upper deviation.
