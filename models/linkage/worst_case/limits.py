@@ -124,8 +124,8 @@ def _clearances(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
             across = _components(by, pair, DIRECTIONS[pair.kind.name])
             yield Limit(f"joint {joint}", across, radius, np.zeros(()), joint)
             continue
-        for axis, own in _each_pin(pair, given.journals[joint], "length of the bearing"):
-            length = _not_negative(own, f"length of the bearing of joint {joint!r}")
+        for axis, bearing in _each_pin(pair, given.journals[joint], "length of the bearing"):
+            length = _not_negative(bearing, f"length of the bearing of joint {joint!r}")
             if np.any(length == 0.0):
                 raise FrameError(
                     f"length of the bearing of joint {joint!r} is 0: leave it out where the joint cannot tilt"
