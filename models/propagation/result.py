@@ -105,6 +105,16 @@ class Propagation(Statistics):
         """Standard error of a mean of values (r, ...) of independent replicates, (...)."""
         return np.asarray(np.std(values, axis=0, ddof=1) / np.sqrt(len(values)))
 
+    def require_independent_inputs(self, what: str) -> None:
+        """Refuse what has no meaning where inputs depend on each other.
+
+        Parameters
+        ----------
+        what
+            What was asked for, in words.
+        """
+        self._task.inputs.require_independent(what)
+
     @property
     def missing(self) -> NDArray[np.int64]:
         """Number of samples that are NaN, (...)."""
