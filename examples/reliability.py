@@ -61,7 +61,5 @@ if __name__ == "__main__":
 
     import matplotlib.pyplot as plt
 
-    plt.semilogy(np.degrees(theta), failing.probability, "o-")
-    plt.xlabel("crank angle / °")
-    plt.ylabel(f"probability that C is off by {1e6 * ALLOWED:.0f} µm")
+    failing.plot().set_ylabel(f"probability that C is off by {1e6 * ALLOWED:.0f} µm")
     plt.show()

@@ -22,6 +22,8 @@ _LIMITS = re.compile(
     rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<percent>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*%?\s*(?P<kind>\w*)"
 )
 _CALL = re.compile(r"(?P<name>[A-Za-z_]\w*)\((?P<numbers>[^()]*)\)")
+# Normal scores whose probability is still above zero.
+FARTHEST = 37.5
 # A tolerance is taken for so many standard deviations of a normal distribution.
 SIGMAS = 3.0
 
@@ -363,10 +365,14 @@ def probability(name: str, law: Distribution, x: Array) -> Array:
 
 
 def at_scores(law: Distribution, scores: Array) -> Array:
-    """Values of an input whose standard normal score is `scores`, (...), exact in both tails of a law with `isf`."""
+    """Values of an input whose standard normal score is `scores`, (...), exact in both tails of a law with `isf`.
+
+    Scores beyond those that have a probability count as the last that has one, so that no input is infinite.
+    """
     from scipy.special import ndtr
 
     found: Any = law
+    scores = np.clip(scores, -FARTHEST, FARTHEST)
     below = np.asarray(found.ppf(ndtr(np.minimum(scores, 0.0 if hasattr(found, "isf") else np.inf))), dtype=np.float64)
     if not hasattr(found, "isf"):
         return below

@@ -106,11 +106,25 @@ def quantile_ranks(n: ArrayLike, p: float, level: float) -> tuple[Ranks, Ranks]:
 
 def quantile_interval(samples: Array, p: object, level: float, nan_policy: str) -> ConfidenceInterval:
     """Interval of a quantile from the samples themselves, (n, ...), whatever their distribution."""
-    asked = checked_probability(p)
+    there = np.count_nonzero(~np.isnan(samples), axis=0)
+    return _between_ranks(samples, *quantile_ranks(there, checked_probability(p), level), nan_policy)
+
+
+def interval_between(samples: Array, low: Array, high: Array, nan_policy: str) -> ConfidenceInterval:
+    """Interval between the quantiles of samples (n, ...) at two probabilities, (...); the next sample outwards."""
+    there = np.count_nonzero(~np.isnan(samples), axis=0)
+    last = np.maximum(there - 1, 0)
+    with np.errstate(invalid="ignore"):
+        ranks = np.floor(low * last), np.ceil(high * last)
+    below, above = (np.nan_to_num(each, nan=0.0).astype(np.int64) for each in ranks)
+    return _between_ranks(samples, np.maximum(below, -1), np.minimum(above, there), nan_policy)
+
+
+def _between_ranks(samples: Array, low: Ranks, high: Ranks, nan_policy: str) -> ConfidenceInterval:
+    """Interval between ordered samples (n, ...) by their ranks, (...); infinite where there is no such sample."""
     lost = np.isnan(samples)
     ordered = np.sort(samples, axis=0)
     there = np.count_nonzero(~lost, axis=0)
-    low, high = quantile_ranks(there, asked, level)
     last = len(samples) - 1
     below = np.take_along_axis(ordered, np.clip(low, 0, last)[None], axis=0)[0]
     above = np.take_along_axis(ordered, np.clip(high, 0, last)[None], axis=0)[0]

@@ -25,6 +25,8 @@ Seed = int | np.random.SeedSequence | np.random.Generator | None
 Sampler = Any
 
 SAMPLERS = ("random", "sobol", "lhs", "halton")
+# Numbers of randomisations by which intervals of sequences are known; each has the same share of a block.
+REPLICATES = (1, 4, 8, 16, 32, 64)
 
 # Samples are drawn and summed in blocks of this size, whatever is held at once: so results do not depend on it.
 BLOCK = 1024
@@ -175,7 +177,8 @@ class _Sequence(Points):
         self._sequence.fast_forward(count)
 
     def _block(self) -> Array:
-        return np.asarray(self._sequence.random(BLOCK))
+        # A power of two, for which the sequences are balanced, and no more than are asked for.
+        return np.asarray(self._sequence.random(min(BLOCK, 1 << (self.n - 1).bit_length())))
 
 
 class _HaltonPoints(_Sequence):
@@ -237,6 +240,37 @@ class _GivenTogether(_TogetherPoints):
         return found
 
 
+class _ReplicatedPoints(Points):
+    """Several randomisations of one sampler that do not depend on each other, their points in turn."""
+
+    def __init__(
+        self, names: Sequence[str], n: int, root: np.random.SeedSequence, sampler: str, replicates: int
+    ) -> None:
+        roots = [
+            np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, *f"replicate {k}".encode()))
+            for k in range(replicates)
+        ]
+        self.each = [_BY_NAME[sampler](names, n // replicates, own) for own in roots]
+        super().__init__(names, n, root)
+
+    def _begin(self) -> None:
+        self._number, self._of = 0, -1
+
+    def _skip(self, count: int) -> None:
+        self._number += count // BLOCK
+
+    def _block(self) -> Array:
+        r, share = len(self.each), BLOCK // len(self.each)
+        of, part = divmod(self._number, r)
+        if of != self._of:
+            # A block of each has the points of as many blocks of all.
+            self._of, first = of, of * BLOCK
+            self._together = [each.take(first, min(BLOCK, self.n // r - first)) for each in self.each]
+        self._number += 1
+        own = [each[part * share : (part + 1) * share] for each in self._together]
+        return np.stack(own, axis=1).reshape(-1, len(self.names))
+
+
 _BY_NAME: dict[str, type[Points]] = {
     "random": _RandomPoints,
     "sobol": _Sequence,
@@ -245,7 +279,9 @@ _BY_NAME: dict[str, type[Points]] = {
 }
 
 
-def points_of(names: Sequence[str], n: int, root: np.random.SeedSequence, sampler: Sampler = "random") -> Points:
+def points_of(
+    names: Sequence[str], n: int, root: np.random.SeedSequence, sampler: Sampler = "random", replicates: int = 1
+) -> Points:
     """Points of a sampler, checked.
 
     Parameters
@@ -261,6 +297,9 @@ def points_of(names: Sequence[str], n: int, root: np.random.SeedSequence, sample
         Complexity 14, 1998, doi:10.1006/jcom.1998.0487), best balanced when n is a power of two; ``"halton"``, a
         scrambled Halton sequence (A. B. Owen, arXiv:1706.02808, 2017); or an engine of `scipy.stats.qmc` of dimension
         k, whose points are taken from where it stands; it is left as it is.
+    replicates
+        Number of randomisations of a sampler that is named by which the points are drawn in turn: 1, or a power of two
+        from 4 to 64 that divides n.
 
     Returns
     -------
@@ -270,7 +309,7 @@ def points_of(names: Sequence[str], n: int, root: np.random.SeedSequence, sample
     Raises
     ------
     FrameError
-        If there is no such sampler, or an engine has another dimension.
+        If there is no such sampler, it has no such replicates, or an engine has another dimension.
     """
     whole(n, "number of samples n", 2)
     if isinstance(sampler, str):
@@ -278,17 +317,31 @@ def points_of(names: Sequence[str], n: int, root: np.random.SeedSequence, sample
             raise FrameError(
                 f"sampler is {sampler!r}: choose one of {', '.join(SAMPLERS)}, or give an engine of scipy.stats.qmc"
             )
-        return _BY_NAME[sampler](names, n, root)
+        if _checked_replicates(replicates, n) == 1:
+            return _BY_NAME[sampler](names, n, root)
+        return _ReplicatedPoints(names, n, root, sampler, replicates)
     from scipy.stats import qmc
 
     if not isinstance(sampler, qmc.QMCEngine):
         raise FrameError(
             f"sampler is {sampler!r}: choose one of {', '.join(SAMPLERS)}, or give an engine of scipy.stats.qmc"
         )
+    if replicates != 1:
+        raise FrameError(f"replicates is {replicates!r}, and an engine has one randomisation: give a sampler by name")
     if sampler.d != len(names):
         raise FrameError(f"sampler is an engine of dimension {sampler.d}: there are {len(names)} inputs")
     kind = _GivenSequence if goes_on(sampler) else _GivenTogether
     return kind(names, n, sampler)
+
+
+def _checked_replicates(replicates: object, n: int) -> int:
+    """Number of replicates, checked."""
+    count = whole(replicates, "replicates", 1)
+    if count not in REPLICATES:
+        raise FrameError(f"replicates is {count}: choose one of {', '.join(map(str, REPLICATES))}")
+    if n % count or n < 2 * count:
+        raise FrameError(f"number of samples n is {n}: give a multiple of the {count} replicates, twice that or more")
+    return count
 
 
 def goes_on(sampler: Sampler) -> bool:

@@ -40,7 +40,9 @@ class SobolIndices:
     total
         Share that vanishes with each input, its interactions included, (..., k).
     first_standard_error, total_standard_error
-        Standard errors of independent samples, (..., k).
+        Standard errors, (..., k): of independent samples, or between replicates.
+    freedom
+        Degrees of freedom of the standard errors.
 
     Examples
     --------
@@ -57,9 +59,12 @@ class SobolIndices:
     total: Array
     first_standard_error: Array
     total_standard_error: Array
+    freedom: float = np.inf
 
     def confidence_interval(self, level: float = 0.95, of: str = "total") -> ConfidenceInterval:
-        """Confidence interval of the indices; as the points are those of a sequence, it is wider than it need be.
+        """Confidence interval of the indices.
+
+        That of a single randomisation is as of independent samples, and wider than those of a sequence need be.
 
         Parameters
         ----------
@@ -82,7 +87,7 @@ class SobolIndices:
             raise FrameError(f"confidence interval of {of!r}: choose 'first' or 'total'")
         first = of == "first"
         error = self.first_standard_error if first else self.total_standard_error
-        return by_error(self.first if first else self.total, error, level)
+        return by_error(self.first if first else self.total, error, level, self.freedom)
 
     @styled
     def plot(
@@ -140,6 +145,7 @@ def sobol_indices(
     rng: Seed = None,
     axis: int = 0,
     chunk: int = 16384,
+    replicates: int = 1,
 ) -> SobolIndices:
     """Sobol indices of a function of independent uncertain inputs, by `scipy.stats.sobol_indices`.
 
@@ -157,6 +163,9 @@ def sobol_indices(
         Axis of the samples in what `fn` returns.
     chunk
         Number of samples in one call of `fn`.
+    replicates
+        Number of independent randomisations among which the samples are shared, between which the standard errors then
+        are; each has n / replicates, a power of two.
 
     Returns
     -------
@@ -176,6 +185,8 @@ def sobol_indices(
     >>> bool(abs(shares.first - [0.2, 0.8]).max() < 0.02)
     True
     """
+    if whole(replicates, "replicates", 1) > 1:
+        return _replicated(fn, distributions, n, root_seed(rng), axis, chunk, replicates)
     if whole(n, "number of samples n", 2) & (n - 1):
         raise FrameError(f"number of samples n is {n!r}: Sobol indices need a power of two")
     if not distributions:
@@ -224,11 +235,35 @@ def sobol_indices(
         )
     # SciPy returns 0 where a sample is NaN.
     there = np.where(np.any(holes, axis=0), np.nan, 1.0)[:, None]
-    first, total, *more = (
+    first, total, alone, together = (
         np.reshape(there * order.reshape(len(there), -1), (*shape[0], len(marginals)))[..., : len(names)]
         for order in (found.first_order, found.total_order, *errors)
     )
-    return SobolIndices(names, first, total, *more)
+    return SobolIndices(names, first, total, alone, together)
+
+
+def _replicated(
+    fn: Callable[..., ArrayLike],
+    distributions: Mapping[str, Uncertain],
+    n: int,
+    root: np.random.SeedSequence,
+    axis: int,
+    chunk: int,
+    replicates: int,
+) -> SobolIndices:
+    """Means of the indices of independent randomisations, and how far they scatter."""
+    if whole(n, "number of samples n", 2) % replicates or n < 2 * replicates:
+        raise FrameError(
+            f"number of samples n is {n}: give a multiple of the {replicates} replicates, twice that or more"
+        )
+    each = []
+    for k in range(replicates):
+        own = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, *f"replicate {k}".encode()))
+        each.append(sobol_indices(fn, distributions, n=n // replicates, rng=own, axis=axis, chunk=chunk))
+    first, total = (np.stack([getattr(found, name) for found in each]) for name in ("first", "total"))
+    alone, together = (np.std(values, axis=0, ddof=1) / np.sqrt(replicates) for values in (first, total))
+    means = first.mean(axis=0), total.mean(axis=0)
+    return SobolIndices(each[0].inputs, *means, alone, together, replicates - 1.0)
 
 
 def _saltelli(f_A: Array, f_B: Array, f_AB: Array) -> tuple[Array, Array, Array, Array]:

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .edges import Edges
 from .limit_state import Index, LimitState
-from .second_order import beyond_paraboloid, curvatures
+from .second_order import curvatures
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -27,6 +28,8 @@ SHORTEST = 2.0**-8
 AROUND, FURTHER = 3.0, 2.0
 # Points closer than this are one.
 SAME = 1e-2
+# Share of the worst tenth of samples that may be outside the fifth that the points expect to be the worst.
+STRAY = 0.04
 # Samples of failures that stand for likely ones, and how far they are apart.
 MANY, APART = 10, 1.0
 
@@ -69,10 +72,25 @@ class DesignPoints:
 
         return np.asarray(ndtr(-self.beta))
 
-    def second_order(self, limit: LimitState) -> Array:
-        """Probability beyond paraboloids with the curvature of the limit state, (n,)."""
-        bent = curvatures(limit, self.scores, self.pose, self.normals, self.slopes)
-        return beyond_paraboloid(self.beta, bent)
+    def explain(self, scores: Array, values: Array) -> bool:
+        """Whether the worst of some samples (m, k), by their values (m,), are so by the tangent planes, too."""
+        known = self.converged & (self.slopes > 0.0)
+        if not known.any():
+            return False
+        left = self.slopes[known] * (self.beta[known] - scores @ self.normals[known].T)
+        expected = np.argsort(np.argsort(left.min(axis=1), kind="stable"), kind="stable")
+        count = len(values) // 10
+        elsewhere = expected[np.argsort(values, kind="stable")[:count]] >= 2 * count
+        return bool(np.count_nonzero(elsewhere) <= STRAY * count)
+
+    def planes(self) -> Edges:
+        """The tangent planes."""
+        return Edges(self.normals, self.beta)
+
+    def paraboloids(self, limit: LimitState) -> Edges:
+        """Paraboloids with the curvature of the limit state."""
+        found = curvatures(limit, self.scores, self.pose, self.normals, self.slopes)
+        return Edges(self.normals, self.beta, *found)
 
 
 def design_points(limit: LimitState, starts: int) -> DesignPoints:

@@ -35,7 +35,8 @@ class LimitState:
     inputs
         The joint distribution of the k inputs.
     gradient
-        Called alike; derivatives by the inputs, by name, (m,) each. By default they are differences.
+        Called alike; derivatives by the inputs, by name, (m,) each, or a pair of the values, (m,), and these. By
+        default they are differences.
     poses
         Number of poses; None where the function knows none.
 
@@ -79,14 +80,24 @@ class LimitState:
             with np.errstate(invalid="ignore"):
                 slopes = (found[:, 1 : self.size + 1] - found[:, self.size + 1 :]) / (2.0 * STEP)
             return found[:, 0], np.where(np.isfinite(slopes), slopes, 0.0)
-        by_input = self.gradient(*self._arguments(self.inputs.at_scores(scores), pose))
+        values, by_input = self._with_gradient(self.gradient, scores, pose)
         around = self.inputs.at_scores((scores[:, None] + stencil).reshape(-1, self.size))
         slopes = np.zeros(scores.shape)
-        for name, values in around.items():
-            table = values.reshape(len(scores), -1)
+        for name, samples in around.items():
+            table = samples.reshape(len(scores), -1)
             change = (table[:, 1 : self.size + 1] - table[:, self.size + 1 :]) / (2.0 * STEP)
-            slopes += np.asarray(by_input[name])[..., None] * change
-        return self.values(scores, pose), slopes
+            slopes += np.nan_to_num(np.asarray(by_input[name], dtype=np.float64))[..., None] * change
+        return values, slopes
+
+    def _with_gradient(self, gradient: Function, scores: Array, pose: Index) -> tuple[Array, Mapping[str, Array]]:
+        """Values (n,) and derivatives by the inputs, in one call where the gradient tells both."""
+        found = gradient(*self._arguments(self.inputs.at_scores(scores), pose))
+        if not isinstance(found, tuple):
+            return self.values(scores, pose), found
+        self.batches += 1
+        self.evaluations += len(scores)
+        values, by_input = found
+        return np.where(np.isnan(values), -np.inf, values), by_input
 
     def _called(self, scores: Array, pose: Index) -> Array:
         found = np.asarray(self.function(*self._arguments(self.inputs.at_scores(scores), pose)), dtype=np.float64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +16,14 @@ from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.inputs import JointInputs
 from ..sampling import Seed, root_seed, stream, whole
 from .design_points import DesignPoints, design_points, joined, likely
+from .edges import Edges, beyond_edges
 from .importance import Estimate, Mixture, importance_sampling
 from .limit_state import Function, LimitState
-from .planes import beyond_planes
+from .probability_plot import plot_probability
 from .subset import Value, subset_simulation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -49,6 +54,8 @@ class Reliability:
         Distributions of the inputs.
     evaluations, batches
         For how many samples the limit state was evaluated, and in how many calls.
+    along, along_label
+        What the poses lie along, (poses,), and its name: of a motion the first drive.
     """
 
     probability: Array
@@ -59,6 +66,8 @@ class Reliability:
     inputs: JointInputs
     evaluations: int
     batches: int
+    along: Array | None = None
+    along_label: str = "pose"
 
     @property
     def beta(self) -> Array:
@@ -124,6 +133,39 @@ class Reliability:
             high = np.where(some, self.probability * spread, z * self.standard_error)
         return ConfidenceInterval(low, np.minimum(high, 1.0))
 
+    def plot(self, ax: Axes | None = None, *, level: float = 0.95) -> Axes:
+        """Draw the probability of failure over the poses, with the band of its confidence interval.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib; new ones where None.
+        level
+            Confidence of the band, which only methods by samples have.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on, its probabilities in powers of ten.
+
+        Raises
+        ------
+        FrameError
+            If there is one probability alone, or the level is no probability.
+
+        Examples
+        --------
+        >>> from scipy import stats
+        >>> found = reliability(lambda x, pose: 3.0 + pose - x["a"], {"a": stats.norm()}, poses=4, method="form")
+        >>> found.plot().get_yscale()
+        'log'
+        """
+        if not self.probability.ndim:
+            raise FrameError("there is one probability alone, and plot shows that of each pose: leave anywhere out")
+        x = np.arange(float(self.probability.size)) if self.along is None else self.along
+        band = self.confidence_interval(level) if np.isfinite(self.standard_error).all() else None
+        return plot_probability(x, self.probability, band, self.along_label, ax)
+
     def __repr__(self) -> str:
         """A line; of several poses the likeliest to fail."""
         at = int(np.argmax(self.probability)) if self.probability.ndim else ()
@@ -169,7 +211,8 @@ def reliability(
     correlation
         Of the inputs, as for `propagate`.
     gradient
-        Called like `limit`; derivatives by the inputs, by name, (m,) each. By default differences are taken.
+        Called like `limit`; derivatives by the inputs, by name, (m,) each, or a pair of the values, (m,), and these,
+        which spares a call of `limit`. By default differences are taken.
     poses
         Number of poses that `limit` knows.
     anywhere
@@ -247,24 +290,22 @@ class _Run:
         return self.state.values(scores, np.broadcast_to(which[:, None], scores.shape[:2]))
 
     def first_order(self, points: DesignPoints) -> Estimate:
-        return self._of_points(points, points.first_order)
+        return self._beyond(points.planes(), points.pose)
 
     def second_order(self, points: DesignPoints) -> Estimate:
-        found = points.second_order(self.state)
-        if np.isnan(found).all():
+        edges = points.paraboloids(self.state)
+        known = ~np.isnan(edges.probability)
+        if not known.any():
             raise FrameError("sorm: no point that was found is nearest the median: use the method 'importance'")
-        return self._of_points(points[~np.isnan(found)], found[~np.isnan(found)])
+        return self._beyond(edges[known], points.pose[known])
 
-    def _of_points(self, points: DesignPoints, probability: Array) -> Estimate:
-        """Of planes with the probabilities of the points."""
-        from scipy.special import ndtri
-
-        pose = np.zeros_like(points.pose) if self.together else points.pose
+    def _beyond(self, edges: Edges, poses: NDArray[np.int64]) -> Estimate:
+        """Of surfaces at the points."""
+        pose = np.zeros_like(poses) if self.together else poses
         out = np.zeros(self.problems)
         for problem in np.unique(pose):
-            mine = pose == problem
-            rng = stream(self.root, f"planes {problem}")
-            out[problem] = beyond_planes(points.normals[mine], -ndtri(probability[mine]), points.pose[mine], rng)
+            mine, rng = pose == problem, stream(self.root, f"planes {problem}")
+            out[problem] = beyond_edges(edges[mine], poses[mine], rng)
         lost = np.setdiff1d(np.arange(self.problems), pose)
         if lost.size:
             where = f" at pose number {lost[0]}" if self.state.poses and not self.together else ""
@@ -276,15 +317,18 @@ class _Run:
         return importance_sampling(self._values, mixture, stream(self.root, "importance"), accuracy=accuracy, most=most)
 
     def _explored(self, points: DesignPoints) -> DesignPoints:
-        """With samples of failures by subset simulation, where the limit state has edges or no slope to follow."""
+        """With samples of failures by subset simulation, where the limit state has edges or no slope to follow.
+
+        It ends with the first level whose worst samples are where the points that were found have them.
+        """
         found = [points]
         for problem in range(self.problems):
-            mine = points.converged[(points.pose == problem) | self.together]
-            if mine.size and mine.all() and self.problems > 1:
+            own = points[(points.pose == problem) | self.together]
+            if own.converged.size and own.converged.all() and self.problems > 1:
                 continue
             pose, rng = np.array([problem]), stream(self.root, f"exploration {problem}")
-            some = subset_simulation(self._of_one(pose), self.state.size, rng, EXPLORED).failed
-            found.append(likely(some, problem))
+            explored = subset_simulation(self._of_one(pose), self.state.size, rng, EXPLORED, own.explain)
+            found.append(likely(explored.failed, problem))
         return joined(found)
 
     def _of_one(self, pose: NDArray[np.int64]) -> Value:

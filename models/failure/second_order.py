@@ -13,10 +13,14 @@ Array = NDArray[np.float64]
 STEP = 1e-3
 # Step of the trapezoidal rule along the contour, and where it ends: both far below rounding.
 FINE, FAR = 0.05, 10.0
+# By how much a curvature, by differences, may be off: on a sphere about the median every point is a nearest one.
+NEARLY = 1e-4
 
 
-def curvatures(limit: LimitState, scores: Array, pose: Index, normals: Array, slopes: Array) -> Array:
-    """Principal curvatures of the limit state at design points, (n, k - 1), positive where it bends from the median.
+def curvatures(limit: LimitState, scores: Array, pose: Index, normals: Array, slopes: Array) -> tuple[Array, Array]:
+    """Principal curvatures of the limit state at design points, and their directions.
+
+    They are (n, k - 1), positive where the limit state bends from the median, and (n, k, k - 1), columns.
 
     Parameters
     ----------
@@ -41,8 +45,8 @@ def curvatures(limit: LimitState, scores: Array, pose: Index, normals: Array, sl
     # The first column of a Householder reflection is the normal; the others span the tangent plane.
     tangents = np.linalg.qr(np.concatenate([normals[..., None], np.broadcast_to(np.eye(k), (n, k, k))], axis=-1))[0]
     plane = tangents[..., 1:k]
-    found: Array = np.linalg.eigvalsh(np.swapaxes(plane, -1, -2) @ hessian @ plane)
-    return found
+    found, directions = np.linalg.eigh(np.swapaxes(plane, -1, -2) @ hessian @ plane)
+    return found, plane @ directions
 
 
 def beyond_paraboloid(beta: Array, curvature: Array) -> Array:
@@ -61,9 +65,9 @@ def beyond_paraboloid(beta: Array, curvature: Array) -> Array:
     """
     least = np.minimum(curvature.min(axis=-1, initial=0.0), -1e-300)
     singular = -1.0 / least
-    nearest = np.all(1.0 + beta[:, None] * curvature > 0.0, axis=-1)
-    real = np.clip(beta, 0.5, None)
-    real = np.where(real < singular - 0.25, real, 0.5 * (np.clip(beta, 0.0, None) + singular))
+    nearest = np.all(1.0 + beta[:, None] * curvature > -NEARLY, axis=-1)
+    # Well off the singularity, also where a sphere about the median has it at beta.
+    real = np.minimum(np.clip(beta, 0.5, None), np.maximum(singular - 0.25, 0.5 * singular))
     steps = FINE * np.minimum(1.0, np.minimum(real, np.abs(singular - real)))
     count = int(np.ceil(FAR / max(float(steps.min(initial=FINE)), FINE / 100.0)))
     s = real[:, None] + 1j * steps[:, None] * np.arange(-count, count + 1)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 # Values (m,) of the limit state at scores (m, k).
 Value = Callable[[Array], Array]
+Enough = Callable[[Array, Array], bool]
 
 # Share of the samples of a level that the next one begins from; levels after which the probability counts as 0.
 SHARE, MOST = 0.1, 40
@@ -30,7 +31,9 @@ class Subset(NamedTuple):
     failed: Array
 
 
-def subset_simulation(value: Value, size: int, rng: np.random.Generator, samples: int) -> Subset:
+def subset_simulation(
+    value: Value, size: int, rng: np.random.Generator, samples: int, enough: Enough | None = None
+) -> Subset:
     """Probability of failure, level by level.
 
     Parameters
@@ -43,6 +46,8 @@ def subset_simulation(value: Value, size: int, rng: np.random.Generator, samples
         Source of the samples.
     samples
         Samples of a level, a multiple of ten.
+    enough
+        Asked of the scores (m, k) and values (m,) of each level: where it holds, the run ends without an answer.
     """
     chains = int(SHARE * samples)
     scores = rng.normal(size=(samples, size))
@@ -50,6 +55,8 @@ def subset_simulation(value: Value, size: int, rng: np.random.Generator, samples
     table = value(scores)[None]
     for _ in range(MOST):
         flat = table.reshape(-1)
+        if enough is not None and enough(scores.reshape(-1, size), flat):
+            return Subset(np.nan, np.zeros((0, size)))
         order = np.argsort(flat, kind="stable")
         threshold = float(0.5 * (flat[order[chains - 1]] + flat[order[chains]]))
         last = threshold <= 0.0

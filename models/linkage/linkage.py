@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError
+from ..distributions import Uncertain
 from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.workers import Workers
 from ..sampling import Sampler, Seed
 from .continuation.drives import by_joint
+from .derivatives.thermal import Expansion
 from .description.linkage_description import LinkageDescription
 from .graphics.dxf import save_linkage
 from .graphics.plots import SI, Units, html_of, plot_linkage
@@ -180,7 +182,10 @@ class Linkage(LinkageDescription):
         nan_policy: str = "omit",
         workers: Workers = 1,
         checkpoint: str | os.PathLike[str] | None = None,
+        replicates: int = 1,
         correlation: GaussianCopula | Pairs | ArrayLike | None = None,
+        temperatures: Mapping[str, Uncertain] | None = None,
+        expansion: Expansion | None = None,
     ) -> AccuracyStudy:
         """Where points go under load with tolerances on the numbers of the linkage, at every pose, in one call.
 
@@ -201,16 +206,21 @@ class Linkage(LinkageDescription):
             As `move` takes them.
         inertia
             Let the inertia forces of the rigid motion act as well.
-        n, rng, sampler, progress, nan_policy, workers, checkpoint
+        n, rng, sampler, progress, nan_policy, workers, checkpoint, replicates
             As `propagate` takes them.
         correlation
             As `propagate` takes it: by pair, a matrix (k, k) of the k tolerances, or a `GaussianCopula`.
+        temperatures
+            Rise of temperature by link, or of the ``"ground"``, K: what `propagate` takes for an input, called
+            ``temperature.NAME`` in the results. The link grows evenly, to first order, and moves the others.
+        expansion
+            Coefficient of thermal expansion of these links, 1/K, or by link.
 
         Returns
         -------
         AccuracyStudy
             Mean, standard deviation, worst case and contributors at every pose, the probability of leaving a zone, and
-            all of it as a table.
+            all of it as a table; in `parts` what geometry, clearance, compliance, load and heat do by themselves.
 
         Raises
         ------
@@ -234,6 +244,7 @@ class Linkage(LinkageDescription):
         return study(
             self, tolerances, points, poses, inertia=inertia, n=n, rng=rng, sampler=sampler, progress=progress,
             nan_policy=nan_policy, correlation=correlation, workers=workers, checkpoint=checkpoint,
+            temperatures=temperatures, expansion=expansion, replicates=replicates,
         )  # fmt: skip
 
     def workspace(

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
 from ...framework.frame import Frame
+from .derivatives.thermal import Expansion, Temperature
 from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix, frequencies, stiffness, stress
 from .statics.actions import kinetic_energy
 from .statics.frame import FramedPoses, frame
@@ -202,9 +203,16 @@ class LoadedMotion(FramedPoses):
             )
 
     def accuracy(
-        self, point: str, link: str | None = None, *, inertia: bool = False, **load: ArrayLike
+        self,
+        point: str,
+        link: str | None = None,
+        *,
+        inertia: bool = False,
+        temperature: Temperature | None = None,
+        expansion: Expansion | None = None,
+        **load: ArrayLike,
     ) -> PointAccuracy:
-        """Where a point of the loaded linkage really goes: by compliance, by clearance, and in total.
+        """Where a point of the loaded linkage really goes: by compliance, clearance and expansion, and in total.
 
         Parameters
         ----------
@@ -214,14 +222,19 @@ class LoadedMotion(FramedPoses):
             The link on which it is taken; the first that has it where None.
         inertia
             Let the inertia forces of the rigid motion act as well.
+        temperature
+            Rise of temperature of all links, (...), or by link, the ``"ground"`` among them, K. Links grow evenly and
+            move each other, to first order; the ground grows about its first pivot.
+        expansion
+            Coefficient of thermal expansion of these links, 1/K, or by link.
         **load
             Forces and moments on the point beside the linkage's own loads, ``fx fy fz mx my mz``, global, (...).
 
         Returns
         -------
         PointAccuracy
-            Displacements ``ux uy uz rx ry rz`` by ``compliance``, by ``clearance`` and in ``total``, (..., 6) each,
-            length and radians, computed when read.
+            Displacements ``ux uy uz rx ry rz`` by ``compliance``, by ``clearance``, ``thermal`` and in ``total``,
+            (..., 6) each, length and radians, computed when read. What tolerances do to them, `Linkage.study` tells.
 
         Raises
         ------
@@ -242,7 +255,7 @@ class LoadedMotion(FramedPoses):
         >>> float(found.compliance[1].round(9)), float(found.clearance[1].round(9))
         (0.0025, 0.0001)
         """
-        return accuracy(self, point, link, load, inertia=inertia)
+        return accuracy(self, point, link, load, inertia=inertia, temperature=temperature, expansion=expansion)
 
     def compliance_matrix(self, point: str, link: str | None = None) -> Array:
         """Displacement and rotation of a point by unit forces and moments on it, drives locked, clearances closed.

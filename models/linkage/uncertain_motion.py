@@ -97,9 +97,11 @@ class UncertainMotion(LoadedMotion):
             axis, of a ball in all directions, of a planar joint along its normal.
         journals
             Length of the bearing by joint, (...), of pins, sliders and screws that can tilt: both ends of the journal
-            then lie anywhere within the clearance.
+            then lie anywhere within the clearance. Of a universal joint that of both pins of its cross, or a tuple of
+            the one on the first link and the one on the second.
         end_play
-            How far a pin can go along its axis, to either side, by joint, (...).
+            How far a pin, or a nut on its thread, can go along its axis, to either side, by joint, (...); of a
+            universal joint both pins, or a tuple.
         lengths
             Tolerance by link of two points, or by (link, point, point) on a link or the ``"ground"``: half width (...),
             or a pair of a lower and an upper deviation.
@@ -247,6 +249,10 @@ class UncertainMotion(LoadedMotion):
     ) -> Reliability:
         """Probability that a point leaves its zone, for uncertain dimensions of the linkage.
 
+        Likely failures are sought at all poses in one batch an iteration, whose size does not grow with the number of
+        inputs: `sensitivity` tells the derivatives by points, lengths, axes, pitches and drives, and `build` how these
+        depend on the inputs, without another solution.
+
         Parameters
         ----------
         point
@@ -259,12 +265,14 @@ class UncertainMotion(LoadedMotion):
         distributions
             By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
         **options
-            Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...
+            Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...;
+            ``gradient=None`` takes differences of solutions.
 
         Returns
         -------
         Reliability
-            Probability of failure at each pose, (poses,), or with ``anywhere=True`` of failing at one of them, ().
+            Probability of failure at each pose, (poses,), or with ``anywhere=True`` of failing at one of them, ();
+            its `plot()` shows that of each pose over the first drive.
 
         Raises
         ------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,19 +11,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError
-from ..distributions import Uncertain
+from ..distributions import Distribution, Uncertain, at_scores, distributions_of
 from ..failure.reliability import Reliability, reliability
+from .derivatives.built import DescribedNumbers, along_inputs
+from .derivatives.position_sensitivity import position_sensitivity
+from .graphics.reaction_plots import over_first_drive
+from .poses.classified import ClassifiedPoses
 from .poses.coordinates import coordinate_of
 from .poses.kinematics import Kinematics
 
 # Points from which likely failures are sought: the middle of the zone has no slope, and the zone is left on all sides.
 STARTS = 5
+# Differences of the description, by which it depends on the inputs, are taken over this share of their deviation.
+STEP = 0.01
 
 
-class Movable(Protocol):
+class Movable(DescribedNumbers, Protocol):
     """What is asked of a linkage."""
 
-    def move(self, drives: Mapping[str, ArrayLike], /) -> Kinematics:
+    def move(self, drives: Mapping[str, ArrayLike], /) -> ClassifiedPoses:
         """Its motion at values of its drives."""
 
 
@@ -48,26 +55,65 @@ def reliability_of(
             f"the nominal motion has no position of {point!r} at pose number {lost[0]}, where it cannot be assembled: "
             "leave that pose out"
         )
-    margin = _Margin(motion, point, float(limit), build)
-    return reliability(
-        margin, distributions, poses=motion.shape[0] if motion.shape else None, **{"starts": STARTS, **options}
-    )
+    margin = _Margin(motion, point, float(limit), build, distributions)
+    own = {"starts": STARTS, "gradient": margin.with_gradient, **options}
+    found = reliability(margin, distributions, poses=motion.shape[0] if motion.shape else None, **own)
+    if not motion.shape:
+        return found
+    values, label, _ = over_first_drive(motion, np.arange(motion.shape[0]), "m")
+    return replace(found, along=values, along_label=label)
 
 
 class _Margin:
     """What is left of the zone, smooth at its middle: ``(limit² - off²) / limit`` of the distance off."""
 
-    def __init__(self, motion: Kinematics, point: str, limit: float, build: Build) -> None:
+    def __init__(
+        self, motion: Kinematics, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain]
+    ) -> None:
         self.point, self.limit, self.build = point, limit, build
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
+        self.reach = {name: _reach(law) for name, law in distributions_of(distributions).items()}
 
     def __call__(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
+        return self._margin(self._off(self._moved(samples, pose), pose))
+
+    def with_gradient(
+        self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None
+    ) -> tuple[Array, dict[str, Array]]:
+        """What is left, and its derivatives by the inputs: one linkage moved for each sample, however many inputs."""
+        motion = self._moved(samples, pose)
+        off = self._off(motion, pose)
+        by = position_sensitivity(motion, self.point)
+        weight = np.broadcast_to(-2.0 * off / self.limit, (len(next(iter(samples.values()))), 3))
+        return self._margin(off), along_inputs(by, weight, self.build, samples, self._ends(samples))
+
+    def _moved(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None) -> ClassifiedPoses:
         at = () if pose is None else pose
-        moved = self.build(**samples).move({name: values[at] for name, values in self.drives.items()})
-        off = moved.position(self.point) - self.nominal[at]
+        return self.build(**samples).move({name: values[at] for name, values in self.drives.items()})
+
+    def _off(self, motion: ClassifiedPoses, pose: NDArray[np.int64] | None) -> Array:
+        return np.asarray(motion.position(self.point) - self.nominal[() if pose is None else pose])
+
+    def _margin(self, off: Array) -> Array:
         left: Array = self.limit - np.sum(off * off, axis=-1) / self.limit
         return left
+
+    def _ends(self, samples: Mapping[str, Array]) -> dict[str, tuple[Array, Array]]:
+        """Values a little to either side of the samples that the inputs can have."""
+        out = {}
+        for name, values in samples.items():
+            deviation, low, high = self.reach[name]
+            step = STEP * deviation
+            out[name] = np.maximum(values - step, low), np.minimum(values + step, high)
+        return out
+
+
+def _reach(law: Distribution) -> tuple[float, float, float]:
+    """Deviation of an input, half of what lies between scores -1 and 1, and its least and its greatest value."""
+    lower, upper = np.asarray(at_scores(law, np.array([-1.0, 1.0])), dtype=np.float64)
+    least, greatest = np.asarray(law.ppf(np.array([0.0, 1.0])), dtype=np.float64)
+    return float(0.5 * (upper - lower)), float(least), float(greatest)
 
 
 def driven_values(motion: Kinematics, name: str) -> Array:

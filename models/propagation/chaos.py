@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError, SampleWarning
 from ..distributions import Normal, Uncertain, probability
-from ..intervals import ConfidenceInterval, by_error
+from ..intervals import ConfidenceInterval, by_error, checked_level
 from ..sampling import BLOCK, Sampler, Seed, points_of, root_seed, samples_first, whole
 from ..sensitivity import SobolIndices
 from .chunk import Function
@@ -28,6 +28,45 @@ Powers = NDArray[np.int64]
 METHODS = ("regression", "quadrature")
 # Samples a coefficient, and nodes that are still reasonable.
 OVERSAMPLED, MOST_NODES = 3, 1_000_000
+# Random points at which a quadrature is checked, which goes through its nodes.
+CHECKED = 256
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOver:
+    """What a polynomial leaves of the variance at points that it was not fitted to.
+
+    Attributes
+    ----------
+    share
+        Share of the variance, (...).
+    error
+        Its standard error, by the scatter of the squared errors, (...).
+    points
+        Which points, in words.
+    """
+
+    share: Array
+    error: Array
+    points: str
+
+    @classmethod
+    def of(cls, errors: Array, variance: Array, shape: tuple[int, ...], points: str) -> LeftOver:
+        """From errors (m, e) at points and the variance (e,) of the function; nothing is left of a constant."""
+        square = errors**2 / np.where(variance > 0.0, variance, 1.0)
+        share, error = np.mean(square, axis=0), np.std(square, axis=0, ddof=1) / np.sqrt(len(square))
+        constant = variance == 0.0
+        share, error = (np.where(constant, 0.0, each).reshape(shape) for each in (share, error))
+        return cls(share, error, points)
+
+    def interval(self, level: float) -> ConfidenceInterval:
+        """Bounds on the share, (...), as of a log-normal estimate."""
+        from scipy.special import ndtri
+
+        z = ndtri(0.5 + 0.5 * checked_level(level))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            spread = np.exp(z * np.sqrt(np.log1p(np.where(self.share > 0.0, self.error / self.share, 0.0) ** 2)))
+        return ConfidenceInterval(self.share / spread, self.share * spread)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,22 +83,19 @@ class PolynomialChaos:
         Degree of each term in each of the k inputs, (terms, k).
     coefficients
         Of the orthonormal terms, (terms, ...).
-    unexplained
-        Share of the variance that the polynomial leaves, (...): by leaving out one sample after the other, or at the
-        nodes of the quadrature.
     n
-        Number of samples or nodes at which the function was called.
+        Number of samples, or of nodes and those random points, at which the function was called.
     """
 
     inputs: tuple[str, ...]
     powers: Powers
     coefficients: Array
-    unexplained: Array
     n: int
     _joint: JointInputs = field(repr=False)
     _bases: tuple[Orthonormal, ...] = field(repr=False)
     _covariance: Array | None = field(repr=False)
     _residual: Array = field(repr=False)
+    _left: LeftOver = field(repr=False)
 
     def __call__(self, **inputs: Array) -> Array:
         """Values of the polynomial, (m, ...)."""
@@ -75,6 +111,15 @@ class PolynomialChaos:
     def variance(self) -> Array:
         """Variance, (...)."""
         return np.asarray(np.sum(self.coefficients[1:] ** 2, axis=0))
+
+    @property
+    def unexplained(self) -> Array:
+        """Share of the variance that the polynomial leaves, at points that it was not fitted to, (...).
+
+        By leaving out one sample after the other, or of a quadrature at random points. What the function does in tails
+        that none of them reached is not in it.
+        """
+        return self._left.share
 
     @property
     def std(self) -> Array:
@@ -118,7 +163,7 @@ class PolynomialChaos:
         level
             Probability that the interval holds the value for the polynomial that fits best.
         of
-            ``"mean"`` or ``"std"``.
+            ``"mean"`` or ``"std"``; ``"unexplained"``, by the scatter of the squared errors at the points left out.
 
         Returns
         -------
@@ -130,8 +175,10 @@ class PolynomialChaos:
         FrameError
             If `level` or `of` cannot be meant, or the coefficients are from a quadrature, which draws nothing.
         """
+        if of == "unexplained":
+            return self._left.interval(level)
         if of not in ("mean", "std"):
-            raise FrameError(f"confidence interval of {of!r}: choose 'mean' or 'std'")
+            raise FrameError(f"confidence interval of {of!r}: choose 'mean', 'std' or 'unexplained'")
         if self._covariance is None:
             raise FrameError("a quadrature draws no samples and has no confidence interval: see `unexplained`")
         freedom = self.n - len(self.powers)
@@ -145,10 +192,15 @@ class PolynomialChaos:
         return by_error(self.std, self._error(slope), level, freedom, least=0.0)
 
     def __repr__(self) -> str:
-        worst = float(np.max(self.unexplained, initial=0.0))
+        share, where = self.unexplained, ""
+        if share.size > 1:
+            worst_at = np.unravel_index(np.argmax(np.nan_to_num(share, nan=np.inf)), share.shape)
+            where = f" of entry {[int(k) for k in worst_at]}, the worst,"
+        worst = float(np.max(share, initial=0.0))
         return (
             f"PolynomialChaos of {', '.join(self.inputs)}: {len(self.powers)} terms up to degree "
-            f"{self.powers.sum(axis=1).max()}, {self.n} calls, leaves at most {100.0 * worst:.3g} % of the variance"
+            f"{self.powers.sum(axis=1).max()}, {self.n} calls, left {100.0 * worst:.3g} % of the variance{where} at "
+            f"{self._left.points}"
         )
 
 
@@ -176,11 +228,12 @@ def polynomial_chaos(
         Greatest total degree of a term, at most 20.
     method
         ``"regression"`` on samples, or ``"quadrature"`` by the product of Gauss rules with degree + 1 nodes an input,
-        for few of them.
+        for few of them; it is checked at 256 random points.
     n
         Number of samples of the regression; three a coefficient where it is left out.
     rng, sampler
-        Of the regression, as for `propagate`.
+        Of the regression, as for `propagate`. The points by which a quadrature is checked are Sobol's; without a seed
+        they are always the same.
     axis
         Axis of the samples in what `fn` returns.
     correlation
@@ -220,14 +273,18 @@ def polynomial_chaos(
     bases = tuple(Orthonormal.of(name, law, degree) for name, law in laws.items())
     powers = _powers(len(bases), degree)
     if method == "quadrature":
-        return _by_quadrature(fn, joint, bases, powers, axis)
+        return _by_quadrature(fn, joint, bases, powers, axis, root_seed(0 if rng is None else rng))
     count = max(OVERSAMPLED * len(powers), 32) if n is None else whole(n, "number of samples n", 2)
     if count <= len(powers):
         raise FrameError(f"{count} samples for {len(powers)} coefficients: give more than that, or a lower degree")
-    points = points_of(joint.names, count, root_seed(rng), sampler)
+    return _by_regression(fn, joint, bases, powers, axis, _drawn(joint, count, root_seed(rng), sampler))
+
+
+def _drawn(joint: JointInputs, count: int, root: np.random.SeedSequence, sampler: Sampler) -> dict[str, Array]:
+    """Samples of the inputs, (count,) each."""
+    points = points_of(joint.names, count, root, sampler)
     blocks = [joint.samples(points.take(start, min(BLOCK, count - start))) for start in range(0, count, BLOCK)]
-    inputs = {name: np.concatenate([block[name] for block in blocks]) for name in joint.names}
-    return _by_regression(fn, joint, bases, powers, axis, inputs)
+    return {name: np.concatenate([block[name] for block in blocks]) for name in joint.names}
 
 
 def _powers(k: int, degree: int) -> Powers:
@@ -265,7 +322,12 @@ def _coordinates(joint: JointInputs, inputs: Mapping[str, Array]) -> Array:
 
 
 def _by_quadrature(
-    fn: Function, joint: JointInputs, bases: tuple[Orthonormal, ...], powers: Powers, axis: int
+    fn: Function,
+    joint: JointInputs,
+    bases: tuple[Orthonormal, ...],
+    powers: Powers,
+    axis: int,
+    root: np.random.SeedSequence,
 ) -> PolynomialChaos:
     rules = [basis.gauss() for basis in bases]
     count = len(rules[0][0]) ** len(rules)
@@ -274,16 +336,18 @@ def _by_quadrature(
     nodes = np.array(list(product(*(rule[0] for rule in rules))))
     weights = np.array([np.prod(each) for each in product(*(rule[1] for rule in rules))])
     inputs = dict(zip(joint.names, nodes.T, strict=True)) if joint.scores is None else joint.at_scores(nodes)
-    results = samples_first(fn(**inputs), count, axis)
-    flat = results.reshape(count, -1)
-    terms = _terms(bases, powers, nodes)
-    found = (terms * weights[:, None]).T @ flat
-    with np.errstate(invalid="ignore", divide="ignore"):
-        left = weights @ (flat - terms @ found) ** 2 / (weights @ (flat - found[0]) ** 2)
+    others = _drawn(joint, CHECKED, root, "sobol")
+    together = {name: np.concatenate([inputs[name], others[name]]) for name in joint.names}
+    results = samples_first(fn(**together), count + CHECKED, axis)
+    flat = results.reshape(len(results), -1)
+    found = (_terms(bases, powers, nodes) * weights[:, None]).T @ flat[:count]
+    expected = _terms(bases, powers, _coordinates(joint, others)) @ found
     shape = results.shape[1:]
-    left = np.nan_to_num(left).reshape(shape)
+    left = LeftOver.of(flat[count:] - expected, np.var(flat[count:], axis=0), shape, f"{CHECKED} random points")
     nothing = np.zeros(shape)
-    return PolynomialChaos(joint.names, powers, found.reshape(-1, *shape), left, count, joint, bases, None, nothing)
+    return PolynomialChaos(
+        joint.names, powers, found.reshape(-1, *shape), len(results), joint, bases, None, nothing, left
+    )
 
 
 def _by_regression(
@@ -304,20 +368,18 @@ def _by_regression(
     found = np.linalg.solve(r, q.T @ flat)
     residual = flat - terms @ found
     without = residual / (1.0 - np.sum(q**2, axis=1))[:, None]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        left = np.nan_to_num(np.mean(without**2, axis=0) / np.var(flat, axis=0))
     inverse = np.linalg.inv(r)
     shape, freedom = results.shape[1:], len(flat) - len(powers)
     return PolynomialChaos(
         joint.names,
         powers,
         found.reshape(-1, *shape),
-        left.reshape(shape),
         len(flat),
         joint,
         bases,
         inverse @ inverse.T,
         (np.sum(residual**2, axis=0) / freedom).reshape(shape),
+        LeftOver.of(without, np.var(flat, axis=0), shape, "samples, left out of the fit one after the other"),
     )
 
 

@@ -47,6 +47,8 @@ class ChunkResult:
         Where the bins of the histogram lie, and how many samples each holds, if asked for.
     samples
         Samples of the result, (count, ...), if asked for.
+    replicated
+        Moments of each block of samples by replicate, (r, ...), where there are several.
     """
 
     start: int
@@ -60,6 +62,7 @@ class ChunkResult:
     bins: Bins | None
     counts: Counts | None
     samples: Array | None
+    replicated: list[Moments] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +91,8 @@ class ChunkTask:
         Whether to keep the samples.
     bins
         Where the bins of the histogram lie; None in the first chunk, which lays them out.
+    replicates
+        Number of randomisations of the sampler, which come in turn.
     """
 
     fn: Function
@@ -100,6 +105,7 @@ class ChunkTask:
     also: tuple[str, ...]
     keep: bool
     bins: Bins | None = None
+    replicates: int = 1
 
     def __post_init__(self) -> None:
         # Each thread goes through the points on its own.
@@ -121,7 +127,7 @@ class ChunkTask:
     def _points(self) -> Points:
         own: Any = self.__dict__["_own"]
         if not hasattr(own, "points"):
-            own.points = points_of(self.inputs.names, self.n, self.root, self.sampler)
+            own.points = points_of(self.inputs.names, self.n, self.root, self.sampler, self.replicates)
         found: Points = own.points
         return found
 
@@ -177,7 +183,12 @@ class ChunkTask:
             bins,
             counts,
             results if self.keep else None,
+            [self._by_replicate(block) for block in blocks] if self.replicates > 1 else None,
         )
+
+    def _by_replicate(self, block: Array) -> Moments:
+        """Moments of a block of samples (m, ...) by replicate, (r, ...)."""
+        return Moments.of(block.reshape(-1, self.replicates, *block.shape[1:]), self.nan_policy)
 
 
 def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:

@@ -35,6 +35,7 @@ class Gathered:
     bins: Bins | None = None
     counts: Counts | int = 0
     kept: list[Array] = field(default_factory=list)
+    replicated: Moments | None = None
 
     def __post_init__(self) -> None:
         self.failures = FailureCount(self.task.n, self.task.nan_policy, self.task.drawn_at)
@@ -43,6 +44,8 @@ class Gathered:
         """Add the next chunk."""
         for block in found.blocks:
             self.moments = block if self.moments is None else self.moments.merge(block)
+        for block in found.replicated or ():
+            self.replicated = block if self.replicated is None else self.replicated.merge(block)
         lower, upper = (np.fmin, np.fmax) if self.task.nan_policy == "omit" else (np.minimum, np.maximum)
         first = found.start == 0
         self.least = found.least if first else lower(self.least, found.least)

@@ -34,6 +34,8 @@ def packed(found: ChunkResult) -> bytes:
             f"comoments.{key}": np.stack([getattr(part, key) for part in parts]) for key in ("n", "mean", "second")
         }
         arrays |= _moments("scatter", [part.scatter for part in parts])
+    if found.replicated is not None:
+        arrays |= _moments("replicated", found.replicated)
     if found.bins is not None and found.counts is not None:
         arrays |= {"bins.center": found.bins.center, "bins.scale": found.bins.scale, "counts": found.counts}
     if found.samples is not None:
@@ -79,6 +81,7 @@ def unpacked(content: bytes) -> ChunkResult:
         bins,
         arrays.get("counts"),
         arrays.get("samples"),
+        _moments_of("replicated", arrays) if "replicated.n" in arrays else None,
     )
 
 

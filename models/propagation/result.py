@@ -16,7 +16,14 @@ from ...framework.graphics.style import new_axes, styled
 from ..convergence import draw_convergence
 from ..distributions import Uncertain
 from ..histograms import plot_histogram
-from ..intervals import ConfidenceInterval, by_error, checked_probability, quantile_interval, quantile_ranks
+from ..intervals import (
+    ConfidenceInterval,
+    by_error,
+    checked_probability,
+    interval_between,
+    quantile_interval,
+    quantile_ranks,
+)
 from ..moments import Moments, Statistics
 from ..sampling import BLOCK
 from ..sensitivity import SobolIndices
@@ -45,7 +52,8 @@ FIGURES = ("histogram", "convergence")
 class Propagation(Statistics):
     """Statistics of a result under uncertain inputs; made by `propagate`.
 
-    Standard errors are those of independent random samples; sequences and Latin samples do better than they say.
+    Standard errors are those of independent random samples; sequences and Latin samples do better than they say, unless
+    there are several `replicates` of them, between which the errors then are.
     Samples that are NaN do not count, or make the statistics NaN, as `nan_policy` has it; `failures` tells how many
     there are, which, and why.
 
@@ -75,11 +83,45 @@ class Propagation(Statistics):
     _binned: BinnedSamples | None = field(repr=False)
     _task: ChunkTask = field(repr=False)
     _indices: Callable[..., SobolIndices] = field(repr=False)
+    _replicated: Moments | None = field(default=None, repr=False)
 
     @property
     def moments(self) -> Moments:
         """Count, mean and sums of powers of the deviations, (...)."""
         return self._moments
+
+    @property
+    def replicates(self) -> int:
+        """Number of independent randomisations of the sampler."""
+        return self._task.replicates
+
+    @property
+    def standard_error(self) -> Array:
+        """Standard error of the mean, (...); between the replicates where there are several."""
+        return super().standard_error if self._replicated is None else self._between(self._replicated.mean)
+
+    @property
+    def std_standard_error(self) -> Array:
+        """Standard error of the standard deviation, (...); between the replicates where there are several."""
+        if self._replicated is None:
+            return super().std_standard_error
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = self._between(self._replicated.std**2) / (2.0 * self.std)
+        return np.where(self.std == 0.0, 0.0, error)
+
+    def _between(self, values: Array) -> Array:
+        """Standard error of a mean of values (r, ...) of independent replicates, (...)."""
+        return np.asarray(np.std(values, axis=0, ddof=1) / np.sqrt(len(values)))
+
+    def require_independent_inputs(self, what: str) -> None:
+        """Refuse what has no meaning where inputs depend on each other.
+
+        Parameters
+        ----------
+        what
+            What was asked for, in words.
+        """
+        self._task.inputs.require_independent(what)
 
     @property
     def missing(self) -> NDArray[np.int64]:
@@ -306,7 +348,7 @@ class Propagation(Statistics):
     # -- how sure ---------------------------------------------------------------------------------------------------
 
     def confidence_interval(self, level: float = 0.95, of: str | float = "mean") -> ConfidenceInterval:
-        """Confidence interval of a number of independent samples; those of sequences and Latin samples do better.
+        """Confidence interval of a number: between the replicates, or as of independent samples where there is one.
 
         Parameters
         ----------
@@ -315,7 +357,8 @@ class Propagation(Statistics):
         of
             ``"mean"``, by Student's distribution; ``"std"``, by its standard error; ``"covariance"``, by its scatter
             from part to part of the samples; or the probability of a quantile, by the ordered samples, whatever the
-            distribution.
+            distribution. Between replicates all but the covariance, and quantiles where samples were not kept, are by
+            Student's distribution.
 
         Returns
         -------
@@ -340,9 +383,21 @@ class Propagation(Statistics):
             products = self._products
             found = by_error(products.covariance, products.standard_error, level, products.freedom)
             return ConfidenceInterval(self._squeezed(found.low), self._squeezed(found.high))
+        freedom = self.replicates - 1
+        if freedom and of == "mean":
+            return by_error(self.mean, self.standard_error, level, freedom)
+        if freedom and of == "std":
+            return by_error(self.std, self.std_standard_error, level, freedom, least=0.0)
         return super().confidence_interval(level, of)
 
     def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
+        if self.kept is not None and self.replicates > 1:
+            below = np.where(np.isnan(self.kept), np.nan, self.kept <= self.quantile(checked_probability(p)))
+            each = np.stack(
+                [Moments.of(below[k :: self.replicates], self.nan_policy).mean for k in range(self.replicates)]
+            )
+            share = by_error(p, self._between(each), level, self.replicates - 1)
+            return interval_between(self.kept, share.low, share.high, self.nan_policy)
         if self.kept is not None:
             return quantile_interval(self.kept, p, level, self.nan_policy)
         binned, shape, there = self._bins(), np.shape(self.mean), self._there()
@@ -364,7 +419,7 @@ class Propagation(Statistics):
         They are NaN where one of those calls is, whatever the `nan_policy`.
         """
         self._task.inputs.require_independent("Sobol indices")
-        return self._indices(n=2 ** int(np.log2(self.n)))
+        return self._indices(n=self.replicates * 2 ** int(np.log2(self.n / self.replicates)))
 
     def reweighted(
         self,
@@ -409,7 +464,8 @@ class Propagation(Statistics):
 
     def __repr__(self) -> str:
         kind = self._task.sampler if isinstance(self._task.sampler, str) else type(self._task.sampler).__name__
-        lines = [f"Propagation of {', '.join(self.inputs)}: {self.n} samples ({kind})"]
+        several = f", {self.replicates} replicates" if self.replicates > 1 else ""
+        lines = [f"Propagation of {', '.join(self.inputs)}: {self.n} samples ({kind}{several})"]
         heading = ("", "mean", "± s.e.", "std", "± s.e.", "least", "greatest")
         lines.append("".join(f"{each:>12}" for each in heading))
         shape = np.shape(self.mean)

@@ -41,7 +41,7 @@ def plot_reactions(
     else:
         curves = dict(_pushes(motion, drives, row, units))
         label = "drive force or moment"
-    return draw_forces(axes, _over(motion, row, units[0]), curves, label)
+    return draw_forces(axes, over_first_drive(motion, row, units[0]), curves, label)
 
 
 def _check_kind(what: str) -> None:
@@ -115,8 +115,23 @@ def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tu
             yield f"{name} [{moment_unit(units) if component[0] == 'r' else units[1]}]", push
 
 
-def _over(motion: Kinematics, row: Any, length: str) -> tuple[Array, str, bool]:
-    """The first drive, in degrees where it turns, or the number of the pose where it goes to and fro."""
+def over_first_drive(motion: Kinematics, row: Any, length: str) -> tuple[Array, str, bool]:
+    """Values of the first drive at poses, in degrees where it turns, or their numbers where it goes to and fro.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    row
+        Flat numbers of the poses, (k,).
+    length
+        Unit of lengths.
+
+    Returns
+    -------
+    tuple
+        Values (k,), what stands beside them, and whether they are angles.
+    """
     for joint, components in motion.linkage.drives.items():
         values = _rows(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]
         if len(values) > 1 and not np.all(np.diff(values) > 0.0):

@@ -17,6 +17,7 @@ from ....framework.listing import number, text_table
 from ....framework.solution import Solution
 from ....framework.states import States
 from ..derivatives.displacement_sensitivity import DisplacementSensitivity, displacement_sensitivity
+from ..derivatives.thermal import Expansion, Temperature, expanded
 from .contact import has_contacts
 from .frame import FramedPoses, frame
 from .tangent import Tangent, is_loaded
@@ -41,12 +42,15 @@ class PointAccuracy:
         What was added to the linkage's own loads, ``fx fy fz mx my mz`` by name, (...) each.
     inertia
         Whether the inertia forces of the rigid motion act as well.
+    warmed
+        Displacement and rotation by the expansion of links that are warmer, (..., 6); None where none is.
     """
 
     motion: FramedPoses
     point: str
     load: Mapping[str, ArrayLike]
     inertia: bool = False
+    warmed: Array | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -66,12 +70,18 @@ class PointAccuracy:
     @cached_property
     def clearance(self) -> Array:
         """What the clearances add, each joint in contact as given, or along its force, (..., 6)."""
-        return self.total - self.compliance
+        return self._open.displacement(self.point) - self.compliance
+
+    @property
+    def thermal(self) -> Array:
+        """What the expansion of warmer links adds, through the loop closure, to first order, (..., 6)."""
+        return np.broadcast_to(0.0 if self.warmed is None else self.warmed, (*self.shape, 6))
 
     @cached_property
     def total(self) -> Array:
-        """Compliance and clearance together, (..., 6)."""
-        return self._open.displacement(self.point)
+        """Compliance, clearance and expansion together, (..., 6)."""
+        found = self._open.displacement(self.point)
+        return found if self.warmed is None else found + self.warmed
 
     @cached_property
     def large(self) -> Array:
@@ -170,12 +180,22 @@ class PointAccuracy:
 
 
 def accuracy(
-    motion: FramedPoses, point: str, link: str | None, load: Mapping[str, ArrayLike], *, inertia: bool
+    motion: FramedPoses,
+    point: str,
+    link: str | None,
+    load: Mapping[str, ArrayLike],
+    *,
+    inertia: bool,
+    temperature: Temperature | None = None,
+    expansion: Expansion | None = None,
 ) -> PointAccuracy:
     """See `Motion.accuracy`."""
     if load:
         values(f"load at {point!r}", load, FORCES)
-    return PointAccuracy(motion, node_of(motion, point, link), load, inertia)
+    if temperature is None and expansion is not None:
+        raise FrameError("expansion= has no effect without temperature=: give the rise of temperature as well")
+    warmed = None if temperature is None else expanded(motion, point, link, temperature, expansion)
+    return PointAccuracy(motion, node_of(motion, point, link), load, inertia, warmed)
 
 
 def node_of(motion: FramedPoses, point: str, link: str | None) -> str:

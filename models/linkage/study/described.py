@@ -47,15 +47,26 @@ class DescribedLinkage(Source):
         return f"{self.file}, {'.'.join(map(str, path))}"
 
 
-def described(linkage: LinkageDescription, given: Mapping[str, Any]) -> tuple[Source, dict[str, Tolerance]]:
+def described(
+    linkage: LinkageDescription, given: Mapping[str, Any], *, some: bool = True
+) -> tuple[Source, dict[str, Tolerance]]:
     """The linkage as a source, and its tolerances checked: tables as in a file, or anything else by a number's name.
+
+    Parameters
+    ----------
+    linkage
+        The linkage.
+    given
+        The tolerances.
+    some
+        Whether there must be one.
 
     Raises
     ------
     FrameError
         If there is no such number, it is in two tolerances, or what is given is no tolerance.
     """
-    if not isinstance(given, Mapping) or not given:
+    if not isinstance(given, Mapping) or (some and not given):
         raise FrameError(
             f"study was given {given!r} for tolerances: give a mapping of numbers of the linkage to what they deviate "
             'by, such as {"joints.B.clearance": "± 5 %"}'

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,8 @@ class SampledDisplacement:
         Where they are with rigid links, no clearance and nominal numbers, (points, poses, 1, 3).
     inertia
         Whether the inertia forces of the rigid motion act as well.
+    heat
+        By name of a temperature, displacement by a rise of 1, (points, poses, 3).
     """
 
     source: Source
@@ -86,6 +88,7 @@ class SampledDisplacement:
     points: tuple[str, ...]
     nominal: Array
     inertia: bool = False
+    heat: Mapping[str, Array] = field(default_factory=dict)
 
     def __call__(self, **draws: Array) -> tuple[Array, NDArray[np.str_]]:
         """Displacement from the nominal rigid position, (points, poses, n, 3), and status, (points, poses, n)."""
@@ -95,6 +98,9 @@ class SampledDisplacement:
         for cut in one_by_one(cuts(shape[1], n)):
             places, reasons = self._places({name: values[cut] for name, values in draws.items()}, cut.stop - cut.start)
             moved[:, :, cut] = places - self.nominal
+            for name, slope in self.heat.items():
+                if name in draws:
+                    moved[:, :, cut] += slope[:, :, None] * draws[name][cut, None]
             status.append(reasons)
         return moved, np.broadcast_to(np.concatenate(status, axis=-1), shape)
 

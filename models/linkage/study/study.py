@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,9 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array, finite
 from ....framework.errors import FrameError, SampleWarning
 from ....framework.listing import text_table
+from ...distributions import Uncertain
 from ...intervals import ConfidenceInterval, checked_level
 from ...propagation import Propagation, propagate
+from ...sensitivity import SobolIndices, sobol_indices
 from ..continuation.drives import by_joint
+from ..derivatives.thermal import Expansion
 from ..description.linkage_description import LinkageDescription
 from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
@@ -25,6 +28,9 @@ from ..worst_case.worst_case import WorstCase
 from ..zone import driven_values
 from .described import described
 from .deviations import contributors, worst_cases
+from .heat import displacements_by_heat, temperature_tolerances
+from .parts import KINDS, TOGETHER, AccuracyParts, kind_of_tolerance
+from .ranking import RankedContributors, ranked_contributors
 from .sampled import DrivenPoses, SampledDisplacement, nominal_positions
 from .tabulated import to_dataframe, to_xarray
 from .tolerances import Tolerance
@@ -65,6 +71,8 @@ class AccuracyStudy:
     accuracy: Mapping[str, PointAccuracy]
     propagation: Propagation
     worst_case: Mapping[str, WorstCase]
+    _sampled: SampledDisplacement = field(repr=False)
+    _options: Mapping[str, Any] = field(repr=False)
 
     @property
     def _poses(self) -> int:
@@ -116,6 +124,77 @@ class AccuracyStudy:
     def contributors(self) -> dict[str, Contributors]:
         """Shares in the worst case and in the variance along the largest displacement, by point: a ranked table."""
         return {point: contributors(worst, self.tolerances) for point, worst in self.worst_case.items()}
+
+    @cached_property
+    def sobol(self) -> SobolIndices:
+        """Sobol' indices of the displacement along the largest one of the worst case, (points, poses, k).
+
+        They take n (k + 2) further samples, n the power of two in the number of those that were drawn.
+        """
+        self.propagation.require_independent_inputs("Sobol indices")
+        way = np.stack([np.broadcast_to(each.direction, (self._poses, 3)) for each in self.worst_case.values()])
+        sampled = self._sampled
+
+        def along(**draws: Array) -> Array:
+            return np.asarray(np.einsum("psni,psi->psn", sampled(**draws)[0], way))
+
+        laws = {name: each.distribution for name, each in self.tolerances.items()}
+        several = self.propagation.replicates
+        n = several * 2 ** int(np.log2(self.propagation.n / several))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SampleWarning)  # indices that lack a sample are NaN
+            return sobol_indices(
+                along, laws, n=n, rng=self._options.get("rng"), axis=2, chunk=CHUNK, replicates=several
+            )
+
+    def ranked(self, point: str | None = None, level: float = 0.95) -> RankedContributors:
+        """Rank the contributors: shares in worst case and variance, Sobol' indices with intervals, in one table.
+
+        Parameters
+        ----------
+        point
+            Name of the point; the first where None.
+        level
+            Confidence of the intervals.
+
+        Returns
+        -------
+        RankedContributors
+            Shares at every pose; printed, a table of the first.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point in the study, or tolerances are correlated.
+        """
+        name = self.points[0] if point is None else point
+        if name not in self.points:
+            raise FrameError(f"point {point!r} is not in the study: choose of {', '.join(self.points)}")
+        k, all_of = self.points.index(name), self.sobol
+        own = replace(
+            all_of,
+            first=all_of.first[k],
+            total=all_of.total[k],
+            first_standard_error=all_of.first_standard_error[k],
+            total_standard_error=all_of.total_standard_error[k],
+        )
+        return ranked_contributors(self.contributors[name], own, self.tolerances, level)
+
+    @cached_property
+    def parts(self) -> AccuracyParts[AccuracyStudy]:
+        """The same study of the tolerances of ``geometry``, ``clearance``, ``compliance``, ``load``, ``thermal`` apart.
+
+        All other numbers are nominal, and the samples of each tolerance the same; ``together`` is the whole study.
+        """
+        kinds = {name: kind_of_tolerance(name, each) for name, each in self.tolerances.items()}
+        found = {}
+        for kind in (kind for kind in KINDS if kind in kinds.values()):
+            own = {name: each for name, each in self.tolerances.items() if kinds[name] == kind}
+            heat = {name: slope for name, slope in self._sampled.heat.items() if name in own}
+            options = {**self._options, "checkpoint": None, "correlation": None}
+            sampled = replace(self._sampled, tolerances=own, heat=heat)
+            found[kind] = studied(self.motion, self.accuracy, sampled, options, clearances=kind == "clearance")
+        return AccuracyParts({**found, TOGETHER: self})
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
@@ -265,23 +344,40 @@ def study(
     poses: DrivenPoses,
     *,
     inertia: bool,
+    temperatures: Mapping[str, Uncertain] | None = None,
+    expansion: Expansion | None = None,
     **options: Any,
 ) -> AccuracyStudy:
     """All that tolerances do to points of a linkage; see `Linkage.study`."""
     names = (points,) if isinstance(points, str) else tuple(points)
-    source, found = described(linkage, tolerances)
+    warm = dict(temperatures or {})
+    source, found = described(linkage, tolerances, some=not warm)
     motion = poses.move(linkage)
     if not names or len(motion.shape) > 1:
         wrong = "no point" if not names else f"a motion of shape {motion.shape}"
         raise FrameError(f"study was given {wrong}: give one point or more, and drives with one axis of poses")
     accuracy = {point: motion.accuracy(point, inertia=inertia) for point in names}
-    sampled = SampledDisplacement(source, found, poses, names, nominal_positions(motion, accuracy), inertia)
-    worst = worst_cases(motion, sampled)
-    laws = {name: each.distribution for name, each in found.items()}
+    heat = displacements_by_heat(motion, names, warm, expansion)
+    found |= temperature_tolerances(warm)
+    sampled = SampledDisplacement(source, found, poses, names, nominal_positions(motion, accuracy), inertia, heat)
+    return studied(motion, accuracy, sampled, options)
+
+
+def studied(
+    motion: Motion,
+    accuracy: Mapping[str, PointAccuracy],
+    sampled: SampledDisplacement,
+    options: Mapping[str, Any],
+    *,
+    clearances: bool = True,
+) -> AccuracyStudy:
+    """Worst case, in which clearances may count, and samples of what varies."""
+    worst = worst_cases(motion, sampled, clearances=clearances)
+    laws = {name: each.distribution for name, each in sampled.tolerances.items()}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SampleWarning)  # the study tells of them
         propagation = propagate(sampled, laws, axis=2, chunk=CHUNK, **options)
-    return AccuracyStudy(motion, names, found, accuracy, propagation, worst)
+    return AccuracyStudy(motion, sampled.points, sampled.tolerances, accuracy, propagation, worst, sampled, options)
 
 
 def driven(

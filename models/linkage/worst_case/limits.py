@@ -17,7 +17,9 @@ from ..description.parts import Pair
 from ..statics.frame import DIRECTIONS
 
 # Kinds of joint that a bearing of some length keeps from tilting, so that clearance lets them tilt.
-TILTING = ("revolute", "prismatic", "cylindrical", "screw")
+TILTING = ("revolute", "prismatic", "cylindrical", "screw", "universal")
+# Kinds that are held along the axis of a pin, or of a thread, so that it can have play there.
+PLAYING = ("revolute", "universal", "screw")
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +84,10 @@ def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
     """
     yield from _clearances(by, given)
     for joint, value in given.end_play.items():
-        pair = _of_kind(by, joint, ("revolute", "universal"), "end play")
-        play = _not_negative(value, f"end play of joint {joint!r}")
-        yield Limit(f"joint {pair.name}", _components(by, pair, ("uz",)), play, np.zeros(()))
+        pair = _of_kind(by, joint, PLAYING, "end play")
+        for axis, own in _each_pin(pair, value, "end play"):
+            play = _not_negative(own, f"end play of joint {joint!r}")
+            yield Limit(f"joint {pair.name}", _components(by, pair, ("u" + "xyz"[axis],)), play, np.zeros(()))
     for where, value in given.lengths.items():
         name, column = _length(by, where)
         yield _interval(f"length {name}", column[..., None], value)
@@ -121,20 +124,39 @@ def _clearances(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
             across = _components(by, pair, DIRECTIONS[pair.kind.name])
             yield Limit(f"joint {joint}", across, radius, np.zeros(()), joint)
             continue
-        length = _not_negative(given.journals[joint], f"length of the bearing of joint {joint!r}")
-        if np.any(length == 0.0):
-            raise FrameError(f"length of the bearing of joint {joint!r} is 0: leave it out where the joint cannot tilt")
-        for end in _ends(by, pair, length):
-            yield Limit(f"joint {joint}", end, radius, np.zeros(()))
+        for axis, bearing in _each_pin(pair, given.journals[joint], "length of the bearing"):
+            length = _not_negative(bearing, f"length of the bearing of joint {joint!r}")
+            if np.any(length == 0.0):
+                raise FrameError(
+                    f"length of the bearing of joint {joint!r} is 0: leave it out where the joint cannot tilt"
+                )
+            for end in _ends(by, pair, length, axis):
+                yield Limit(f"joint {joint}", end, radius, np.zeros(()))
 
 
-def _ends(by: PositionSensitivity, pair: Pair, length: Array) -> Iterator[Array]:
-    """Derivatives by the displacement across the axis of either end of a bearing, (..., 6, 2).
+def _each_pin(pair: Pair, value: ArrayLike, what: str) -> Iterator[tuple[int, ArrayLike]]:
+    """Axis of each pin of a joint, 2 for z, and what is given for it: a universal joint has a second one, x."""
+    both = isinstance(value, tuple)
+    if pair.kind.name != "universal":
+        if both:
+            raise FrameError(
+                f"{what} of joint {pair.name!r} is {value!r}: a {pair.kind.name} joint has one, not a pair"
+            )
+        yield 2, value
+        return
+    if isinstance(value, tuple) and len(value) != 2:
+        raise FrameError(f"{what} of joint {pair.name!r} is {value!r}: give one for both of its pins, or a pair")
+    yield from zip((2, 0), value if isinstance(value, tuple) else (value, value), strict=True)
+
+
+def _ends(by: PositionSensitivity, pair: Pair, length: Array, axis: int) -> Iterator[Array]:
+    """Derivatives by the displacement across an axis of either end of a bearing, (..., 6, 2).
 
     The ends at ``z = L/2`` and ``-L/2`` displaced by d1 and d2 displace the middle by their mean, and tilt the joint by
-    ``e_z x (d1 - d2) / L``, by no more than 2 eps / L.
+    ``e_z x (d1 - d2) / L``, by no more than 2 eps / L; likewise along x.
     """
-    across, tilt = _components(by, pair, ("ux", "uy")), _components(by, pair, ("rx", "ry"))
+    names = "xyz"[(axis + 1) % 3], "xyz"[(axis + 2) % 3]
+    across, tilt = (_components(by, pair, tuple(kind + name for name in names)) for kind in "ur")
     rotated = np.stack([tilt[..., 1], -tilt[..., 0]], axis=-1) / length[..., None, None]
     yield 0.5 * across + rotated
     yield 0.5 * across - rotated

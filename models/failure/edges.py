@@ -1,0 +1,169 @@
+"""Planes and paraboloids that bound what is safe, and the probability beyond one at least of several."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .second_order import beyond_paraboloid
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Index = NDArray[np.int64]
+
+# Samples that are looked at together.
+TOGETHER = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Surfaces in standard normal scores u, each with what lies beyond it: ``n.u - ½ Σ κᵢ (tᵢ.u)² >= β``.
+
+    Attributes
+    ----------
+    normals
+        Unit normals (n, k).
+    beta
+        Distances from the median, (n,), negative where the median is beyond.
+    curvature, tangents
+        Principal curvatures κ, (n, k - 1), and their directions t as columns, (n, k, k - 1); None for planes.
+    """
+
+    normals: Array
+    beta: Array
+    curvature: Array | None = None
+    tangents: Array | None = None
+
+    def __getitem__(self, which: Index | Mask) -> Edges:
+        """Some of them."""
+        parts = self.normals, self.beta, self.curvature, self.tangents
+        return Edges(*(None if each is None else each[which] for each in parts))  # type: ignore[arg-type]
+
+    @cached_property
+    def probability(self) -> Array:
+        """Probability beyond each, (n,)."""
+        from scipy.special import ndtr
+
+        if self.curvature is None:
+            return np.asarray(ndtr(-self.beta))
+        return beyond_paraboloid(self.beta, self.curvature)
+
+    @property
+    def turned(self) -> Edges:
+        """The same surfaces, each with what lies on its other side."""
+        bent = None if self.curvature is None else -self.curvature
+        return replace(self, normals=-self.normals, beta=-self.beta, curvature=bent)
+
+    def beyond(self, scores: Array) -> Mask:
+        """Which scores (m, k) are beyond which surfaces, (m, n)."""
+        parts = [self._excess(scores[start : start + TOGETHER]) for start in range(0, len(scores), TOGETHER)]
+        return np.concatenate(parts) >= self.beta
+
+    def _excess(self, scores: Array) -> Array:
+        along = scores @ self.normals.T
+        if self.curvature is None or self.tangents is None:
+            return np.asarray(along)
+        across = np.einsum("mk,nkj->mnj", scores, self.tangents)
+        return np.asarray(along - 0.5 * np.einsum("mnj,nj->mn", across**2, self.curvature))
+
+    def draw(self, rng: np.random.Generator, chosen: Index) -> tuple[Array, Array | None]:
+        """Scores (m, k) beyond the chosen surfaces, (m,), with weights (m,) where they are spread otherwise."""
+        from scipy.special import ndtr, ndtri
+
+        scores = rng.normal(size=(len(chosen), self.normals.shape[1]))
+        normals, share = self.normals[chosen], np.maximum(rng.random(len(chosen)), 2.0**-54)
+        if self.curvature is None or self.tangents is None:
+            # The score along the normal, drawn from what lies beyond the plane.
+            along = -ndtri(share * self.probability[chosen])
+            return scores + (along - np.sum(scores * normals, axis=1))[:, None] * normals, None
+        bent, tangents, beta = self.curvature[chosen], self.tangents[chosen], self.beta[chosen]
+        # Across the normal nearly as what is beyond the paraboloid is spread, far out.
+        spread = (np.maximum(1.0 + np.maximum(beta, 0.0)[:, None] * bent, 0.0) + 0.5 * np.maximum(-bent, 0.0)) ** -0.5
+        unit = np.einsum("mk,mkj->mj", scores, tangents)
+        across = unit * spread
+        left = ndtr(-(beta + 0.5 * np.sum(bent * across**2, axis=1)))
+        weight = left * np.prod(spread, axis=1) * np.exp(0.5 * np.sum(unit**2 - across**2, axis=1))
+        along = -ndtri(np.maximum(share * left, 1e-300))
+        return along[:, None] * normals + np.einsum("mkj,mj->mk", tangents, across), weight
+
+
+def beyond_edges(edges: Edges, pose: Index, rng: np.random.Generator) -> float:
+    """Probability of failing at one pose or more.
+
+    Where the median is safe, what lies beyond at least one surface of the pose fails. Where it fails, what lies beyond
+    all of them does: each is then the edge of something safe.
+
+    Parameters
+    ----------
+    edges
+        Surfaces, into what fails.
+    pose
+        Their poses, (n,), the nearest of each first.
+    rng
+        Source of the samples.
+    """
+    beta = edges.beta
+    safe: list[Edges] = []
+    fails = np.zeros(len(beta), dtype=bool)
+    for each in np.unique(pose):
+        here = np.flatnonzero(pose == each)
+        if beta[here[0]] < 0.0:
+            # Surfaces of the other kind bound nothing that holds the median.
+            here = here[beta[here] < 0.0]
+            fails[here] = True
+            safe.append(edges[here].turned)
+    if not safe:
+        return union(edges, rng)
+    others = edges[~fails & ~np.isin(pose, pose[fails])]
+    first = min(range(len(safe)), key=lambda k: float(safe[k].probability.sum()))
+
+    def elsewhere(scores: Array) -> Mask:
+        """Whether all other poses are safe."""
+        out = ~others.beyond(scores).any(axis=1)
+        for k, own in enumerate(safe):
+            if k != first:
+                out &= own.beyond(scores).any(axis=1)
+        return np.asarray(out)
+
+    alone = len(safe) == 1 and not len(others.beta)
+    return 1.0 - union(safe[first], rng, None if alone else elsewhere)
+
+
+def union(
+    edges: Edges, rng: np.random.Generator, counts: Callable[[Array], Mask] | None = None, samples: int = 20_000
+) -> float:
+    """Probability of being beyond at least one of several surfaces.
+
+    Each sample lies beyond one surface, chosen by its probability, and counts for one over the number of surfaces that
+    it lies beyond (A. B. Owen, Y. Maximov & M. Chertkov, Electronic J. of Statistics 13, 2019, doi:10.1214/18-EJS1507).
+    So nothing counts twice where surfaces meet, as those of a closed one do.
+
+    Parameters
+    ----------
+    edges
+        The surfaces.
+    rng
+        Source of the samples.
+    counts
+        Which scores (m, k) count; all where it is left out.
+    samples
+        Their number.
+    """
+    single = edges.probability
+    whole = float(single.sum())
+    if whole == 0.0 or (len(single) == 1 and counts is None):
+        return whole
+    chosen = rng.choice(len(single), size=samples, p=single / whole)
+    scores, weight = edges.draw(rng, chosen)
+    share = 1.0 / np.maximum(edges.beyond(scores).sum(axis=1), 1)
+    if counts is not None:
+        share = share * counts(scores)
+    if weight is None:
+        return min(1.0, whole * float(np.mean(share)))
+    total = np.bincount(chosen, weight, len(single))
+    counted = np.bincount(chosen, weight * share, len(single))
+    return min(1.0, float(np.sum(single * counted / np.where(total > 0.0, total, 1.0))))

@@ -1,0 +1,50 @@
+"""Probability of failure over the poses of a motion, with matplotlib."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...framework.graphics.curves import mark_turns
+from ...framework.graphics.style import BLUE, SKY, STYLE, styled
+from ..intervals import ConfidenceInterval
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+
+@styled
+def plot_probability(
+    along: Array, probability: Array, band: ConfidenceInterval | None, label: str, axes: Axes | None
+) -> Axes:
+    """See `Reliability.plot`."""
+    found: Any = _new() if axes is None else axes
+    order = np.argsort(along, kind="stable")
+    # A probability of nothing has no place on an axis of powers of ten: it leaves a gap.
+    shown = np.where(probability > 0.0, probability, np.nan)[order]
+    if band is not None:
+        found.fill_between(
+            along[order],
+            np.where(band.low > 0.0, band.low, np.nan)[order],
+            band.high[order],
+            color=SKY,
+            alpha=0.4,
+            lw=0,
+        )
+    found.plot(along[order], shown, color=BLUE, marker="o", ms=3, lw=1.2)
+    found.set(yscale="log", xlabel=label, ylabel="probability of failure")
+    found.spines[["top", "right"]].set_visible(False)
+    if label.endswith("[°]"):
+        mark_turns(found, along)
+    return found  # type: ignore[no-any-return]
+
+
+def _new() -> Any:
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(STYLE):
+        return plt.figure(figsize=(4.8, 3.2), layout="constrained").add_subplot()

@@ -1,0 +1,107 @@
+"""What geometry, clearance, compliance, load and heat do, apart and together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.listing import text_table
+from .heat import NAME
+from .tolerances import Tolerance
+
+KINDS = ("geometry", "clearance", "compliance", "load", "thermal")
+TOGETHER = "together"
+OF_CLEARANCE = ("clearance", "contact")
+OF_LOAD = ("mass", "inertia", "centre")
+
+
+def kind_of_tolerance(name: str, tolerance: Tolerance) -> str:
+    """Which part of the displacement a tolerance belongs to, by the first of its numbers."""
+    if name.startswith(f"{NAME}.") and not tolerance.nominal:
+        return "thermal"
+    place = next(iter(tolerance.nominal))
+    last = place[2] if len(place) > 2 else ""
+    if place[0] == "joints" and last in OF_CLEARANCE:
+        return "clearance"
+    if place[0] in ("loads", "gravity") or (place[0] == "links" and last in OF_LOAD):
+        return "load"
+    if place[0] == "points" or last in ("axis", "second", "reference", "pitch", "length", "point"):
+        return "geometry"
+    return "compliance"
+
+
+class StudyPart(Protocol):
+    """What the table reads of a study."""
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Names of the points."""
+
+    @property
+    def mean(self) -> Array:
+        """Mean displacement, (points, poses, 3)."""
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation, (points, poses, 3)."""
+
+    @property
+    def greatest(self) -> Array:
+        """Worst case, (points, poses)."""
+
+    def probability(self, limit: float) -> Array:
+        """Share of the samples outside, (points, poses)."""
+
+
+P = TypeVar("P", bound=StudyPart)
+
+
+class AccuracyParts(Mapping[str, P]):
+    """Studies of one kind of tolerance each, and the one of all ``"together"``; by `AccuracyStudy.parts`.
+
+    Parameters
+    ----------
+    parts
+        Studies by kind.
+    """
+
+    def __init__(self, parts: Mapping[str, P]) -> None:
+        self._parts = dict(parts)
+
+    def __getitem__(self, kind: str) -> P:
+        return self._parts[kind]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    def probability(self, limit: float) -> dict[str, Array]:
+        """Share of the samples in which a point leaves its zone, (points, poses), by kind.
+
+        Parameters
+        ----------
+        limit
+            Radius of the zone about the nominal position, a length.
+
+        Returns
+        -------
+        dict
+            As `AccuracyStudy.probability` has it.
+        """
+        return {kind: part.probability(limit) for kind, part in self.items()}
+
+    def __repr__(self) -> str:
+        """A line for each at the pose with the largest worst case of the first point."""
+        whole = self[TOGETHER]
+        pose = int(np.argmax(np.nan_to_num(whole.greatest[0], nan=-1.0)))
+        heads = ["part", *(f"{name}{axis}" for name in ("mean u_", "σ_") for axis in "xyz"), "worst"]
+        rows = [
+            [kind, *(f"{value:.4g}" for value in (*part.mean[0, pose], *part.std[0, pose], part.greatest[0, pose]))]
+            for kind, part in self.items()
+        ]
+        return text_table(f"Displacement of {whole.points[0]} at pose {pose}, apart and together", heads, rows)
