@@ -22,7 +22,7 @@ from ..structure.group import Group
 from ..structure.parts import Grid, RightHandSideParameters, Value
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
-from .graph import Graph
+from .graph import Graph, adjacency
 from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
@@ -161,8 +161,7 @@ class Coupling:
     def label(self) -> Index:
         """Connected component of each unknown, (n,)."""
         stiff = self.terms.high < self.size
-        pairs = self.terms.low[stiff], self.terms.high[stiff]
-        graph = scipy.sparse.csr_matrix((np.ones(len(pairs[0]), dtype=bool), pairs), shape=(self.size, self.size))
+        graph = adjacency(self.terms.low[stiff], self.terms.high[stiff], self.size)
         return scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
     @cached_property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -31,6 +31,17 @@ class Picked:
 
     shape: Shape
     index: tuple[Index, ...]
+    # Numbers of springs that were evaluated, by the first of their block: of a member they are few.
+    _springs: dict[int, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def springs(self, block: EvaluatedBlock) -> Array:
+        """Stiffness of the springs of members whose deformations do not vary, (count, m or 1)."""
+        if block.first not in self._springs:
+            assert block.group is not None
+            group = self.of_group(block.group)
+            found = np.moveaxis(group.element.springs(group.length)[0], -1, 0)
+            self._springs[block.first] = found.reshape(block.count, -1)
+        return self._springs[block.first]
 
     @classmethod
     def of(cls, shape: Shape, mask: int, numbers: Index) -> Picked:
@@ -165,8 +176,6 @@ def numbers_of(block: EvaluatedBlock, picked: Picked) -> Array:
     if block.group is None:
         return picked.of_values(list(block.values))
     if block.rows is not None:
-        group = picked.of_group(block.group)
-        springs = np.moveaxis(group.element.springs(group.length)[0], -1, 0)
-        return springs.reshape(block.count, -1)
+        return picked.springs(block)
     stiffness = np.moveaxis(picked.of_group(block.group).stiffness(), (-2, -1), (0, 1))
     return stiffness.reshape(block.count, -1)

@@ -32,7 +32,8 @@ class Bands:
     where
         Which of the unknowns, (n,).
     order
-        Which of these is eliminated first, second, ..., (size,).
+        Which of these is eliminated first, second, ..., (size,); what is not coupled is taken apart, so that the band
+        is that of a plane alone where planes are not coupled.
 
     Attributes
     ----------
@@ -46,7 +47,8 @@ class Bands:
         terms = coupling.terms
         self.where, self.size = where, len(order)
         self.place = np.full(coupling.size, -1, dtype=np.int64)
-        self.place[np.flatnonzero(where)[order]] = np.arange(self.size)
+        ordered = np.flatnonzero(where)[order]
+        self.place[ordered[np.argsort(coupling.label[ordered], kind="stable")]] = np.arange(self.size)
         stiff = terms.high < coupling.size
         stiff[stiff] = where[terms.low[stiff]]
         own = terms.at(stiff)
@@ -148,9 +150,12 @@ class StackedFactor:
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
         blocks, count = self.bands.sums.coupling.blocks[:-1], len(self.root)
-        each = [np.broadcast_to(numbers_of(block, self.picked), (block.count, count)) for block in blocks]
-        found: Array = np.concatenate([np.zeros((0, count)), *each])[np.ix_(springs, entries)]
-        return found
+        out = np.empty((len(springs), len(entries)))
+        for block in blocks:
+            mine = slice(*np.searchsorted(springs, [block.first, block.first + block.count]))
+            numbers = numbers_of(block, self.picked)[springs[mine] - block.first]
+            out[mine] = numbers if numbers.shape[1] < count or len(entries) == count else numbers[:, entries]
+        return out
 
     def probed(self, entries: Index) -> Array:
         """One over the least eigenvalue at some entries, by inverse iteration where that may be zero, (entries,)."""
