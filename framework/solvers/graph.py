@@ -61,7 +61,8 @@ class Graph:
         """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
         count, ends = len(self.topology.number), self.topology.ends
         if not self.tree.springs and not any(k >= 0 for six in self.tree.rows.values() for row in six for k in row):
-            return _distinct(*ends[self.free[ends].all(axis=1)].T, count)
+            both = ends[self.free[ends].all(axis=1)]
+            return _distinct(both[:, 0], both[:, 1], count)
         free = np.flatnonzero(self.free)
         on_edges = {node: _nodes(six) for node, six in self.tree.rows.items()}
         owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
@@ -89,7 +90,8 @@ class Graph:
     def band(self) -> Index:
         """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
         carrying, pairs = self._local
-        joined = adjacency(*np.concatenate([pairs, pairs[:, ::-1]]).T, len(carrying))
+        both = np.concatenate([pairs, pairs[:, ::-1]])
+        joined = adjacency(both[:, 0], both[:, 1], len(carrying))
         return scipy.sparse.csgraph.reverse_cuthill_mckee(joined, symmetric_mode=True).astype(np.int64)
 
     @cached_property

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.deformations import constant_rows
 from ..error_bounds.kinematics import Real, extended
 from ..structure.parts import Extended
-from ..structure.topology import Index
+from ..structure.topology import Group, Index
 from .evaluation import Picked
 from .transformation import Transformation
+
+Mask = NDArray[np.bool_]
 
 
 class Deformations:
@@ -85,6 +88,30 @@ def are_described(plan: Plan, rows: Transformation) -> bool:
     return plain and not any(np.any(link.element.pitch) for link in frame.joints.values())
 
 
+def by_springs(plan: Plan, unknown: Index, where: Mask, load: Array) -> SpringResidual | None:
+    """The residual of one matrix, of which the load (n, load cases) on the unknowns `where` (n,) is all that acts.
+
+    None where known displacements act as well, or what is linear in a load along members; and where deformations are
+    not described without rounding.
+    """
+    topology, frame = plan.topology, plan.frame
+    rows = Transformation(6 * len(topology.number), plan.tree, unknown, len(plan.rhs_parameters.values))
+    along = frame.weight is not None or any(frame.member_loads.values()) or any(g.strained for g in topology.groups)
+    if along or rows.imposed or not are_described(plan, rows):
+        return None
+    deformations = Deformations(plan, rows, np.where(where, np.cumsum(where) - 1, -1))
+    each = [_stiffness(group).reshape(-1) for group in topology.groups]
+    joints = np.array([np.reshape(spring.stiffness, -1)[0] for spring in plan.tree.springs], dtype=np.float64)
+    stiffness = np.concatenate([*each, joints])[deformations.acting]
+    return SpringResidual(deformations, stiffness[:, None], load[where])
+
+
+def _stiffness(group: Group) -> Array:
+    """Stiffness of the springs of members that do not vary over the batch, (springs, pieces)."""
+    found = group.element.springs(group.length)[0]
+    return np.broadcast_to(found.reshape(-1, found.shape[-1]), (len(group.pieces), found.shape[-1])).T
+
+
 class SpringResidual:
     """Unbalanced loads by deformations that do not vary.
 
@@ -107,6 +134,10 @@ class SpringResidual:
         self.given: Real | float = 0.0
         if rhs_parameters is not None and deformations.by_parameters.nnz:
             self.given = deformations.by_parameters @ extended(rhs_parameters)
+
+    def of(self, cases: slice) -> SpringResidual:
+        """That of some load cases of one matrix without known displacements."""
+        return SpringResidual(self.deformations, self.stiffness, self.forces[:, cases])
 
     def left(self, values: Real) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""

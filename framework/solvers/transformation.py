@@ -39,6 +39,8 @@ class Transformation:
         Factors that vary over the batch.
     size, known
         Number of unknowns, and of right-hand-side parameters.
+    imposed
+        Whether displacements of nodes or springs depend on right-hand-side parameters.
     """
 
     def __init__(self, dofs: int, tree: JointTree, unknown: Index, parameters: int) -> None:
@@ -50,6 +52,7 @@ class Transformation:
         rows: list[tuple[int, Row]] = [(6 * n + k, row) for n, six in tree.rows.items() for k, row in enumerate(six)]
         rows += [(dofs + s, spring.row) for s, spring in enumerate(tree.springs)]
         at, columns, shares, numbers = self._combined(rows, unknown)
+        self.imposed = bool((columns >= self.size).any())
         where = np.concatenate([own, at, first + given])
         order = np.argsort(where, kind="stable")
         self.start: Index = np.searchsorted(where[order], np.arange(first + parameters + 1))
