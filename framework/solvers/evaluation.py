@@ -15,6 +15,7 @@ from ..structure.group import Group
 from ..structure.parts import Value
 from ..structure.topology import Index
 from .coupling import Coupling, EvaluatedBlock, Terms
+from .graph import by_rows
 
 
 @dataclass(frozen=True)
@@ -132,8 +133,7 @@ class Sums:
     def _whole(self, block: EvaluatedBlock, terms: Terms, target: Index) -> scipy.sparse.csr_matrix | None:
         if not len(target):
             return None
-        shape = self.count, block.count
-        return scipy.sparse.csr_matrix((terms.factor, (target, terms.source - block.first)), shape=shape)
+        return by_rows(terms.factor, target, terms.source - block.first, (self.count, block.count))
 
     @cached_property
     def constant(self) -> Array:

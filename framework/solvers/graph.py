@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
@@ -14,6 +15,7 @@ from ..structure.parts import Row, unknowns
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .dissection import Dissection, dissect
+from .transformation import Transformation
 
 
 class Graph:
@@ -33,6 +35,11 @@ class Graph:
         self.topology, self.tree = topology, tree
         self.unknown: Index = np.array(unknowns, dtype=np.int64)
         self.node = self.unknown // 6
+
+    @cached_property
+    def transformation(self) -> Transformation:
+        """What the displacements of nodes and springs are made of, right-hand-side parameters not being told."""
+        return Transformation(6 * len(self.topology.number), self.tree, self.unknown, 0)
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
@@ -114,11 +121,16 @@ class Graph:
 
 def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matrix:
     """A matrix (count, count) with entries at the pairs of places, each of which may stand there several times."""
-    order = np.argsort(first * count + second, kind="stable")
-    start = np.zeros(count + 1, dtype=np.int32)
-    np.cumsum(np.bincount(first, minlength=count), out=start[1:])
-    columns = second[order].astype(np.int32)
-    return scipy.sparse.csr_matrix((np.ones(len(columns)), columns, start), shape=(count, count))
+    order = np.argsort(second, kind="stable")
+    return by_rows(np.ones(len(order)), first[order], second[order], (count, count))
+
+
+def by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
+    """A matrix by its entries, which keep their order in each row; what stands at one place several times adds up."""
+    order = np.argsort(row, kind="stable")
+    start = np.zeros(shape[0] + 1, dtype=np.int32)
+    np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
+    return scipy.sparse.csr_matrix((data[order], column[order].astype(np.int32), start), shape=shape)
 
 
 def _distinct(first: Index, second: Index, count: int) -> Index:

@@ -144,7 +144,7 @@ class SparseSolver:
 
     def _refined(self, where: NDArray[np.bool_], values: Array, factor: Factor) -> Array:
         """Better values (n, load cases) of the unknowns `where`."""
-        residual = by_springs(self.plan, self.unknown, where, self.load)
+        residual = by_springs(self.plan, where, self.load)
         if residual is not None:
             return refined_by_springs(residual, values, factor.solve)
         return refined(self.statics, self.unknown[where], values, factor.solve)

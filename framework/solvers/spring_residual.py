@@ -7,16 +7,15 @@ may then be summed in double precision, as nothing is lost in them.
 from __future__ import annotations
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.deformations import constant_rows
 from ..error_bounds.kinematics import Real, extended
-from ..structure.parts import Extended
 from ..structure.topology import Group, Index
 from .evaluation import Picked
+from .graph import by_rows
 from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
@@ -56,14 +55,10 @@ class Deformations:
         self.acting: Index = np.flatnonzero(acts)
         known &= acts[spring]
         where, size = (np.cumsum(acts) - 1)[spring], int((place >= 0).sum())
-        self.by_unknowns = _summed(data[own], where[own], column[own], (len(self.acting), size))
+        self.by_unknowns = by_rows(data[own], where[own], column[own], (len(self.acting), size))
         columns = column[known] - len(place)
-        self.by_parameters = _summed(data[known], where[known], columns, (len(self.acting), rows.known))
-        self.back = scipy.sparse.csr_matrix(self.by_unknowns.astype(np.float64).T)
-
-
-def _summed(data: Real, row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
-    return scipy.sparse.coo_matrix((data.astype(Extended), (row, column)), shape=shape).tocsr()
+        self.by_parameters = by_rows(data[known], where[known], columns, (len(self.acting), rows.known))
+        self.back = by_rows(data[own].astype(np.float64), column[own], where[own], (size, len(self.acting)))
 
 
 def _by_displacements(plan: Plan) -> tuple[Real, Index, Index, int]:
@@ -88,14 +83,14 @@ def are_described(plan: Plan, rows: Transformation) -> bool:
     return plain and not any(np.any(link.element.pitch) for link in frame.joints.values())
 
 
-def by_springs(plan: Plan, unknown: Index, where: Mask, load: Array) -> SpringResidual | None:
+def by_springs(plan: Plan, where: Mask, load: Array) -> SpringResidual | None:
     """The residual of one matrix, of which the load (n, load cases) on the unknowns `where` (n,) is all that acts.
 
     None where known displacements act as well, or what is linear in a load along members; and where deformations are
     not described without rounding.
     """
     topology, frame = plan.topology, plan.frame
-    rows = Transformation(6 * len(topology.number), plan.tree, unknown, len(plan.rhs_parameters.values))
+    rows = plan.graph.transformation
     along = frame.weight is not None or any(frame.member_loads.values()) or any(g.strained for g in topology.groups)
     if along or rows.imposed or not are_described(plan, rows):
         return None
