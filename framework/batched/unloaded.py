@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..cache import ORDERS
 from ..description import Description
-from ..solvers.graph import Graph
+from ..solvers.graph import Graph, adjacency
 from ..solvers.method import BROADCAST, LARGE
 from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
@@ -122,8 +122,7 @@ class Unloaded:
         """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
         joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
         first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
-        size = len(self.topology.number)
-        graph = scipy.sparse.csr_matrix((np.ones(len(first), dtype=bool), (first, second)), shape=(size, size))
+        graph = adjacency(first, second, len(self.topology.number))
         return scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
     def varies(self, group: Group) -> bool:

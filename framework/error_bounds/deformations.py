@@ -14,7 +14,9 @@ import numpy as np
 from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..entries import Change
+from ..protocol import LineElement
 from ..structure.group import resists_rigid
+from ..structure.parts import Extended
 from ..structure.topology import Group, Index
 from .kinematics import Real, extended, position
 
@@ -164,22 +166,44 @@ def springs(plan: Plan) -> list[Springs]:
     return [_of(plan, group) for group in plan.topology.groups]
 
 
+def constant_rows(plan: Plan, group: Group, element: LineElement) -> Real:
+    """Deformations (n, springs, 12) by the displacements of both ends in global axes, where they do not vary.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    group
+        The members.
+    element
+        Stands for them at one entry of the batch.
+    """
+    chord, local_axes = (each.reshape(len(each), *each.shape[-k:]) for k, each in enumerate(_geometry(plan, group), 1))
+    length = _length(chord) / extended(group.counts.reshape(-1))
+    _, rows = element.springs(length[:, None])
+    return _turned(rows.reshape(-1, *rows.shape[-2:]), local_axes)
+
+
+def _turned(rows: Real, local_axes: Real) -> Real:
+    """Deformations (..., springs, 12) by displacements in local axes, as those by displacements in global ones."""
+    split = rows.reshape(*rows.shape[:-1], 4, 3)
+    out: Real = np.einsum("...ibj,...jl->...ibl", split, local_axes)
+    return out.reshape(*out.shape[:-2], 12)
+
+
 def _of(plan: Plan, group: Group) -> Springs:
     topology = plan.topology
     chord, local_axes = _geometry(plan, group)
-    count = extended([topology.pieces[k].count for k in group.pieces]).reshape(-1, *(1,) * len(plan.frame.shape))
-    length = _length(chord) / count
+    length = _length(chord) / extended(group.counts)
     stiffness, rows = group.element.springs(length)
     mixed, balanced = _mixed(rows), group.element.balanced
     if balanced is None:
         balanced = not resists_rigid(stiffness, rows, length, _FINE)
     rows, local_axes = np.moveaxis(rows, 0, -3), np.moveaxis(local_axes, 0, -3)
-    split = rows.reshape(*rows.shape[:-1], 4, 3)
-    out = np.einsum("...nibj,...njl->...nibl", split, local_axes)
     return Springs(
         topology.ends[group.pieces],
         group.pieces,
-        out.reshape(*out.shape[:-2], 12),
+        _turned(rows, local_axes),
         rows,
         local_axes,
         np.moveaxis(length, 0, -1),
@@ -202,9 +226,12 @@ def _mixed(rows: Real) -> tuple[tuple[int, int], ...]:
 def _geometry(plan: Plan, group: Group) -> tuple[Real, Real]:
     """Chords (n, ..., 3) of the members and their axes as rows (n, ..., 3, 3), global."""
     topology, frame = plan.topology, plan.frame
+    ndim = len(frame.shape)
+    if (plain := topology.plain_chords(Extended)) is not None:
+        chord = plain[group.pieces].reshape(-1, *(1,) * ndim, 3)
+        return chord, group.element.axes(chord)
     pieces = [topology.pieces[k] for k in group.pieces]
     members = [frame.members[piece.member] for piece in pieces]
-    ndim = len(frame.shape)
     first, second = (topology.bodies[node] for node in pieces[0].nodes)
     if first is None or first != second:
         chord = np.stack([aligned(position(plan, m.end) - position(plan, m.start), ndim, 1) for m in members])

@@ -13,7 +13,7 @@ from ..entries import Entries
 from ..solvers.evaluation import Picked
 from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
-from ..solvers.stacked_bands import Bands, probe
+from ..solvers.stacked_bands import Bands
 from ..structure.topology import Index
 from . import dense
 from .spectrum import DENSE
@@ -50,13 +50,12 @@ def _by_bands(plan: Plan, index: tuple[Index, ...], kept: list[int]) -> NDArray[
     where[kept] = True
     bands = Bands(plan.coupling, where, plan.graph.order(plan.graph.band, where))
     step = max(1, _ROOM // (bands.size * bands.width))
-    count, load, found = len(index[0]) if index else 1, probe(bands.size), []
+    count, found = len(index[0]) if index else 1, []
     with np.errstate(all="ignore"):
         for start in range(0, count, step):
             factor = bands.factorised(Picked(plan.frame.shape, tuple(each[start : start + step] for each in index)))
-            moved = np.repeat(load[None, None], len(factor.root), axis=0)
-            factor.solve(moved)
-            found.append(factor.singularity(moved[:, 0]).singular)
+            growth = factor.probed(np.arange(len(factor.root)))
+            found.append(~(1.0 / growth > zero_eigenvalue(bands.size)))
     return np.concatenate(found)
 
 

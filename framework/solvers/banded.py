@@ -27,17 +27,17 @@ class BandedFactor(Factor):
         self.order = order
         place = np.empty_like(order)
         place[order] = np.arange(len(order))
+        rows = place[np.repeat(np.arange(len(order)), np.diff(self.scaled.indptr))]
+        columns = place[self.scaled.indices]
+        lower = rows >= columns
+        below = rows[lower] - columns[lower]
         # Column by column, as the band lies in memory.
-        entries = self.scaled[order].tocoo()
-        below = place[entries.col] - entries.row
-        lower = below >= 0
         band = np.zeros((int(below.max(initial=0)) + 1, len(order)), order="F")
-        band[below[lower], entries.row[lower]] = entries.data[lower]
-        self.instead: Factor | None = None
-        try:
-            self.factor: Array = scipy.linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
-        except scipy.linalg.LinAlgError:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
-            self.instead = LUFactor(matrix)
+        band[below, columns[lower]] = self.scaled.data[lower]
+        self.factor: Array
+        self.factor, info = scipy.linalg.lapack.dpbtrf(band, lower=1, overwrite_ab=1)
+        # a pivot that is not positive: whether rounding or a mechanism, LU tells
+        self.instead: Factor | None = LUFactor(matrix) if info else None
 
     @property
     def definite(self) -> bool:
@@ -49,5 +49,5 @@ class BandedFactor(Factor):
         if self.instead is not None:
             return self.instead.unscaled(load)
         out = np.empty_like(load)
-        out[self.order] = scipy.linalg.cho_solve_banded((self.factor, True), load[self.order], check_finite=False)
+        out[self.order], _ = scipy.linalg.lapack.dpbtrs(self.factor, load[self.order], lower=1)
         return out

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from ..batched.stage import Forces
 from ..structure.group import Group
-from ..structure.parts import Grid, RightHandSideParameters, Row, Value, is_zero
+from ..structure.parts import Grid, RightHandSideParameters, Value
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
-from .graph import Graph
+from .graph import Graph, adjacency
+from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
 # Entries of the batch of which deformations are looked at together, times members.
@@ -127,6 +128,8 @@ class Coupling:
         What the terms are shares of.
     terms
         The terms.
+    transformation
+        T and G.
     factors
         Varying factors of T.
     mask
@@ -140,9 +143,9 @@ class Coupling:
         unknown, forces = plan.graph.unknown, plan.forces
         self.grid, self.size, self.rhs_parameters = grid, len(unknown), len(plan.rhs_parameters.values)
         self._everywhere, self.exact = everywhere, True
-        self.factors: list[Value] = []
         dofs = 6 * len(topology.number)
-        self._rows = self._transformation(dofs, tree, unknown)
+        self.transformation = Transformation(dofs, tree, unknown, self.rhs_parameters)
+        self.factors = self.transformation.factors
         self.blocks: list[EvaluatedBlock] = []
         found = [self._of_group(group) for group in topology.groups]
         found.append(self._of_springs(dofs, [spring.stiffness for spring in tree.springs]))
@@ -158,8 +161,7 @@ class Coupling:
     def label(self) -> Index:
         """Connected component of each unknown, (n,)."""
         stiff = self.terms.high < self.size
-        pairs = self.terms.low[stiff], self.terms.high[stiff]
-        graph = scipy.sparse.csr_matrix((np.ones(len(pairs[0]), dtype=bool), pairs), shape=(self.size, self.size))
+        graph = adjacency(self.terms.low[stiff], self.terms.high[stiff], self.size)
         return scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
 
     @cached_property
@@ -183,51 +185,14 @@ class Coupling:
             np.bitwise_or.at(out, places[stiff], masks[stiff])
         return out
 
-    # -- what the displacements are made of ---------------------------------------------------------------------------
-
-    def _transformation(
-        self, dofs: int, tree: JointTree, unknown: Index
-    ) -> tuple[Index, Index, NDArray[np.float64], Index]:
-        """Rows of T and G: where each starts, columns, factors, and numbers of those that vary.
-
-        Springs follow the displacements, and the right-hand-side parameters follow these, as rows of their own.
-        """
-        size = len(unknown)
-        known = np.arange(self.rhs_parameters)
-        free = np.ones(dofs, dtype=bool)
-        free.reshape(-1, 6)[list(tree.rows)] = False
-        own = np.flatnonzero(free)
-        rows: list[tuple[int, Row]] = [(6 * n + k, row) for n, six in tree.rows.items() for k, row in enumerate(six)]
-        rows += [(dofs + s, spring.row) for s, spring in enumerate(tree.springs)]
-        at, columns, factors, varying = [], [], [], []
-        for row, combination in rows:
-            for key, value in combination.items():
-                if is_zero(value):
-                    continue
-                fixed = not isinstance(value, np.ndarray)
-                at.append(row)
-                columns.append(key if key >= 0 else -1 - key)
-                factors.append(float(value) if fixed else 1.0)
-                varying.append((key < 0, -1 if fixed else len(self.factors)))
-                if not fixed:
-                    self.factors.append(value)
-        given = np.array(varying, dtype=np.int64).reshape(-1, 2)
-        numbers = np.array(columns, dtype=np.int64)
-        places = np.where(given[:, 0] == 1, size + numbers, np.searchsorted(unknown, numbers))
-        first = dofs + len(tree.springs)
-        where = np.concatenate([own, np.array(at, dtype=np.int64), first + known])
-        places = np.concatenate([np.searchsorted(unknown, own), places, size + known])
-        shares = np.concatenate([np.ones(len(own)), np.array(factors), np.ones(len(known))])
-        numbers = np.concatenate([np.full(len(own), -1), given[:, 1], np.full(len(known), -1)])
-        order = np.argsort(where, kind="stable")
-        start = np.searchsorted(where[order], np.arange(first + len(known) + 1))
-        return start, places[order], shares[order], numbers[order]
+    # -- what they are sums of ----------------------------------------------------------------------------------------
 
     def _expanded(
         self, source: Index, one: Index, other: Index, own: NDArray[np.float64], sign: float
     ) -> tuple[Index, ...]:
         """Terms of numbers with factors of their `own` that join two rows of T, (i, j) standing for (j, i) as well."""
-        start, column, share, number = self._rows
+        rows = self.transformation
+        start, column, share, number = rows.start, rows.column, rows.share, rows.varying
         each = start[other + 1] - start[other]
         times = (start[one + 1] - start[one]) * each
         item = np.repeat(np.arange(len(one)), times)
@@ -241,15 +206,6 @@ class Coupling:
         factor = np.where(high >= self.size, sign * factor, factor)
         parts = source[item], factor, number[first], number[second], low, high
         return tuple(part[kept] for part in parts)
-
-    @property
-    def transformation(self) -> scipy.sparse.csr_matrix:
-        """T and G side by side: displacements, those of springs and the right-hand-side parameters by unknowns and
-        right-hand-side parameters, where no factor varies."""
-        start, column, share, _ = self._rows
-        return scipy.sparse.csr_matrix((share, column, start), shape=(len(start) - 1, self.size + self.rhs_parameters))
-
-    # -- what they are sums of ----------------------------------------------------------------------------------------
 
     def _of_group(self, group: Group) -> tuple[Index, ...]:
         count, (a, b) = len(group.pieces), _TWELVE

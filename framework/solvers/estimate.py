@@ -62,9 +62,9 @@ def banded(coupling: Coupling, graph: Graph) -> float:
     graph
         Nodes and their coupling.
     """
-    entries, size = coupling.grid.sizes[coupling.mask], int(coupling.loaded.sum())
-    # Of a frame of which loads reach a part, or whose planes are not coupled, the band is as much narrower.
-    width = graph.width * size / max(1, coupling.size)
+    entries, sizes = coupling.grid.sizes[coupling.mask], np.bincount(coupling.label[coupling.loaded])
+    # Of a frame whose planes are not coupled the band is as much narrower.
+    size, width = int(sizes.sum()), graph.width * int(sizes.max(initial=0)) / max(1, coupling.size)
     seconds = _SET_UP + entries * size * (_COLUMN + _NUMBER * width)
     for block in _members(coupling):
         seconds += _count(block) * (_NUMBERED + entries * (_TURNED if block.rows is None else _SUMMED))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..structure.group import Group
 from ..structure.parts import Value
 from ..structure.topology import Index
 from .coupling import Coupling, EvaluatedBlock, Terms
+from .graph import by_rows
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,17 @@ class Picked:
 
     shape: Shape
     index: tuple[Index, ...]
+    # Numbers of springs that were evaluated, by the first of their block: of a member they are few.
+    _springs: dict[int, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def springs(self, block: EvaluatedBlock) -> Array:
+        """Stiffness of the springs of members whose deformations do not vary, (count, m or 1)."""
+        if block.first not in self._springs:
+            assert block.group is not None
+            group = self.of_group(block.group)
+            found = np.moveaxis(group.element.springs(group.length)[0], -1, 0)
+            self._springs[block.first] = found.reshape(block.count, -1)
+        return self._springs[block.first]
 
     @classmethod
     def of(cls, shape: Shape, mask: int, numbers: Index) -> Picked:
@@ -121,8 +133,7 @@ class Sums:
     def _whole(self, block: EvaluatedBlock, terms: Terms, target: Index) -> scipy.sparse.csr_matrix | None:
         if not len(target):
             return None
-        shape = self.count, block.count
-        return scipy.sparse.csr_matrix((terms.factor, (target, terms.source - block.first)), shape=shape)
+        return by_rows(terms.factor, target, terms.source - block.first, (self.count, block.count))
 
     @cached_property
     def constant(self) -> Array:
@@ -165,8 +176,6 @@ def numbers_of(block: EvaluatedBlock, picked: Picked) -> Array:
     if block.group is None:
         return picked.of_values(list(block.values))
     if block.rows is not None:
-        group = picked.of_group(block.group)
-        springs = np.moveaxis(group.element.springs(group.length)[0], -1, 0)
-        return springs.reshape(block.count, -1)
+        return picked.springs(block)
     stiffness = np.moveaxis(picked.of_group(block.group).stiffness(), (-2, -1), (0, 1))
     return stiffness.reshape(block.count, -1)

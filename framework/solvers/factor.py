@@ -40,7 +40,9 @@ class Factor(ABC):
     def __init__(self, matrix: scipy.sparse.csr_matrix) -> None:
         diagonal = matrix.diagonal()
         self.root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        self.scaled = scipy.sparse.csr_matrix(scipy.sparse.diags(self.root) @ matrix @ scipy.sparse.diags(self.root))
+        rows = np.repeat(np.arange(len(self.root)), np.diff(matrix.indptr))
+        data = self.root[rows] * matrix.data * self.root[matrix.indices]
+        self.scaled = scipy.sparse.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
 
     @abstractmethod
     def unscaled(self, load: Array) -> Array | None:

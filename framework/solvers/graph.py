@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
@@ -14,6 +15,7 @@ from ..structure.parts import Row, unknowns
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .dissection import Dissection, dissect
+from .transformation import Transformation
 
 
 class Graph:
@@ -33,6 +35,11 @@ class Graph:
         self.topology, self.tree = topology, tree
         self.unknown: Index = np.array(unknowns, dtype=np.int64)
         self.node = self.unknown // 6
+
+    @cached_property
+    def transformation(self) -> Transformation:
+        """What the displacements of nodes and springs are made of, right-hand-side parameters not being told."""
+        return Transformation(6 * len(self.topology.number), self.tree, self.unknown, 0)
 
     @cached_property
     def free(self) -> NDArray[np.bool_]:
@@ -59,14 +66,16 @@ class Graph:
     @cached_property
     def pairs(self) -> Index:
         """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
-        count = len(self.topology.number)
+        count, ends = len(self.topology.number), self.topology.ends
+        if not self.tree.springs and not any(k >= 0 for six in self.tree.rows.values() for row in six for k in row):
+            both = ends[self.free[ends].all(axis=1)]
+            return _distinct(both[:, 0], both[:, 1], count)
         free = np.flatnonzero(self.free)
         on_edges = {node: _nodes(six) for node, six in self.tree.rows.items()}
         owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
         rows = np.concatenate([free, *owners])
         columns = np.concatenate([free, *on_edges.values()])
         carries = scipy.sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-        ends = self.topology.ends
         joined = scipy.sparse.csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
         whole = joined + scipy.sparse.csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
         coupled = (carries.T @ whole @ carries).tocoo()
@@ -76,9 +85,7 @@ class Graph:
             first.append(np.repeat(own, len(own)))
             second.append(np.tile(own, len(own)))
         i, j = np.concatenate(first).astype(np.int64), np.concatenate(second).astype(np.int64)
-        low, high = np.minimum(i, j), np.maximum(i, j)
-        found = np.unique((low * count + high)[low < high])
-        return np.stack([found // max(count, 1), found % max(count, 1)], axis=1)
+        return _distinct(i, j, count)
 
     @cached_property
     def dissection(self) -> Dissection:
@@ -89,11 +96,10 @@ class Graph:
     @cached_property
     def band(self) -> Index:
         """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
-        count, (first, second) = len(self._local[0]), self._local[1].T
-        joined = scipy.sparse.csr_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
-        return scipy.sparse.csgraph.reverse_cuthill_mckee(
-            scipy.sparse.csr_matrix(joined + joined.T), symmetric_mode=True
-        ).astype(np.int64)
+        carrying, pairs = self._local
+        both = np.concatenate([pairs, pairs[:, ::-1]])
+        joined = adjacency(both[:, 0], both[:, 1], len(carrying))
+        return scipy.sparse.csgraph.reverse_cuthill_mckee(joined, symmetric_mode=True).astype(np.int64)
 
     @cached_property
     def width(self) -> int:
@@ -111,6 +117,27 @@ class Graph:
         """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
         place = np.searchsorted(self._local[0], self.node[where])
         return np.argsort(_ranks(nodes)[place], kind="stable")
+
+
+def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matrix:
+    """A matrix (count, count) with entries at the pairs of places, each of which may stand there several times."""
+    order = np.argsort(second, kind="stable")
+    return by_rows(np.ones(len(order)), first[order], second[order], (count, count))
+
+
+def by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
+    """A matrix by its entries, which keep their order in each row; what stands at one place several times adds up."""
+    order = np.argsort(row, kind="stable")
+    start = np.zeros(shape[0] + 1, dtype=np.int32)
+    np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
+    return scipy.sparse.csr_matrix((data[order], column[order].astype(np.int32), start), shape=shape)
+
+
+def _distinct(first: Index, second: Index, count: int) -> Index:
+    """Pairs of different nodes (m, 2) without repetition, the lower first."""
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    found = np.unique((low * count + high)[low < high])
+    return np.stack([found // max(count, 1), found % max(count, 1)], axis=1)
 
 
 def _ranks(order: Index) -> Index:

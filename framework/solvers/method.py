@@ -24,6 +24,8 @@ LARGE, FEW = 100, 48
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
 # Nodes along a frame from which on bands may take longer than broadcasting, which nothing refines, and how many times.
 _SLENDER, _PATIENCE = 20.0, 3.0
+# Operations of a banded factor up to which it takes less time than to look for anything better.
+_SMALL = 2e6
 # Entries up to which a band is held.
 _BAND = 4e8
 _ITERATION = 0.4e-9
@@ -143,8 +145,10 @@ def _fastest_batch(plan: Compiled) -> Method:
 
 
 def _fastest(plan: Compiled) -> Method:
-    graph, cases = plan.graph, count(plan)
-    factor, size = graph.dissection, len(plan.unknowns)
+    graph, size = plan.graph, len(plan.unknowns)
+    if size * graph.width**2 <= _SMALL:
+        return Method(BANDED, f"banded Cholesky, as the frame is small: a band of {graph.width} by {size}")
+    factor, cases = graph.dissection, count(plan)
     direct = CHOLESKY if available() else SPARSE
     seconds = {
         direct: factor.operations / _RATE[direct],

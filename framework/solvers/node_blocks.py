@@ -88,10 +88,11 @@ class _Blocks:
         rows, columns = np.concatenate([high, own, low]), np.concatenate([low, own, high])
         shape = self.count, self.count
         pattern = scipy.sparse.csr_matrix((np.arange(1, len(rows) + 1), (rows, columns)), shape=shape)
-        parts = [scipy.sparse.csr_matrix((0, 6 * self.count))]
-        for start in range(0, self.count, _CHUNK):
-            parts.append(self._rows(pattern, pattern.indptr[start : start + _CHUNK + 1]))
-        return scipy.sparse.csr_matrix(scipy.sparse.vstack(parts, format="csr"))
+        if not self.count:
+            return scipy.sparse.csr_matrix((0, 0))
+        slices = [pattern.indptr[start : start + _CHUNK + 1] for start in range(0, self.count, _CHUNK)]
+        parts = [self._rows(pattern, ends) for ends in slices]
+        return parts[0] if len(parts) == 1 else scipy.sparse.csr_matrix(scipy.sparse.vstack(parts, format="csr"))
 
     def _rows(self, pattern: scipy.sparse.csr_matrix, ends: NDArray[np.int32]) -> scipy.sparse.csr_matrix:
         """Some rows of blocks."""

@@ -14,13 +14,57 @@ import numpy as np
 from ..batch import Array
 from ..entries import Stretch
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
+from ..error_bounds.kinematics import extended
 from ..structure.topology import Index
+from .spring_residual import SpringResidual
 
 # Unknowns up to which a solution is refined: it adds some tenths of a second then, and the ill-conditioned are there,
 # links finely meshed.
 REFINED = 20_000
 # Numbers of a solution handled at a time.
 _ROOM = 2**20
+# Relative error that is left, and steps at most.
+_FINE, _STEPS = 1e-15, 3
+
+
+def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> Array:
+    """A solution after as many steps of refinement as leave nothing but rounding.
+
+    Parameters
+    ----------
+    residual
+        What it leaves of its equations.
+    values
+        The values of the unknowns (n, load cases).
+    solve
+        Gives the solution (n, k) for loads (n, k), from a factor in double precision.
+
+    Returns
+    -------
+    ndarray
+        The better values (n, load cases).
+    """
+    out = np.empty_like(values)
+    step = max(1, _ROOM // max(1, len(values)))
+    for start in range(0, values.shape[1], step):
+        part = slice(start, start + step)
+        out[:, part] = _refined(residual.of(part), values[:, part], solve)
+    return out
+
+
+def _refined(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> Array:
+    found, sizes = extended(values), np.abs(values).max(axis=0, initial=0.0)
+    going = sizes > 0.0
+    for _ in range(_STEPS):
+        change = solve(residual.left(found))
+        change[~np.isfinite(change)] = 0.0
+        found += np.where(going, change, 0.0)
+        moved = np.abs(change).max(axis=0, initial=0.0)
+        # a step multiplies the error by what it was of the solution
+        going &= moved**2 > _FINE * sizes**2
+        if not going.any():
+            break
+    return found.astype(np.float64)
 
 
 def refined(statics: Statics, unknowns: Index, values: Array, solve: Callable[[Array], Array]) -> Array:

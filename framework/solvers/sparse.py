@@ -22,7 +22,8 @@ from .freedom import Freedom, freedom
 from .iterative import Iterative
 from .load_cases import by_units
 from .method import ITERATIVE
-from .refinement import REFINED, refined
+from .refinement import REFINED, refined, refined_by_springs
+from .spring_residual import by_springs
 from .stiffness import SparseStiffness
 
 
@@ -138,8 +139,15 @@ class SparseSolver:
                 out[where] = factor.solve(self.load[where])
             if self.plan.method.name != ITERATIVE and where.sum() <= REFINED and not factor.singular:
                 with timed(self.plan.times, "refinement"):
-                    out[where] = refined(self.statics, self.unknown[where], out[where], factor.solve)
+                    out[where] = self._refined(where, out[where], factor)
         return out
+
+    def _refined(self, where: NDArray[np.bool_], values: Array, factor: Factor) -> Array:
+        """Better values (n, load cases) of the unknowns `where`."""
+        residual = by_springs(self.plan, where, self.load)
+        if residual is not None:
+            return refined_by_springs(residual, values, factor.solve)
+        return refined(self.statics, self.unknown[where], values, factor.solve)
 
     # -- matrices ---------------------------------------------------------------------------------------------------
 

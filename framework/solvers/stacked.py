@@ -18,22 +18,19 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..clock import timed
-from ..error_bounds.kinematics import FrameKinematics, extended
+from ..error_bounds.kinematics import FrameKinematics
 from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
 from .evaluation import Picked, Sums
-from .stacked_bands import Bands, StackedFactor, probe
-from .stacked_refinement import Deformations, Residual, SpringResidual, StaticsResidual, are_constant
+from .rounding import zero_eigenvalue
+from .spring_residual import Deformations, SpringResidual, are_described
+from .stacked_bands import Bands, StackedFactor
+from .stacked_refinement import ROUGH, Residual, StaticsResidual, refine
 
 Mask = NDArray[np.bool_]
 _Kind = TypeVar("_Kind", np.bool_, np.float64)
 # Bytes that are assembled, factorised and refined at a time; results and factors that are kept.
 _ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
-# Relative error of a solution from which on it is refined, as a random load tells it; what is left then; steps at most.
-ROUGH, _FINE, _STEPS = 1e-14, 1e-15, 5
-# Share of the solution that the last step of refinement may change; one step alone takes away up to the root of _FINE.
-_LOST = 1e-6
-_EPS = float(np.finfo(np.float64).eps)
 
 
 class StackedSolver:
@@ -192,12 +189,10 @@ class StackedSolver:
         if self.loaded.all():
             return out
         bands = self.bands(~self.loaded)
-        vector = probe(bands.size)
         with np.errstate(all="ignore"):
             for matrices, factor in self.factors(bands):
-                found = np.repeat(vector[None, None], len(matrices), axis=0)
-                factor.solve(found)
-                out[matrices] = factor.singularity(found[:, 0]).singular
+                growth = factor.probed(np.arange(len(matrices)))
+                out[matrices] = ~(1.0 / growth > zero_eigenvalue(bands.size))
         return out
 
     def bands(self, where: Mask) -> Bands:
@@ -208,8 +203,8 @@ class StackedSolver:
 
     def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
         """Numbers of matrices, and their factors, some at a time."""
-        pieces = sum(len(group.pieces) for group in self.plan.topology.groups)
-        numbers = 144 * pieces + bands.size * (bands.width + 1)
+        turned = sum(block.count for block in self.coupling.blocks if block.rows is None)
+        numbers = turned + len(bands.position) + bands.size * (bands.width + 1)
         step = max(1, _ROOM // (8 * numbers))
         hold = 8 * self.count * bands.size * (bands.width + 1) < _HOLD
         for start in range(0, self.count, step):
@@ -238,17 +233,13 @@ class _Solved:
     ----------
     singular
         Whether it is singular, (matrices,).
-    rough
-        Relative error of the solution before refinement, as a random load tells it, (matrices,).
     """
 
     def __init__(self, solver: StackedSolver) -> None:
         self.solver = solver
         self.coupling, self.plan = solver.coupling, solver.plan
         self.bands = solver.bands(solver.loaded)
-        self.names: list[int] = solver.unknown[solver.loaded].tolist()
         self.singular = np.zeros(solver.count, dtype=bool)
-        self.rough = np.zeros(solver.count)
         self._found: dict[int, Array] = {}
         self._bytes_in_all = 8 * self.bands.size * solver.count * solver.columns
         if self._bytes_in_all < _HOLD:
@@ -280,11 +271,7 @@ class _Solved:
 
     def _examine(self, matrices: Index, factor: StackedFactor) -> None:
         with timed(self.plan.times, "solution"):
-            vector = probe(self.bands.size)
-            found = np.repeat(vector[None, None], len(matrices), axis=0)
-            factor.solve(found)
-            singularity = factor.singularity(found[:, 0])
-            self.singular[matrices], self.rough[matrices] = singularity.singular, _EPS * singularity.growth
+            self.singular[matrices] = factor.singular
 
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
         """Values (m, right-hand sides, size) of some matrices for some of their right-hand sides."""
@@ -295,7 +282,7 @@ class _Solved:
             values *= factor.root[:, None]
             values[self.singular[matrices]] = np.nan
         unsure = np.isin(np.arange(len(matrices)), list(factor.instead))
-        hard = np.flatnonzero(((self.rough[matrices] > ROUGH) | unsure) & ~self.singular[matrices])
+        hard = np.flatnonzero(((factor.rough > ROUGH) | unsure) & ~self.singular[matrices])
         if len(hard) and len(columns):
             with timed(self.plan.times, "refinement"):
                 self._refine(matrices, columns, hard, factor, right, values)
@@ -339,31 +326,26 @@ class _Solved:
         self, matrices: Index, columns: Index, hard: Index, factor: StackedFactor, right: Array, values: Array
     ) -> None:
         """Better `values` (m, right-hand sides, size) of the `hard` ones."""
-        place = self.bands.place[self.solver.loaded]
         cases = 1 if self.solver.by_units else len(columns)
         step = max(1, _REFINED // (cases * self._bytes))
         for start in range(0, len(hard), step):
             some = hard[start : start + step]
-            root, found = factor.root[some][:, None], extended(values[some])
-            residual = self._residual(matrices[some], columns, right[some][..., place])
-            for _ in range(_steps(float(self.rough[matrices[some]].max()))):
-                change = np.empty(found.shape)
-                change[..., place] = residual.left(found[..., place])
-                change *= root
-                for entry, load in zip(some.tolist(), change, strict=True):
-                    factor.solve_one(entry, load)
-                moved = np.abs(change).max(axis=(-2, -1))
-                change *= root
-                found = found + np.where(np.isfinite(change), change, 0.0)
-            values[some] = found.astype(np.float64)
-            # steps that do not end tell that of the matrix nothing but rounding is left in some direction
-            lost = ~(moved <= _LOST * np.abs(values[some] / root).max(axis=(-2, -1)))
-            self.singular[matrices[some[lost]]] = True
-            values[some[lost]] = np.nan
+            better = values[some]
+            lost = refine(self._residual(matrices[some], columns, right[some], factor, some), factor, some, better)
+            better[lost.any(axis=1)] = np.nan
+            values[some], self.singular[matrices[some]] = better, lost.any(axis=1)
+
+    @cached_property
+    def names(self) -> list[int]:
+        """Numbers of the unknowns in the order of elimination."""
+        found: list[int] = self.solver.unknown[np.argsort(self.bands.place)][-self.bands.size :].tolist()
+        return found
 
     @cached_property
     def _deformations(self) -> Deformations | None:
-        return Deformations(self.plan, self.solver.loaded) if are_constant(self.plan) else None
+        rows = self.coupling.transformation
+        constant = all(block.rows is not None for block in self.coupling.blocks if block.group is not None)
+        return Deformations(self.plan, rows, self.bands.place) if constant and are_described(self.plan, rows) else None
 
     @property
     def _bytes(self) -> int:
@@ -372,25 +354,22 @@ class _Solved:
             return StaticsResidual.bytes(self.plan)
         return 32 * (len(self._deformations.acting) + self.bands.size)
 
-    def _residual(self, matrices: Index, columns: Index, right: Array) -> Residual:
+    def _residual(
+        self, matrices: Index, columns: Index, right: Array, factor: StackedFactor, entries: Index
+    ) -> Residual:
+        """Of some `entries` of a factor, by their numbers as matrices of the batch."""
         solver, deformations = self.solver, self._deformations
         picked = solver.entries(matrices, columns)
         if deformations is None:
             return StaticsResidual(self.plan, self._kinematics, picked, self.names, right if solver.by_units else None)
-        stiffness = deformations.stiffness(Picked.of(self.plan.frame.shape, self.coupling.mask, matrices))
-        if not self.coupling.imposed:
-            return SpringResidual(deformations, stiffness, right, None)
-        rhs_parameters = picked.of_values(self.plan.rhs_parameters.values).reshape(-1, len(matrices), len(columns))
-        forces = self._right(matrices, columns, imposed=False)[..., self.bands.place[solver.loaded]]
-        return SpringResidual(deformations, stiffness, forces, rhs_parameters)
+        stiffness = factor.numbers(deformations.acting, entries)
+        given, forces = None, right
+        if self.coupling.imposed:
+            given = picked.of_values(self.plan.rhs_parameters.values)
+            forces = self._right(matrices, columns, imposed=False)
+        return SpringResidual(deformations, stiffness, forces.reshape(-1, self.bands.size).T, given)
 
     @cached_property
     def _kinematics(self) -> FrameKinematics:
         """The frame's kinematics in extended precision, at the whole batch."""
         return FrameKinematics.of(self.plan)
-
-
-def _steps(rough: float) -> int:
-    """Steps of refinement that leave nothing but rounding."""
-    share = min(8.0 * rough, 0.5)
-    return int(np.clip(np.ceil(np.log(_FINE) / np.log(share)) - 1, 1, _STEPS))

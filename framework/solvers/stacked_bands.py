@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..structure.topology import Index
 from .coupling import Coupling
-from .evaluation import Picked, Sums
+from .evaluation import Picked, Sums, numbers_of
 from .factor import ITERATIONS, SUSPECT
 from .lu import LUFactor
 from .rounding import zero_eigenvalue
 
 Mask = NDArray[np.bool_]
+# Share of the growth by a zero eigenvalue from which on that of a vector that was solved for before is suspect.
+_SURE = 1e-3
+_EPS = float(np.finfo(np.float64).eps)
 
 
 class Bands:
@@ -29,7 +32,8 @@ class Bands:
     where
         Which of the unknowns, (n,).
     order
-        Which of these is eliminated first, second, ..., (size,).
+        Which of these is eliminated first, second, ..., (size,); what is not coupled is taken apart, so that the band
+        is that of a plane alone where planes are not coupled.
 
     Attributes
     ----------
@@ -43,7 +47,8 @@ class Bands:
         terms = coupling.terms
         self.where, self.size = where, len(order)
         self.place = np.full(coupling.size, -1, dtype=np.int64)
-        self.place[np.flatnonzero(where)[order]] = np.arange(self.size)
+        ordered = np.flatnonzero(where)[order]
+        self.place[ordered[np.argsort(coupling.label[ordered], kind="stable")]] = np.arange(self.size)
         stiff = terms.high < coupling.size
         stiff[stiff] = where[terms.low[stiff]]
         own = terms.at(stiff)
@@ -65,23 +70,7 @@ class Bands:
         root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         values *= root[self.row]
         values *= root[self.column]
-        return StackedFactor(self, values, np.ascontiguousarray(root.T))
-
-
-@dataclass
-class Singularity:
-    """What a random load of length one tells of matrices.
-
-    Attributes
-    ----------
-    growth
-        Length of the displacement, one over the least eigenvalue where that is suspect, (m,).
-    singular
-        Whether that is zero to rounding, (m,).
-    """
-
-    growth: Array
-    singular: Mask
+        return StackedFactor(self, picked, values, np.ascontiguousarray(root.T))
 
 
 class StackedFactor:
@@ -91,23 +80,23 @@ class StackedFactor:
     ----------
     bands
         Their pattern.
+    picked
+        The entries of the batch.
     values
         Their scaled entries (entries, m).
     root
         The scale (m, size).
     """
 
-    def __init__(self, bands: Bands, values: Array, root: Array) -> None:
-        self.bands, self.root, count = bands, root, len(root)
+    def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array) -> None:
+        self.bands, self.picked, self.root, count = bands, picked, root, len(root)
         self.band = np.zeros((count, bands.size * bands.width))
         self.band[:, bands.position] = values.T
         self.instead: dict[int, LUFactor] = {}
-        self.indefinite: dict[int, scipy.sparse.csr_matrix] = {}
         for entry in range(count):
             _, info = scipy.linalg.lapack.dpbtrf(self._of(entry), lower=1, overwrite_ab=1)
             if info:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
-                self.indefinite[entry] = self._sparse(values[:, entry])
-                self.instead[entry] = LUFactor(self.indefinite[entry])
+                self.instead[entry] = LUFactor(self._sparse(values[:, entry]))
 
     def _of(self, entry: int) -> Array:
         band: Array = self.band[entry].reshape(self.bands.size, self.bands.width).T
@@ -132,36 +121,63 @@ class StackedFactor:
         found = factor.unscaled(factor.root[:, None] * load.T)
         load[:] = np.nan if found is None else (factor.root[:, None] * found).T
 
-    def singularity(self, found: Array) -> Singularity:
-        """Whether the least eigenvalues are zero to rounding, as `Factor.singular` tells of one matrix.
+    @cached_property
+    def growth(self) -> Array:
+        """One over the least eigenvalue, about, (m,): by pivots where these are so large that it cannot be zero.
 
-        Parameters
-        ----------
-        found
-            Solutions (m, size) of the scaled matrices for the load `probe(size)`.
+        A motion of length one that costs no energy leaves a pivot of nothing but rounding over the square of what the
+        last unknown that moves does so; where a link of n nodes turns, that is 1 / n^3.
         """
-        count, size = found.shape
-        if not size:
-            return Singularity(np.ones(count), np.zeros(count, dtype=bool))
-        zero = zero_eigenvalue(size)
-        growth = np.linalg.norm(found, axis=1)
-        singular = np.zeros(count, dtype=bool)
-        for entry in np.flatnonzero(~(growth < SUSPECT / zero)).tolist():
-            growth[entry] = self._least(entry, found[entry])
-        for entry, matrix in self.indefinite.items():
-            # LU without pivots of its own choice may hide that nothing but rounding is left
-            growth[entry] = 1.0 / max(np.abs(np.linalg.eigvalsh(matrix.toarray())).min(), np.finfo(float).tiny)
-        singular |= ~(1.0 / growth > zero)
-        return Singularity(growth, singular)
+        size = self.bands.size
+        pivots = self.band.reshape(len(self.root), size, self.bands.width)[..., 0] ** 2
+        least = pivots.min(axis=1, initial=1.0)
+        growth: Array = np.sqrt(size) / least
+        sure = least > zero_eigenvalue(size) * max(1.0 / SUSPECT, (size / 6.0) ** 3)
+        sure[list(self.instead)] = False
+        growth[~sure] = self.probed(np.flatnonzero(~sure))
+        return growth
+
+    @property
+    def singular(self) -> Mask:
+        """Whether the least eigenvalue is zero to rounding, (m,)."""
+        return ~(1.0 / self.growth > zero_eigenvalue(self.bands.size))
+
+    @property
+    def rough(self) -> Array:
+        """Relative error that rounding leaves of a solution, about, (m,)."""
+        return _EPS * self.growth
+
+    def numbers(self, springs: Index, entries: Index) -> Array:
+        """Stiffness of some springs at some entries, (springs, entries)."""
+        blocks, count = self.bands.sums.coupling.blocks[:-1], len(self.root)
+        out = np.empty((len(springs), len(entries)))
+        for block in blocks:
+            mine = slice(*np.searchsorted(springs, [block.first, block.first + block.count]))
+            numbers = numbers_of(block, self.picked)[springs[mine] - block.first]
+            out[mine] = numbers if numbers.shape[1] < count or len(entries) == count else numbers[:, entries]
+        return out
+
+    def probed(self, entries: Index) -> Array:
+        """One over the least eigenvalue at some entries, by inverse iteration where that may be zero, (entries,)."""
+        out = np.ones(len(entries))
+        vector = probe(self.bands.size)
+        for k, entry in enumerate(entries.tolist() if self.bands.size else ()):
+            if entry in self.instead:
+                # LU without pivots of its own choice may hide that nothing but rounding is left
+                values = np.linalg.eigvalsh(self.instead[entry].scaled.toarray())
+                out[k] = 1.0 / max(np.abs(values).min(), np.finfo(float).tiny)
+            else:
+                out[k] = self._least(entry, vector)
+        return out
 
     def _least(self, entry: int, vector: Array) -> float:
-        """One over the least eigenvalue, by inverse iteration."""
-        growth = float(np.linalg.norm(vector))
-        for _ in range(ITERATIONS - 1):
+        """One over the least eigenvalue, about: a random vector may miss it by `SUSPECT`, what it leads to hardly."""
+        growth, zero = 1.0, zero_eigenvalue(len(vector))
+        for enough in (SUSPECT, *(_SURE,) * (ITERATIONS - 1)):
             vector = vector / growth
             self.solve_one(entry, vector[None])
             growth = float(np.linalg.norm(vector))
-            if not np.isfinite(growth):
+            if not growth >= enough / zero:
                 break
         return growth
 

@@ -1,7 +1,6 @@
-"""What solutions of a batch leave of their equations, so exactly that a rigid motion costs nothing.
+"""Refinement of the entries of a batch: what solutions leave of their equations in extended precision, solved again.
 
-Where geometry and joints do not vary, the deformations by the unknowns are one sparse matrix in extended precision; the
-forces that they call for may then be summed in double precision, as nothing is lost in them.
+Whatever is asked of a load case, how often it is refined depends on it alone.
 """
 
 from __future__ import annotations
@@ -10,22 +9,26 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..error_bounds.deformations import springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.kinematics import FrameKinematics, Real, extended
-from ..error_bounds.picked import PickedStatics, plan_at
+from ..error_bounds.picked import PickedStatics
 from ..error_bounds.resistance import resisted
-from ..structure.parts import Extended
 from ..structure.topology import Index
-from .coupling import Coupling
-from .evaluation import Picked, numbers_of
+from .evaluation import Picked
+from .stacked_bands import StackedFactor
 
 Mask = NDArray[np.bool_]
+# Relative error of a solution from which on it is refined; what is left then; steps at most.
+ROUGH, _FINE, _STEPS = 1e-14, 1e-15, 5
+# Share of the solution that the last step of refinement may change: else of the matrix nothing but rounding is left in
+# some direction.
+_LOST = 1e-6
+# What the estimated error is taken to be larger.
+_SAFE = 8.0
 # Bytes of a member in extended precision.
 _MEMBER = 3000
 
@@ -34,102 +37,65 @@ class Residual(Protocol):
     """Unbalanced loads of some entries."""
 
     def left(self, values: Real) -> Array:
-        """Unbalanced load (m, k, size) of values (m, k, size), both by unknown."""
+        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
         ...
 
 
-class Deformations:
-    """Deformations of all springs by the unknowns and the right-hand-side parameters, the same at all entries.
+def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Array) -> Mask:
+    """Refine solutions until nothing but rounding is left of their error.
+
+    A step multiplies the error by what the step before was of the solution, or of the step before it.
 
     Parameters
     ----------
-    plan
-        The compiled frame.
-    loaded
-        Unknowns that are solved for, (n,).
+    residual
+        What they leave of their equations.
+    factor
+        Factors of their matrices.
+    entries
+        Numbers of these, (m,).
+    values
+        Solutions (m, k, size), which are replaced.
+
+    Returns
+    -------
+    ndarray
+        Whether steps do not end, so that of the matrix nothing but rounding is left in some direction, (m, k).
     """
-
-    def __init__(self, plan: Plan, loaded: Mask) -> None:
-        self.coupling: Coupling = plan.coupling
-        picked = Picked.of(plan.frame.shape, 0, np.zeros(1, dtype=np.int64))
-        parts = [self._of_members(plan, picked), self._of_joints(plan)]
-        data, row, column = (np.concatenate(each) for each in zip(*parts, strict=True))
-        count, change = self.coupling.blocks[-1].first, self.coupling.transformation
-        local = scipy.sparse.coo_matrix((data, (row, column)), shape=(count, change.shape[0])).tocsr()
-        whole = scipy.sparse.csr_matrix(local @ change.astype(Extended))
-        size = self.coupling.size
-        unknown, known = whole[:, :size][:, np.flatnonzero(loaded)], whole[:, size:]
-        self.acting: Index = np.flatnonzero(np.diff(unknown.indptr))
-        self.by_unknowns, self.by_parameters = (
-            scipy.sparse.csr_matrix(unknown[self.acting]),
-            scipy.sparse.csr_matrix(known[self.acting]),
-        )
-        self.back = scipy.sparse.csr_matrix(self.by_unknowns.astype(np.float64).T)
-
-    def _of_members(self, plan: Plan, picked: Picked) -> tuple[Real, Index, Index]:
-        out: list[tuple[Real, Index, Index]] = [(extended(np.zeros(0)), *(np.zeros(0, dtype=np.int64),) * 2)]
-        for block, kind in zip(self.coupling.blocks, springs(plan_at(plan, picked)), strict=False):
-            rows = kind.rows[0]
-            piece, spring, k = np.nonzero(rows)
-            dofs = 6 * kind.nodes[piece, k // 6] + k % 6
-            out.append((rows[piece, spring, k], block.first + spring * len(rows) + piece, dofs))
-        data, row, column = (np.concatenate(each) for each in zip(*out, strict=True))
-        return data, row, column
-
-    def _of_joints(self, plan: Plan) -> tuple[Real, Index, Index]:
-        block = self.coupling.blocks[-2]
-        own = np.arange(block.count)
-        return extended(np.ones(block.count)), block.first + own, 6 * len(plan.topology.number) + own
-
-    def stiffness(self, picked: Picked) -> Array:
-        """Stiffness of the springs that act at some entries, (springs, m)."""
-        count = len(picked.index[0]) if picked.index else 1
-        each = [numbers_of(block, picked) for block in self.coupling.blocks[:-1]]
-        whole = [np.broadcast_to(numbers, (len(numbers), count)) for numbers in each]
-        found: Array = np.concatenate([np.zeros((0, count)), *whole])[self.acting]
-        return found
+    count, cases, size = values.shape
+    root = factor.root[entries][:, None]
+    found = extended(np.ascontiguousarray(values.reshape(-1, size).T))
+    whole = np.abs(values / root).max(axis=-1, initial=0.0)
+    contraction = np.repeat(factor.rough[entries][:, None], cases, axis=1)
+    error, going = np.full((count, cases), np.inf), np.ones((count, cases), dtype=bool)
+    for _ in range(_STEPS):
+        change = np.ascontiguousarray(residual.left(found).T).reshape(count, cases, size)
+        change *= root
+        _solve(factor, entries, change, going)
+        moved = np.abs(change).max(axis=-1, initial=0.0)
+        moved = np.where(moved > 0.0, moved / whole, 0.0)  # where nothing is loaded nothing moves
+        contraction = np.where(np.isinf(error), np.maximum(contraction, moved), moved / error)
+        error = np.where(going, moved, error)
+        change *= root
+        change[~(going[..., None] & np.isfinite(change))] = 0.0
+        found += change.reshape(-1, size).T
+        going &= ~((_SAFE * moved * contraction <= _FINE) & (moved <= _LOST))
+        if not going.any():
+            break
+    values[:] = found.T.reshape(values.shape)
+    lost: Mask = ~(error <= _LOST)
+    return lost
 
 
-def are_constant(plan: Plan) -> bool:
-    """Whether deformations by the unknowns are the same at all entries, and described without rounding on the way."""
-    coupling, frame = plan.coupling, plan.frame
-    plain = not frame.bodies and not any(tie.rigid for tie in frame.ties) and not coupling.factors
-    screws = any(np.any(link.element.pitch) for link in frame.joints.values())
-    return plain and not screws and all(block.rows is not None for block in coupling.blocks if block.group is not None)
-
-
-class SpringResidual:
-    """Residual by deformations that do not vary.
-
-    Parameters
-    ----------
-    deformations
-        The deformations.
-    stiffness
-        Of the springs, (springs, m).
-    forces
-        Loads without what known displacements call for, (m, k, size).
-    rhs_parameters
-        Known displacements: the numbers (knowns, m, k); None where a unit of a load is solved for.
-    """
-
-    def __init__(
-        self, deformations: Deformations, stiffness: Array, forces: Array, rhs_parameters: Array | None
-    ) -> None:
-        self.deformations, self.stiffness, self.forces = deformations, stiffness, forces
-        self.given: Real | float = 0.0
-        if rhs_parameters is not None and deformations.by_parameters.nnz:
-            self.given = deformations.by_parameters @ extended(rhs_parameters.reshape(len(rhs_parameters), -1))
-
-    def left(self, values: Real) -> Array:
-        """Unbalanced load (m, k, size) of values (m, k, size), both by unknown."""
-        m, k, size = values.shape
-        flat = np.ascontiguousarray(np.moveaxis(values, -1, 0)).reshape(size, m * k)
-        deformed = (self.deformations.by_unknowns @ flat + self.given).astype(np.float64)
-        pulls = (deformed.reshape(-1, m, k) * self.stiffness[:, :, None]).reshape(-1, m * k)
-        inner = (self.deformations.back @ pulls).reshape(size, m, k)
-        left: Array = self.forces - np.moveaxis(inner, 0, -1)
-        return left
+def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
+    """Solve for scaled loads (m, k, size) in place, as far as these are `going` (m, k)."""
+    for k, entry in enumerate(entries.tolist()):
+        if going[k].all():
+            factor.solve_one(entry, loads[k])
+        elif going[k].any():
+            some = loads[k, going[k]]
+            factor.solve_one(entry, some)
+            loads[k, going[k]] = some
 
 
 class StaticsResidual:
@@ -142,7 +108,7 @@ class StaticsResidual:
     picked
         The entries, (m k,).
     names
-        Numbers of the unknowns.
+        Numbers of the unknowns, in the order of their values.
     units
         Loads (m, k, size) where units of the right-hand-side parameters are solved for; None where all that acts is.
     """
@@ -154,12 +120,13 @@ class StaticsResidual:
         self.statics = PickedStatics(plan, kinematics, picked)
 
     def left(self, values: Real) -> Array:
-        """Unbalanced load (m, k, size) of values (m, k, size), both by unknown."""
+        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
         if self.units is not None:
-            met = np.moveaxis(resisted(self.statics, self.names, np.moveaxis(values, 1, 0)), 0, 1)
-            return np.asarray(self.units - met, dtype=np.float64)
-        state = EquilibriumResidual(self.statics, _same, self.names, values.reshape(-1, len(self.names)), 1)
-        return state.balance.reshape(values.shape).astype(np.float64)
+            by_entry = values.T.reshape(self.units.shape)
+            met = np.moveaxis(resisted(self.statics, self.names, np.moveaxis(by_entry, 1, 0)), 0, 1)
+            return np.asarray(self.units - met, dtype=np.float64).reshape(-1, len(values)).T
+        state = EquilibriumResidual(self.statics, _same, self.names, values.T, 1)
+        return state.balance.astype(np.float64).T
 
     @staticmethod
     def bytes(plan: Plan) -> int:

@@ -70,7 +70,7 @@ class SparseStiffness:
 
     def direct(self, where: NDArray[np.bool_]) -> Callable[[scipy.sparse.csr_matrix], Factor]:
         """What factorises a matrix of the unknowns `where` (n,), of the pattern of the stiffness."""
-        return partial(_direct, self.method, self.unloaded.graph, where)
+        return partial(_direct, self.method, self.unloaded.graph, self.label, where)
 
     def _factorised(self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> Factor:
         if not where.any():
@@ -84,10 +84,12 @@ class SparseStiffness:
         return Iterative(matrix, places.of(where), direct)
 
 
-def _direct(name: str, graph: Graph, where: NDArray[np.bool_], matrix: scipy.sparse.csr_matrix) -> Factor:
-    """Factor of the matrix of the unknowns `where`."""
+def _direct(name: str, graph: Graph, label: Index, where: NDArray[np.bool_], matrix: scipy.sparse.csr_matrix) -> Factor:
+    """Factor of the matrix of the unknowns `where`, of which those of one `label` (n,) are coupled."""
     if name == BANDED:
-        return BandedFactor(matrix, graph.order(graph.band, where))
+        order = graph.order(graph.band, where)
+        # what is not coupled is taken apart: of a plane frame the band is half as wide
+        return BandedFactor(matrix, order[np.argsort(label[where][order], kind="stable")])
     if name == CHOLESKY or (name == ITERATIVE and available()):
         return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))
     return LUFactor(matrix)

@@ -61,15 +61,20 @@ class Matrices:
     @cached_property
     def substitution(self) -> scipy.sparse.csr_matrix:
         """T, (DOFs, n)."""
+        rows, count = self.plan.graph.transformation, 6 * len(self.plan.graph.free)
+        if not rows.factors and not rows.imposed:
+            start = rows.start[: count + 1]
+            within = slice(0, int(start[-1]))
+            return scipy.sparse.csr_matrix((rows.share[within], rows.column[within], start), (count, rows.size))
         free = np.flatnonzero(self.plan.graph.free)
         own = (6 * free[:, None] + np.arange(6)).reshape(-1)
         nodes = self.plan.tree.rows
-        rows = self.spread([row for six in nodes.values() for row in six]).tocoo()
-        dofs = (6 * np.array(list(nodes), dtype=np.int64)[:, None] + np.arange(6)).reshape(-1)[rows.row]
-        columns = np.concatenate([np.searchsorted(self.unknown, own), rows.col])
-        data = np.concatenate([np.ones(len(own)), rows.data])
-        shape = 6 * len(self.plan.graph.free), len(self.unknown)
-        return scipy.sparse.coo_matrix((data, (np.concatenate([own, dofs]), columns)), shape=shape).tocsr()
+        given = self.spread([row for six in nodes.values() for row in six]).tocoo()
+        dofs = (6 * np.array(list(nodes), dtype=np.int64)[:, None] + np.arange(6)).reshape(-1)[given.row]
+        columns = np.concatenate([np.searchsorted(self.unknown, own), given.col])
+        data = np.concatenate([np.ones(len(own)), given.data])
+        where = np.concatenate([own, dofs]), columns
+        return scipy.sparse.coo_matrix((data, where), shape=(count, len(self.unknown))).tocsr()
 
     def global_substitution(self, nodes: list[int]) -> scipy.sparse.csr_matrix:
         """Displacements of `nodes` in global axes from the unknowns, (6 nodes, n)."""

@@ -173,7 +173,7 @@ class Topology:
         return clone
 
     @cached_property
-    def _plain(self) -> Array | None:
+    def plain_positions(self) -> Array | None:
         """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
         nodes = self.frame.nodes.values()
         if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
@@ -183,13 +183,20 @@ class Topology:
     @cached_property
     def _chords(self) -> Array | list[Array]:
         """Chord of each piece's member, (..., 3)."""
-        if self._plain is None:
-            chords = [self.frame.chord(name) for name in self.frame.members]
-            return [chords[member] for member in self.members.tolist()]
+        if (plain := self.plain_chords(np.float64)) is not None:
+            return plain
+        chords = [self.frame.chord(name) for name in self.frame.members]
+        return [chords[member] for member in self.members.tolist()]
+
+    def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
+        """Chord of each piece's member in a precision, (pieces, 3), where neither a body nor the batch moves nodes."""
+        if self.plain_positions is None:
+            return None
+        plain = self.plain_positions.astype(kind, copy=False)
         if len(self.ends) == len(self.counts):
-            return self._plain[self.ends[:, 1]] - self._plain[self.ends[:, 0]]
+            return plain[self.ends[:, 1]] - plain[self.ends[:, 0]]
         first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
-        return (self._plain[last] - self._plain[first])[self.members]
+        return (plain[last] - plain[first])[self.members]
 
     def _stacked(self, numbers: Index) -> LineElement:
         """What stands for all of some pieces."""
@@ -235,7 +242,7 @@ class Topology:
     @cached_property
     def points(self) -> Array:
         """Positions of all nodes at the first batch entry, (nodes, 3)."""
-        described = self._plain
+        described = self.plain_positions
         if described is None:
             described = np.stack([self.frame.position(name).reshape(-1, 3)[0] for name in self.frame.nodes])
         first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
