@@ -38,6 +38,12 @@ def reliability_of(
     **options: Any,
 ) -> Reliability:
     """Probability that a point leaves a ball about its nominal position; see `Motion.reliability`."""
+    margin = margin_of(motion, point, limit, build)
+    return reliability(margin, distributions, poses=margin.poses, **{"starts": STARTS, **options})
+
+
+def margin_of(motion: Kinematics, point: str, limit: float, build: Build) -> Margin:
+    """The limit state that a point leaves a ball about its nominal position, checked."""
     if len(motion.shape) > 1:
         raise FrameError(f"reliability of a motion of shape {motion.shape}: give it one axis of poses")
     if not (np.ndim(limit) == 0 and np.isfinite(limit) and limit > 0.0):
@@ -48,17 +54,23 @@ def reliability_of(
             f"the nominal motion has no position of {point!r} at pose number {lost[0]}, where it cannot be assembled: "
             "leave that pose out"
         )
-    margin = _Margin(motion, point, float(limit), build)
-    return reliability(
-        margin, distributions, poses=motion.shape[0] if motion.shape else None, **{"starts": STARTS, **options}
-    )
+    return Margin(motion, point, float(limit), build)
 
 
-class _Margin:
+def relative_margin(motion: Kinematics, point: str, limit: float, build: Build) -> Margin:
+    """The same as a share of the zone, as others hold limit states against tolerances that know no units."""
+    margin = margin_of(motion, point, limit, build)
+    margin.unit = margin.limit
+    return margin
+
+
+class Margin:
     """What is left of the zone, smooth at its middle: ``(limit² - off²) / limit`` of the distance off."""
 
     def __init__(self, motion: Kinematics, point: str, limit: float, build: Build) -> None:
         self.point, self.limit, self.build = point, limit, build
+        self.poses = motion.shape[0] if motion.shape else None
+        self.unit = 1.0
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
 
@@ -67,7 +79,7 @@ class _Margin:
         moved = self.build(**samples).move({name: values[at] for name, values in self.drives.items()})
         off = moved.position(self.point) - self.nominal[at]
         left: Array = self.limit - np.sum(off * off, axis=-1) / self.limit
-        return left
+        return left / self.unit
 
 
 def driven_values(motion: Kinematics, name: str) -> Array:
