@@ -194,18 +194,28 @@ def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:
 
 
 def _pickled(parts: tuple[Any, ...]) -> bytes:
-    """Bytes by which another process can do the task; cloudpickle, where it is there, takes functions of any kind."""
+    """Bytes by which another process can do the task.
+
+    Cloudpickle, where it is there, takes functions of any kind; those of a script or notebook go by value, as no
+    machine of a cluster knows them by name.
+    """
     try:
-        return pickle.dumps(parts)
+        found = pickle.dumps(parts)
+        if b"__main__" not in found:
+            return found
+        problem = None
     except (pickle.PicklingError, AttributeError, TypeError) as error:
-        try:
-            import cloudpickle
-        except ImportError:
-            raise FrameError(
-                f"the function cannot be sent to another process ({error}): define it and what it uses at the top "
-                "level of a module, or give workers a concurrent.futures.ThreadPoolExecutor"
-            ) from error
-        return bytes(cloudpickle.dumps(parts))
+        found, problem = b"", error
+    try:
+        import cloudpickle
+    except ImportError:
+        if problem is None:
+            return found
+        raise FrameError(
+            f"the function cannot be sent to another process ({problem}): define it and what it uses at the top "
+            "level of a module, or give workers a concurrent.futures.ThreadPoolExecutor"
+        ) from problem
+    return bytes(cloudpickle.dumps(parts))
 
 
 @lru_cache(maxsize=4)
