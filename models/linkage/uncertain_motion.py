@@ -21,7 +21,7 @@ from .worst_case.allocation import FITS, Costs, FitAllocation, allocate_fits
 from .worst_case.fuzzy import FuzzyReach, fuzzy_reach
 from .worst_case.limits import Given, given_of
 from .worst_case.worst_case import WorstCase, worst_case
-from .zone import Build, relative_margin, reliability_of
+from .zone import Build, reliability_of, share_left
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -315,8 +315,8 @@ class UncertainMotion(LoadedMotion):
         FrameError
             If OpenTURNS is not installed, or as `Motion.reliability`.
         """
-        margin = relative_margin(self, point, limit, build)
-        return to_openturns(margin, distributions, poses=margin.poses, **options)
+        left = share_left(self, point, limit, build)
+        return to_openturns(left, distributions, poses=self.shape[0] if self.shape else None, **options)
 
     def to_pystra(
         self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
@@ -340,8 +340,8 @@ class UncertainMotion(LoadedMotion):
         FrameError
             If Pystra is not installed, or as `Motion.reliability`.
         """
-        margin = relative_margin(self, point, limit, build)
-        return to_pystra(margin, distributions, poses=margin.poses, **options)
+        left = share_left(self, point, limit, build)
+        return to_pystra(left, distributions, poses=self.shape[0] if self.shape else None, **options)
 
     def compare(self, point: str, measured: Measured, *, deviation: ArrayLike = 0.0, level: float = 0.95) -> Comparison:
         """Compare where a point is with where it was measured.

@@ -38,12 +38,15 @@ def reliability_of(
     **options: Any,
 ) -> Reliability:
     """Probability that a point leaves a ball about its nominal position; see `Motion.reliability`."""
-    margin = margin_of(motion, point, limit, build)
-    return reliability(margin, distributions, poses=margin.poses, **{"starts": STARTS, **options})
+    check_zone(motion, point, limit)
+    margin = _Margin(motion, point, float(limit), build)
+    return reliability(
+        margin, distributions, poses=motion.shape[0] if motion.shape else None, **{"starts": STARTS, **options}
+    )
 
 
-def margin_of(motion: Kinematics, point: str, limit: float, build: Build) -> Margin:
-    """The limit state that a point leaves a ball about its nominal position, checked."""
+def check_zone(motion: Kinematics, point: str, limit: float) -> None:
+    """Refuse a zone that has no size, or no middle at some pose."""
     if len(motion.shape) > 1:
         raise FrameError(f"reliability of a motion of shape {motion.shape}: give it one axis of poses")
     if not (np.ndim(limit) == 0 and np.isfinite(limit) and limit > 0.0):
@@ -54,23 +57,20 @@ def margin_of(motion: Kinematics, point: str, limit: float, build: Build) -> Mar
             f"the nominal motion has no position of {point!r} at pose number {lost[0]}, where it cannot be assembled: "
             "leave that pose out"
         )
-    return Margin(motion, point, float(limit), build)
 
 
-def relative_margin(motion: Kinematics, point: str, limit: float, build: Build) -> Margin:
-    """The same as a share of the zone, as others hold limit states against tolerances that know no units."""
-    margin = margin_of(motion, point, limit, build)
-    margin.unit = margin.limit
-    return margin
+def share_left(motion: Kinematics, point: str, limit: float, build: Build) -> Callable[..., Array]:
+    """What is left of the zone as a share of it: other programs hold limit states against tolerances without units."""
+    check_zone(motion, point, limit)
+    margin = _Margin(motion, point, float(limit), build)
+    return lambda samples, pose=None: margin(samples, pose) / margin.limit
 
 
-class Margin:
+class _Margin:
     """What is left of the zone, smooth at its middle: ``(limit² - off²) / limit`` of the distance off."""
 
     def __init__(self, motion: Kinematics, point: str, limit: float, build: Build) -> None:
         self.point, self.limit, self.build = point, limit, build
-        self.poses = motion.shape[0] if motion.shape else None
-        self.unit = 1.0
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
 
@@ -79,7 +79,7 @@ class Margin:
         moved = self.build(**samples).move({name: values[at] for name, values in self.drives.items()})
         off = moved.position(self.point) - self.nominal[at]
         left: Array = self.limit - np.sum(off * off, axis=-1) / self.limit
-        return left / self.unit
+        return left
 
 
 def driven_values(motion: Kinematics, name: str) -> Array:

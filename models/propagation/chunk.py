@@ -155,12 +155,12 @@ class ChunkTask:
         """Call the function for a range of samples, and gather what was asked for."""
         start, stop = cut
         results, status = self.results(start, stop)
-        blocks = [results[first : first + BLOCK] for first in range(0, len(results), BLOCK)]
+        blocks = [_laid_out(results[first : first + BLOCK]) for first in range(0, len(results), BLOCK)]
+        flat = results.reshape(len(results), -1) if "histogram" in self.also else None
         lost = np.isnan(results)
-        flat = results.reshape(len(results), -1)
         lower, upper = (np.fmin, np.fmax) if self.nan_policy == "omit" else (np.minimum, np.maximum)
         bins = counts = comoments = None
-        if "histogram" in self.also:
+        if flat is not None:
             bins = self.bins or Bins.of(flat[:BLOCK])
             counts = bins.count(flat)
         if "covariance" in self.also:
@@ -169,15 +169,20 @@ class ChunkTask:
             start,
             len(results),
             [Moments.of(block, self.nan_policy) for block in blocks],
-            np.asarray(np.count_nonzero(lost, axis=0)),
-            lower.reduce(results, axis=0),
-            upper.reduce(results, axis=0),
-            FailedRows.of(lost.reshape(flat.shape), status),
+            np.asarray(np.count_nonzero(lost, axis=0) if lost.any() else np.zeros(results.shape[1:], dtype=np.int64)),
+            lower.reduce([lower.reduce(block, axis=0) for block in blocks], axis=0),
+            upper.reduce([upper.reduce(block, axis=0) for block in blocks], axis=0),
+            FailedRows.of(lost.reshape(len(results), -1), status),
             comoments,
             bins,
             counts,
             results if self.keep else None,
         )
+
+
+def _laid_out(block: Array) -> Array:
+    """Samples (m, ...) outermost or innermost in memory: sums along them would else stride through it."""
+    return block if block.strides[0] == block.itemsize else np.ascontiguousarray(block)
 
 
 def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:

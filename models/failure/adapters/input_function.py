@@ -126,6 +126,9 @@ class InputFunction:
         if self.gradient is None:
             return self._differences(points)
         by_input = self._arguments_of(self.gradient, points)
+        if isinstance(by_input, tuple):
+            # It tells the values as well.
+            by_input = by_input[1]
         table = np.stack(
             [np.asarray(by_input[name], dtype=np.float64).reshape(len(points), -1) for name in self.names], axis=1
         )
