@@ -1,7 +1,7 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
 from .distributions import Interval, tolerance
-from .failure import Reliability, reliability
+from .failure import OpenTURNSProblem, PystraProblem, Reliability, reliability, to_openturns, to_pystra
 from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, relative_cost, tolerance_grade
 from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
 from .fuzzy import FuzzyNumber, FuzzyResult, propagate_fuzzy
@@ -78,11 +78,13 @@ __all__ = [
     "Measured",
     "Mobility",
     "Motion",
+    "OpenTURNSProblem",
     "PointAccuracy",
     "PolynomialChaos",
     "PoseState",
     "PositionSensitivity",
     "Propagation",
+    "PystraProblem",
     "ReachableRegion",
     "Reactions",
     "Reliability",
@@ -111,6 +113,8 @@ __all__ = [
     "reliability",
     "sobol_indices",
     "taylor_moments",
+    "to_openturns",
+    "to_pystra",
     "tolerance",
     "tolerance_grade",
     "write_linkage",

@@ -46,9 +46,7 @@ class Moments:
         if nan_policy == "omit" and np.isnan(samples).any():
             return cls._omitting(samples)
         mean: Array = samples.mean(axis=0)
-        off = samples - mean
-        square = off * off
-        return cls(len(samples), mean, square.sum(axis=0), (square * off).sum(axis=0), (square * square).sum(axis=0))
+        return cls(len(samples), mean, *_powers(samples - mean))
 
     @classmethod
     def _omitting(cls, samples: Array) -> Moments:
@@ -56,9 +54,7 @@ class Moments:
         n = np.count_nonzero(there, axis=0)
         with np.errstate(invalid="ignore"):
             mean = np.sum(samples, axis=0, where=there) / np.where(n > 0, n, np.nan)
-        off = np.where(there, samples - mean, 0.0)
-        square = off * off
-        return cls(n, mean, square.sum(axis=0), (square * off).sum(axis=0), (square * square).sum(axis=0))
+        return cls(n, mean, *_powers(np.where(there, samples - mean, 0.0)))
 
     def merge(self, other: Moments) -> Moments:
         """Moments of both sets of samples together."""
@@ -107,6 +103,15 @@ class Moments:
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.sqrt(spread) / (2.0 * self.std)
         return np.where(square == 0.0, 0.0, error)
+
+
+def _powers(off: Array) -> tuple[Array, Array, Array]:
+    """Sums of the second, third and fourth powers of deviations (n, ...), which are overwritten, (...) each."""
+    square = off * off
+    second = square.sum(axis=0)
+    off *= square
+    square *= square
+    return second, off.sum(axis=0), square.sum(axis=0)
 
 
 def checked_policy(nan_policy: str) -> str:

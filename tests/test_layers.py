@@ -55,7 +55,7 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "clearance planar intervals histograms convergence distributions moments normality sampling spread "
+        "optional clearance planar intervals histograms convergence distributions moments normality sampling spread "
         "propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",

@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..distributions import Uncertain
+from ..failure.adapters import OpenTURNSProblem, PystraProblem, to_openturns, to_pystra
 from ..failure.reliability import Reliability
 from ..measured.calibration import Calibration
 from ..measured.comparison import Comparison
@@ -20,7 +21,7 @@ from .worst_case.allocation import FITS, Costs, FitAllocation, allocate_fits
 from .worst_case.fuzzy import FuzzyReach, fuzzy_reach
 from .worst_case.limits import Given, given_of
 from .worst_case.worst_case import WorstCase, worst_case
-from .zone import Build, reliability_of
+from .zone import Build, reliability_of, share_left
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -298,6 +299,59 @@ class UncertainMotion(LoadedMotion):
         True
         """
         return reliability_of(self, point, limit, build, distributions, **options)
+
+    def to_openturns(
+        self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
+    ) -> OpenTURNSProblem:
+        """Hand the question whether a point leaves its zone to OpenTURNS.
+
+        Parameters
+        ----------
+        point, limit, build, distributions
+            As for `Motion.reliability`. The middle of the zone has no slope: let a search begin elsewhere.
+        **options
+            Those of `to_openturns`: ``anywhere``, ``correlation`` ...
+
+        Returns
+        -------
+        OpenTURNSProblem
+            The function, with a result for each pose, ``1 - (off / limit)²`` of the distance off; the distribution of
+            its inputs, and the events of failure.
+
+        Raises
+        ------
+        FrameError
+            If OpenTURNS is not installed, or as `Motion.reliability`.
+        """
+        left, slopes = share_left(self, point, limit, build, distributions)
+        own = {"gradient": slopes, **options}
+        return to_openturns(left, distributions, poses=self.shape[0] if self.shape else None, **own)
+
+    def to_pystra(
+        self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
+    ) -> PystraProblem:
+        """Hand the question whether a point leaves its zone to Pystra.
+
+        Parameters
+        ----------
+        point, limit, build, distributions
+            As for `Motion.reliability`. The middle of the zone has no slope: let a search begin elsewhere.
+        **options
+            Those of `to_pystra`: ``anywhere``, ``correlation`` ...
+
+        Returns
+        -------
+        PystraProblem
+            The limit state of each pose, the stochastic model of the inputs, and options of an analysis.
+
+        Raises
+        ------
+        FrameError
+            If Pystra is not installed, or as `Motion.reliability`.
+        """
+        left, slopes = share_left(self, point, limit, build, distributions)
+        own = {"gradient": slopes, **options}
+        return to_pystra(left, distributions, poses=self.shape[0] if self.shape else None, **own)
 
     def compare(self, point: str, measured: Measured, *, deviation: ArrayLike = 0.0, level: float = 0.95) -> Comparison:
         """Compare where a point is with where it was measured.

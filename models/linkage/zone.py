@@ -45,6 +45,18 @@ def reliability_of(
     **options: Any,
 ) -> Reliability:
     """Probability that a point leaves a ball about its nominal position; see `Motion.reliability`."""
+    check_zone(motion, point, limit)
+    margin = _Margin(motion, point, float(limit), build, distributions)
+    own = {"starts": STARTS, "gradient": margin.with_gradient, **options}
+    found = reliability(margin, distributions, poses=motion.shape[0] if motion.shape else None, **own)
+    if not motion.shape:
+        return found
+    values, label, _ = over_first_drive(motion, np.arange(motion.shape[0]), "m")
+    return replace(found, along=values, along_label=label)
+
+
+def check_zone(motion: Kinematics, point: str, limit: float) -> None:
+    """Refuse a zone that has no size, or no middle at some pose."""
     if len(motion.shape) > 1:
         raise FrameError(f"reliability of a motion of shape {motion.shape}: give it one axis of poses")
     if not (np.ndim(limit) == 0 and np.isfinite(limit) and limit > 0.0):
@@ -55,13 +67,26 @@ def reliability_of(
             f"the nominal motion has no position of {point!r} at pose number {lost[0]}, where it cannot be assembled: "
             "leave that pose out"
         )
+
+
+def share_left(
+    motion: Kinematics, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain]
+) -> tuple[Callable[..., Array], Callable[..., tuple[Array, dict[str, Array]]]]:
+    """What is left of the zone as a share of it, and that with its derivatives.
+
+    Other programs hold limit states against tolerances without units.
+    """
+    check_zone(motion, point, limit)
     margin = _Margin(motion, point, float(limit), build, distributions)
-    own = {"starts": STARTS, "gradient": margin.with_gradient, **options}
-    found = reliability(margin, distributions, poses=motion.shape[0] if motion.shape else None, **own)
-    if not motion.shape:
-        return found
-    values, label, _ = over_first_drive(motion, np.arange(motion.shape[0]), "m")
-    return replace(found, along=values, along_label=label)
+
+    def share(samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
+        return margin(samples, pose) / margin.limit
+
+    def slopes(samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> tuple[Array, dict[str, Array]]:
+        left, by_input = margin.with_gradient(samples, pose)
+        return left / margin.limit, {name: values / margin.limit for name, values in by_input.items()}
+
+    return share, slopes
 
 
 class _Margin:

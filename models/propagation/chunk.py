@@ -161,12 +161,12 @@ class ChunkTask:
         """Call the function for a range of samples, and gather what was asked for."""
         start, stop = cut
         results, status = self.results(start, stop)
-        blocks = [results[first : first + BLOCK] for first in range(0, len(results), BLOCK)]
+        blocks = [_laid_out(results[first : first + BLOCK]) for first in range(0, len(results), BLOCK)]
+        flat = results.reshape(len(results), -1) if "histogram" in self.also else None
         lost = np.isnan(results)
-        flat = results.reshape(len(results), -1)
         lower, upper = (np.fmin, np.fmax) if self.nan_policy == "omit" else (np.minimum, np.maximum)
         bins = counts = comoments = None
-        if "histogram" in self.also:
+        if flat is not None:
             bins = self.bins or Bins.of(flat[:BLOCK])
             counts = bins.count(flat)
         if "covariance" in self.also:
@@ -175,10 +175,10 @@ class ChunkTask:
             start,
             len(results),
             [Moments.of(block, self.nan_policy) for block in blocks],
-            np.asarray(np.count_nonzero(lost, axis=0)),
-            lower.reduce(results, axis=0),
-            upper.reduce(results, axis=0),
-            FailedRows.of(lost.reshape(flat.shape), status),
+            np.asarray(np.count_nonzero(lost, axis=0) if lost.any() else np.zeros(results.shape[1:], dtype=np.int64)),
+            lower.reduce([lower.reduce(block, axis=0) for block in blocks], axis=0),
+            upper.reduce([upper.reduce(block, axis=0) for block in blocks], axis=0),
+            FailedRows.of(lost.reshape(len(results), -1), status),
             comoments,
             bins,
             counts,
@@ -189,6 +189,11 @@ class ChunkTask:
     def _by_replicate(self, block: Array) -> Moments:
         """Moments of a block of samples (m, ...) by replicate, (r, ...)."""
         return Moments.of(block.reshape(-1, self.replicates, *block.shape[1:]), self.nan_policy)
+
+
+def _laid_out(block: Array) -> Array:
+    """Samples (m, ...) outermost or innermost in memory: sums along them would else stride through it."""
+    return block if block.strides[0] == block.itemsize else np.ascontiguousarray(block)
 
 
 def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:
@@ -205,18 +210,28 @@ def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:
 
 
 def _pickled(parts: tuple[Any, ...]) -> bytes:
-    """Bytes by which another process can do the task; cloudpickle, where it is there, takes functions of any kind."""
+    """Bytes by which another process can do the task.
+
+    Cloudpickle, where it is there, takes functions of any kind; those of a script or notebook go by value, as no
+    machine of a cluster knows them by name.
+    """
     try:
-        return pickle.dumps(parts)
+        found = pickle.dumps(parts)
+        if b"__main__" not in found:
+            return found
+        problem = None
     except (pickle.PicklingError, AttributeError, TypeError) as error:
-        try:
-            import cloudpickle
-        except ImportError:
-            raise FrameError(
-                f"the function cannot be sent to another process ({error}): define it and what it uses at the top "
-                "level of a module, or give workers a concurrent.futures.ThreadPoolExecutor"
-            ) from error
-        return bytes(cloudpickle.dumps(parts))
+        found, problem = b"", error
+    try:
+        import cloudpickle
+    except ImportError:
+        if problem is None:
+            return found
+        raise FrameError(
+            f"the function cannot be sent to another process ({problem}): define it and what it uses at the top "
+            "level of a module, or give workers a concurrent.futures.ThreadPoolExecutor"
+        ) from problem
+    return bytes(cloudpickle.dumps(parts))
 
 
 @lru_cache(maxsize=4)

@@ -87,6 +87,9 @@ class FailedRows:
     @classmethod
     def of(cls, lost: Flags, status: NDArray[np.str_] | None) -> FailedRows:
         """From where samples are NaN, (m, e), and the status of the samples there, (m, s) with s a divisor of e."""
+        if not lost.any():
+            none = np.zeros(0, dtype=np.int64)
+            return cls(none, Reasons.of(lost[none], None if status is None else status[none]), None, None)
         whole = lost.all(axis=0)
         some = lost & ~whole
         rows = np.flatnonzero(some.any(axis=1))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -118,7 +118,13 @@ def _by_executor(
             for future in sorted(done, key=lambda each: waiting[each]):
                 del waiting[future]
                 yield future.result()
-    except BrokenExecutor as error:
+    except CancelledError as error:
+        raise FrameError(
+            "a chunk was cancelled before it was done: the executor, or the cluster with its client, was shut down"
+        ) from error
+    except Exception as error:
+        if not _lost(error):
+            raise
         raise FrameError(
             f"a worker came to an end before its chunk was done ({error}): it was killed, or memory ran out; "
             "give fewer workers, or a smaller chunk"
@@ -126,6 +132,11 @@ def _by_executor(
     finally:
         for future in waiting:
             future.cancel()
+
+
+def _lost(error: Exception) -> bool:
+    """Whether a worker was lost; on a cluster of dask as many as it allows were, one after the other, by one chunk."""
+    return isinstance(error, BrokenExecutor) or any(kind.__name__ == "KilledWorker" for kind in type(error).__mro__)
 
 
 def _by_map(

@@ -1,8 +1,10 @@
 """Benchmark 13, run time against error of mean, standard deviation, 99.9 % quantile, and a probability of 1e-6.
 
-The Monte Carlo of `monte_carlo`: a four-bar whose joint stiffness, load and clearance are uncertain. The displacement
-is linear in load and clearance, which are normal, and so it is normal itself for given compliances of the joints; over
-these three lognormal numbers one integrates by Gauss' rule. All four quantities are thus known to ten digits.
+Each method is set beside plain Monte Carlo on the same frame and, where that is installed, beside the same method of
+OpenTURNS on it. The problem is that of `monte_carlo`: a four-bar whose joint stiffness, load and clearance are
+uncertain. The displacement is linear in load and clearance, which are normal, and so it is normal itself for given
+compliances of the joints; over these three lognormal numbers one integrates by Gauss' rule. All four quantities are
+thus known to ten digits.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
+from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -31,7 +34,7 @@ HIGH, RARE = 0.999, 1e-6
 SURROGATE, NODES = 2**16, 50
 # Steps from the first-order moments to a quantile.
 SECANTS = 3
-PLAIN, WANTED = "plain Monte Carlo", 100.0
+PLAIN, OTHERS, WANTED = "plain Monte Carlo", "OpenTURNS: ", 100.0
 
 
 def run(out: Path, quick: bool) -> list[Target]:
@@ -131,18 +134,40 @@ def fitted(degree: int, seed: int, of: str) -> Found:
     return {QUANTITIES[2]: float(rest)}, count
 
 
-def inverted(method: str, seed: int) -> Found:
-    """The quantile: the limit whose reliability index is the wanted one, by secants from the first-order moments."""
+def expanded(order: int, seed: int) -> Found:
+    """Moments of a Taylor series; nothing is random."""
+    count = 0
+
+    def counting(**inputs: Array) -> Array:
+        nonlocal count
+        count += len(inputs["force"])
+        return height(**inputs)
+
+    found = taylor_moments(counting, INPUTS, order=order)
+    return {QUANTITIES[0]: float(found.mean), QUANTITIES[1]: float(found.std)}, count
+
+
+def inverted(index: Callable[[float], tuple[float, int]]) -> Found:
+    """The quantile: the limit whose reliability index is the wanted one, by secants from the first-order moments.
+
+    `index` tells it of a limit, and for how many samples the frame was solved.
+    """
     moments = taylor_moments(height, INPUTS)
     wanted, limit, slope = float(ndtri(HIGH)), float(moments.mean), 1.0 / float(moments.std)
     count, beta, moved = 0, 0.0, 0.0
     for step in range(SECANTS):
         moved = (wanted - beta) / slope
         limit += moved
-        found = reliability(partial(left, limit=limit), INPUTS, method=method, rng=seed)
-        slope = slope if step == 0 else (float(found.beta) - beta) / moved
-        beta, count = float(found.beta), count + found.evaluations
+        found, evaluations = index(limit)
+        slope = slope if step == 0 else (found - beta) / moved
+        beta, count = found, count + evaluations
     return {QUANTITIES[2]: limit + (wanted - beta) / slope}, count
+
+
+def index(method: str, limit: float) -> tuple[float, int]:
+    """Reliability index by one of the methods of `reliability`, for `inverted`."""
+    found = reliability(partial(left, limit=limit), INPUTS, method=method, rng=0)
+    return float(found.beta), found.evaluations
 
 
 def failing(method: str, seed: int, **options: Any) -> Found:
@@ -151,27 +176,73 @@ def failing(method: str, seed: int, **options: Any) -> Found:
     return {QUANTITIES[3]: float(found.probability)}, found.evaluations
 
 
+# Names of the methods, with how linkframe and OpenTURNS know them.
+SAMPLERS = {PLAIN: "random", "Latin hypercube": "lhs", "Sobol'": "sobol"}
+TAYLOR, CHAOS, ABOUT, SUBSET = "Taylor series", "polynomial chaos", "importance sampling", "subset simulation"
+METHODS = (*SAMPLERS, TAYLOR, CHAOS, "FORM", "SORM", ABOUT, SUBSET)
+ACCURACIES, LEVELS, DEGREES = (0.2, 0.05, 0.01), (300, 1000, 3000), (1, 2, 3, 4)
+
+
 def ways(powers: range, most: int) -> Iterator[tuple[str, str, Callable[[int], Found]]]:
     """Each method with each effort, at most so many: its name, the effort, and what it finds with a seed."""
     for n in (2**power for power in powers):
-        yield PLAIN, f"n = {n}", partial(sampled, "random", n)
-        yield "Sobol'", f"n = {n}", partial(sampled, "sobol", n)
-    for degree in (1, 2, 3, 4)[: most + 1]:
+        for name, sampler in SAMPLERS.items():
+            yield name, f"n = {n}", partial(sampled, sampler, n)
+    for order in (1, 2):
+        yield TAYLOR, f"order {order}", partial(expanded, order)
+    for degree in DEGREES[: most + 1]:
         for of in ("moments", "quantile"):
-            yield "polynomial chaos", f"degree {degree}", partial(fitted, degree, of=of)
+            yield CHAOS, f"degree {degree}", partial(fitted, degree, of=of)
     for method in ("form", "sorm"):
         yield method.upper(), "", partial(failing, method)
-        yield method.upper(), "", partial(inverted, method)
-    for accuracy in (0.2, 0.05, 0.01)[:most]:
-        yield "importance sampling", f"accuracy {accuracy}", partial(failing, "importance", accuracy=accuracy)
-    for samples in (300, 1000, 3000)[:most]:
-        yield "subset simulation", f"{samples} a level", partial(failing, "subset", samples=samples)
+        yield method.upper(), "", lambda _, method=method: inverted(partial(index, method))
+    for accuracy in ACCURACIES[:most]:
+        yield ABOUT, f"accuracy {accuracy}", partial(failing, "importance", accuracy=accuracy)
+    for samples in LEVELS[:most]:
+        yield SUBSET, f"{samples} a level", partial(failing, "subset", samples=samples)
+
+
+def other_ways(powers: range, most: int) -> Iterator[tuple[str, str, Callable[[int], Found]]]:
+    """The same methods of OpenTURNS on the same frame; nothing where it is not installed."""
+    if find_spec("openturns") is None:
+        return
+    from . import reliability_openturns as other
+
+    def told(found: other.Numbers, *which: int) -> Found:
+        return {QUANTITIES[k]: found[0][k] for k in which}, found[1]
+
+    def of_failure(seed: int, method: str, effort: float = 0.0) -> Found:
+        event = other.Failure(partial(left, limit=exact().limit), exact().std)
+        return {QUANTITIES[3]: event.probability(method, seed, effort)}, event.count
+
+    def of_limit(limit: float, method: str) -> tuple[float, int]:
+        event = other.Failure(partial(left, limit=limit), exact().std)
+        return event.beta(method), event.count
+
+    for n in (2**power for power in powers):
+        for name, sampler in SAMPLERS.items():
+            yield name, f"n = {n}", lambda seed, s=sampler, n=n: told(other.sampled(height, s, n, seed, HIGH), 0, 1, 2)
+    for order in (1, 2):
+        # Its deviation is of first order in both.
+        kept = (0, 1)[: 3 - order]
+        yield TAYLOR, f"order {order}", lambda _, order=order, kept=kept: told(other.expanded(height, order), *kept)
+    for degree in DEGREES[: most + 1]:
+        yield CHAOS, f"degree {degree}", lambda seed, d=degree: told(other.fitted(height, d, seed, HIGH, 0), 0, 1)
+        yield CHAOS, f"degree {degree}", lambda seed, d=degree: told(other.fitted(height, d, seed, HIGH, SURROGATE), 2)
+    for method in ("form", "sorm"):
+        yield method.upper(), "", partial(of_failure, method=method)
+        yield method.upper(), "", lambda _, method=method: inverted(partial(of_limit, method=method))
+    for accuracy in ACCURACIES[:most]:
+        yield ABOUT, f"accuracy {accuracy}", partial(of_failure, method="importance", effort=accuracy)
+    for samples in LEVELS[:most]:
+        yield SUBSET, f"{samples} a level", partial(of_failure, method="subset", effort=samples)
 
 
 def all_rows(powers: range, most: int, seeds: int) -> list[Row]:
     """A row for each quantity, method and effort: root mean square, over seeds, of the relative error."""
     truth, rows = exact(), []
-    for name, effort, find in ways(powers, most):
+    others = ((OTHERS + name, effort, find) for name, effort, find in other_ways(powers, most))
+    for name, effort, find in (*ways(powers, most), *others):
         squares: dict[str, list[float]] = {}
         seconds, evaluations = float("inf"), 0
         for seed in range(seeds):
@@ -220,29 +291,34 @@ def targets(rows: list[Row]) -> list[Target]:
     """The best method of each quantity takes a hundredth of the time of plain Monte Carlo, at equal error."""
     out = []
     for quantity in QUANTITIES:
-        found = gains(rows, quantity)
-        told = ", ".join(f"{name} {value:.2g}" for name, value in sorted(found.items(), key=lambda pair: -pair[1]))
+        found = sorted(gains(rows, quantity).items(), key=lambda pair: -pair[1])
+        told = ", ".join(f"{name} {value:.2g}" for name, value in found)
+        best = max(value for name, value in found if not name.startswith(OTHERS))
         name = f"{quantity}: {WANTED:g} times less time than plain Monte Carlo at equal error"
-        out.append(Target("13 reliability", name, told, max(found.values()) >= WANTED))
+        out.append(Target("13 reliability", name, told, best >= WANTED))
     return out
 
 
 def draw(out: Path, rows: list[Row]) -> None:
-    """Error over time, a panel for each quantity."""
-    methods = list(dict.fromkeys(row["method"] for row in rows))
-    with figure(out, "reliability", columns=4, width=3.2, height=3.6) as panels:
+    """Error over time, a panel for each quantity: our methods filled, those of OpenTURNS open."""
+    from matplotlib.lines import Line2D
+
+    looks = {name: (COLOURS[k % len(COLOURS)], "osDX^v<P*"[k]) for k, name in enumerate(METHODS)}
+    with figure(out, "reliability", columns=4, width=3.2, height=4.2) as panels:
         for quantity, ax in zip(QUANTITIES, panels, strict=True):
-            for k, method in enumerate(methods):
+            for method in dict.fromkeys(row["method"] for row in rows):
                 found = [row for row in rows if (row["quantity"], row["method"]) == (quantity, method)]
-                label, style = (method if found else None), {"color": COLOURS[k], "marker": "osD^v<P"[k]}
+                colour, marker = looks[method.removeprefix(OTHERS)]
+                look = {"ls": ":", "mfc": "white", "lw": 1.0} if method.startswith(OTHERS) else {}
                 times, errors = ([row[name] for row in found] for name in ("milliseconds", "rms_error"))
-                ax.plot(times, np.maximum(errors, 1e-16), label=label, **style)
+                ax.plot(times, np.maximum(errors, 1e-16), color=colour, marker=marker, **look)
             ax.set(xlabel="time / ms", xscale="log", yscale="log", title=quantity)
         panels[0].set_ylabel("relative error, rms over seeds")
-        handles = {
-            label: handle for ax in panels for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
-        }
-        panels[0].figure.legend(handles.values(), handles, loc="outside lower center", ncols=4, fontsize=8)
+        labels = [Line2D([], [], color=colour, marker=marker, label=name) for name, (colour, marker) in looks.items()]
+        if any(row["method"].startswith(OTHERS) for row in rows):
+            open_ = {"color": "#555555", "marker": "o", "ls": ":", "mfc": "white", "lw": 1.0}
+            labels.append(Line2D([], [], label="OpenTURNS, same frame (open, dotted)", **open_))
+        panels[0].figure.legend(handles=labels, loc="outside lower center", ncols=5, fontsize=8)
 
 
 if __name__ == "__main__":

@@ -46,6 +46,7 @@ PACKAGES = (
     "pypardiso",
     "pylinkage",
     "exudyn",
+    "openturns",
 )
 
 

@@ -25,7 +25,6 @@ from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.paper import result as paper
 from linkframe.models.paper.inputs import Inputs
 from numpy.testing import assert_array_equal
-
 from stress.killed_jobs import COMMAND
 
 TESTS = Path(__file__).parents[1]

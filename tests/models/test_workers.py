@@ -103,14 +103,6 @@ def test_a_client_of_dask_is_asked_for_its_executor():
     same(propagate(fn, INPUTS, workers=Client(ThreadPoolExecutor(2)), **COMMON), wanted)
 
 
-def test_dask_itself():
-    distributed = pytest.importorskip("distributed")
-    cluster = distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None)
-    with cluster, distributed.Client(cluster) as client:
-        found = propagate(fn, INPUTS, workers=client, **COMMON)
-    same(found, propagate(fn, INPUTS, **COMMON))
-
-
 def test_cuts_are_whole_blocks_with_what_is_left_over_in_the_last():
     assert cuts(10 * BLOCK + 1, BLOCK) == [(2 * k * BLOCK, 2 * (k + 1) * BLOCK) for k in range(4)] + [
         (8 * BLOCK, 10 * BLOCK + 1)
@@ -126,7 +118,8 @@ def test_what_are_no_workers_is_refused(workers):
         propagate(fn, INPUTS, workers=workers, **COMMON)
 
 
-def test_a_function_that_cannot_be_sent_is_told_at_once():
+def test_a_function_that_cannot_be_sent_is_told_at_once(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cloudpickle", None)
     with pytest.raises(FrameError, match=r"cannot be sent to another process .* define it and what it uses at the top"):
         propagate(lambda a, b: a, INPUTS, workers=2, **COMMON)
 

@@ -1,4 +1,8 @@
-"""Runs that are killed at random moments, each resumed from its checkpoint: the same bits, or this says which."""
+"""Runs that are killed at random moments: the same bits, or this says which.
+
+Runs on one worker are resumed from their checkpoints. On a cluster of dask on this machine, where it is installed, the
+workers are killed, and the run goes on.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,10 @@ import signal
 import sys
 import tempfile
 import time
+from contextlib import closing
 from pathlib import Path
+from threading import Timer
+from typing import Any
 
 import numpy as np
 from linkframe.models import propagate
@@ -25,7 +32,7 @@ def fn(a, b):
     return np.stack([a * b, np.where(a > 9.0, np.nan, a - b)], axis=-1)
 
 
-def run(folder: Path | None) -> tuple[bytes, int]:
+def run(folder: Path | None, workers: Any = 1) -> tuple[bytes, int]:
     """Bits of the statistics, and how many samples failed."""
     found = propagate(
         fn,
@@ -37,6 +44,7 @@ def run(folder: Path | None) -> tuple[bytes, int]:
         keep_samples=False,
         also=("histogram", "covariance"),
         checkpoint=folder,
+        workers=workers,
         progress=False,
     )
     numbers = (found.mean, found.std_standard_error, *found.envelope, found.quantile([0.01, 0.9]), found.covariance)
@@ -75,9 +83,38 @@ def kills(count: int, seed: int = 0) -> list[int]:
     return left
 
 
+def cluster_kills(count: int, seed: int = 0) -> None:
+    """Kill one of two workers of so many clusters, each while a run is on its way."""
+    from distributed import Client, LocalCluster
+
+    rng, wanted = random.Random(seed), run(None)
+    for _ in range(count):
+        with (
+            closing(LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=60)) as cluster,
+            closing(Client(cluster)) as client,
+        ):
+            start = time.perf_counter()
+            if run(None, client) != wanted:
+                raise AssertionError("other bits on the cluster")
+            seconds = time.perf_counter() - start
+            victim = rng.choice(list(client.run(os.getpid).values()))
+            timer = Timer(rng.uniform(0.0, seconds), os.kill, (victim, signal.SIGKILL))
+            timer.start()
+            found = run(None, client)
+            timer.join()
+            if found != wanted:
+                raise AssertionError("other bits after a worker of the cluster was killed")
+
+
 if __name__ == "__main__":
     import warnings
 
     warnings.simplefilter("ignore")
-    found = kills(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
+    many = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    found = kills(many)
     print(f"{len(found)} runs killed with {min(found)} to {max(found)} of {CHUNKS} chunks stored: same bits")
+    try:
+        cluster_kills(many)
+        print(f"{many} runs on two workers of a cluster, of which one was killed: same bits")
+    except ImportError:
+        print("dask is not installed: no worker of a cluster was killed")

@@ -1,0 +1,16 @@
+"""Packages that nothing here depends on, loaded where something of theirs is asked for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from ..framework.errors import FrameError
+
+
+def imported(name: str, what: str) -> Any:
+    """A package by its name, or an error that says what needs it."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise FrameError(f"{what} needs {name}, which is not installed: pip install {name}") from None
