@@ -10,6 +10,7 @@ from .job.histogram import plot_histogram
 from .linkage import (
     AccuracyStudy,
     Contributors,
+    ConversionWarning,
     DeadPoint,
     DisplacementSensitivity,
     DriveRange,
@@ -54,6 +55,7 @@ __all__ = [
     "Comparison",
     "ConfidenceInterval",
     "Contributors",
+    "ConversionWarning",
     "DeadPoint",
     "DisplacementSensitivity",
     "DriveRange",

@@ -1,0 +1,120 @@
+"""Joints that follow a drive in proportion, by which a tree of bodies stays together where a linkage has loops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..poses.coordinates import coordinate_of
+from ..poses.dead_points import drive_range
+from ..poses.kinematics import Kinematics
+from .body_tree import BodyTree, TreeStep, advance_of
+
+# Poses that tell, and by how much a coordinate may be off a straight line: in radians, or sizes of the linkage.
+POSES, STRAIGHT = 101, 1e-9
+# Of several drives, and of one without a range: how far they are moved to see, likewise.
+FAR = 0.3
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A motion that is ``factor`` times that of a step, both counted from the reference configuration; 0: it stands."""
+
+    leader: str
+    factor: float
+
+
+def followers(tree: BodyTree, format_name: str) -> dict[str, Follower]:
+    """By the name of a step what it follows: the advance of a screw its turn, and in loops every step a drive.
+
+    Raises
+    ------
+    FrameError
+        If the linkage has a loop in which a joint follows no drive in proportion.
+    """
+    out = {
+        f"{body.joint.name} uz": Follower(f"{body.joint.name} rz", advance_of(body.joint))
+        for body in tree.bodies
+        if body.joint.kind.name == "screw"
+    }
+    if not tree.closures:
+        return out
+    loops = ", ".join(closure.name for closure in tree.closures)
+    if not tree.linkage.drives:
+        raise FrameError(f"{format_name} has no closed loops, and joint {loops} closes one: {REMEDY}")
+    drives, coordinates = _sampled(tree)
+    for step in tree.steps.values():
+        if step.name in out or step.name in drives:
+            continue
+        found = _followed(step, drives, coordinates, 1.0 if step.is_rotation else tree.placed.size)
+        if isinstance(found, str):
+            raise FrameError(f"{format_name} has no closed loops ({loops} closes one), and {found}: {REMEDY}")
+        out[step.name] = found
+    return out
+
+
+REMEDY = "write MJCF, name.xml, which holds them"
+
+
+def _sampled(tree: BodyTree) -> tuple[dict[str, Array], dict[tuple[str, str], Array]]:
+    """Driven steps, and coordinates of all joints by component, less those of the reference configuration, (poses,)."""
+    linkage = tree.linkage
+    motion = Kinematics.of(linkage, _values(tree), {}, {})
+    if not motion.is_assembled.all():
+        motion = Kinematics.of(linkage, _values(tree, 0.01), {}, {})
+    if not motion.is_assembled.all():
+        raise FrameError("the linkage cannot be assembled beside its reference configuration: choose another one")
+    coordinates: dict[tuple[str, str], Array] = {}
+    for name, pair in linkage.joints.items():
+        moved = coordinate_of(motion, pair) - tree.placed.coordinates(pair)
+        coordinates |= {(name, each): moved[:, k] for k, each in enumerate(pair.kind.coordinates)}
+    steps = tree.steps
+    named = {(step.joint, step.component): name for name, step in steps.items()}
+    driven = [(joint, each) for joint, those in linkage.drives.items() for each in those]
+    return {named[own]: coordinates[own] for own in driven if own in named}, coordinates
+
+
+def _values(tree: BodyTree, far: float = FAR) -> dict[str, Array]:
+    """Values of the drives: of one its whole range, of several some about the reference configuration."""
+    linkage = tree.linkage
+    driven = [(name, coordinate) for name, those in linkage.drives.items() for coordinate in those]
+    away = np.random.default_rng(0).uniform(-far, far, (POSES, len(driven)))
+    if len(driven) == 1:
+        name, coordinate = driven[0]
+        ends = drive_range(linkage, name, coordinate)
+        start = float(tree.placed.coordinates(linkage.joints[name])[0])
+        unit = np.pi if coordinate[0] == "r" else tree.placed.size
+        inside = 1e-3 * min(ends.upper - ends.lower, unit)
+        lower, upper = max(ends.lower + inside, start - unit), min(ends.upper - inside, start + unit)
+        return {name: np.linspace(lower, upper, POSES)}
+    out: dict[str, list[Array]] = {}
+    for (name, coordinate), moved in zip(driven, away.T, strict=True):
+        pair = linkage.joints[name]
+        start = float(tree.placed.coordinates(pair)[pair.kind.coordinates.index(coordinate)])
+        out.setdefault(name, []).append(start + moved * (1.0 if coordinate[0] == "r" else tree.placed.size))
+    return {name: np.stack(own, axis=-1) if len(own) > 1 else own[0] for name, own in out.items()}
+
+
+def _followed(
+    step: TreeStep, drives: dict[str, Array], coordinates: dict[tuple[str, str], Array], unit: float
+) -> Follower | str:
+    """What a step follows; in words where it follows nothing in proportion."""
+    if step.component == "ball":
+        turned = max(float(np.abs(coordinates[step.joint, each]).max()) for each in ("rx", "ry", "rz"))
+        return Follower("", 0.0) if turned < STRAIGHT else f"ball {step.joint!r} turns"
+    moved = coordinates[step.joint, step.component]
+    table = np.stack(list(drives.values()), axis=-1)
+    factors, *_ = np.linalg.lstsq(table, moved, rcond=None)
+    off = float(np.abs(table @ factors - moved).max())
+    if off > STRAIGHT * unit:
+        return f"joint {step.name!r} does not follow the drive in proportion (it is off by up to {off:.2g})"
+    acting = np.abs(factors) * np.abs(table).max(axis=0) > STRAIGHT * unit
+    if acting.sum() > 1:
+        return f"joint {step.name!r} follows several drives at once"
+    if not acting.any():
+        return Follower("", 0.0)
+    k = int(np.flatnonzero(acting)[0])
+    return Follower(list(drives)[k], float(factors[k]))
