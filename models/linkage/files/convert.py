@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 from ....framework.errors import FrameError
-from ..robot_files.left_out import tell
+from ..robot_files.left_out import ConversionWarning
 from .read import JOB
 from .read_linkage import read_linkage
 from .source import Source
@@ -25,5 +26,7 @@ def convert(file: Path, out: Path) -> None:
     linkage = read_linkage(file)
     write_linkage(linkage, out)
     if file.suffix.lower() != ".xml":
-        tables = [f"table {name}" for name in JOB if name in Source(file).data]
-        tell(out, tables, "what is written of a linkage")
+        tables = [name for name in JOB if name in Source(file).data]
+        if tables:
+            text = f"{out}: what {file} has for linkframe run is left out: {', '.join(tables)}"
+            warnings.warn(text, ConversionWarning, stacklevel=2)

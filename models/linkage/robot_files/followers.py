@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from .body_tree import BodyTree, TreeStep, advance_of
 
 # Poses that tell, and by how much a coordinate may be off a straight line: in radians, or sizes of the linkage.
 POSES, STRAIGHT = 101, 1e-9
+# Ratios that differ by less are the same.
+ROUNDED = 1e-12
 # Of several drives, and of one without a range: how far they are moved to see, likewise.
 FAR = 0.3
 
@@ -117,4 +120,10 @@ def _followed(
     if not acting.any():
         return Follower("", 0.0)
     k = int(np.flatnonzero(acting)[0])
-    return Follower(list(drives)[k], float(factors[k]))
+    return Follower(list(drives)[k], _simple(float(factors[k])))
+
+
+def _simple(factor: float) -> float:
+    """The ratio of small whole numbers that a factor is but for rounding, such as -1 in a parallelogram."""
+    ratio = float(Fraction(factor).limit_denominator(12))
+    return ratio if abs(ratio - factor) < ROUNDED * abs(factor) else factor
