@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,7 @@ def every_kind(*, backwards: bool) -> Linkage:
     """A chain with a joint of each kind, from either of its links to the other."""
     made = Linkage(A=(0, 0, 0), B=(1, 0, 0.2), C=(2, 0.3, 0), D=(2.5, 1, 0.1), E=(3, 1, 1), F=(3.5, 1, 1), G=(4, 0, 1))
     names = "ABCDEFG"
-    for one, other in zip(names, names[1:], strict=False):
+    for one, other in pairwise(names):
         made.link(one + other, one, other, beam=ROD)
 
     def ends(k: int) -> tuple[str, str]:

@@ -10,7 +10,6 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..poses.coordinates import coordinate_of
-from ..poses.dead_points import drive_range
 from ..poses.kinematics import Kinematics
 from .body_tree import BodyTree, TreeStep, advance_of
 
@@ -18,8 +17,8 @@ from .body_tree import BodyTree, TreeStep, advance_of
 POSES, STRAIGHT = 101, 1e-9
 # Ratios that differ by less are the same.
 ROUNDED = 1e-12
-# Of several drives, and of one without a range: how far they are moved to see, likewise.
-FAR = 0.3
+# How far several drives are moved to see, in half turns and sizes of the linkage; and fewest poses that tell.
+FAR, FEWEST = 0.1, 10
 
 
 @dataclass(frozen=True)
@@ -66,38 +65,28 @@ def _sampled(tree: BodyTree) -> tuple[dict[str, Array], dict[tuple[str, str], Ar
     """Driven steps, and coordinates of all joints by component, less those of the reference configuration, (poses,)."""
     linkage = tree.linkage
     motion = Kinematics.of(linkage, _values(tree), {}, {})
-    if not motion.is_assembled.all():
-        motion = Kinematics.of(linkage, _values(tree, 0.01), {}, {})
-    if not motion.is_assembled.all():
+    if motion.is_assembled.sum() < FEWEST:
         raise FrameError("the linkage cannot be assembled beside its reference configuration: choose another one")
     coordinates: dict[tuple[str, str], Array] = {}
     for name, pair in linkage.joints.items():
-        moved = coordinate_of(motion, pair) - tree.placed.coordinates(pair)
+        moved = (coordinate_of(motion, pair) - tree.placed.coordinates(pair))[motion.is_assembled]
         coordinates |= {(name, each): moved[:, k] for k, each in enumerate(pair.kind.coordinates)}
-    steps = tree.steps
-    named = {(step.joint, step.component): name for name, step in steps.items()}
+    named = {(step.joint, step.component): name for name, step in tree.steps.items()}
     driven = [(joint, each) for joint, those in linkage.drives.items() for each in those]
     return {named[own]: coordinates[own] for own in driven if own in named}, coordinates
 
 
-def _values(tree: BodyTree, far: float = FAR) -> dict[str, Array]:
-    """Values of the drives: of one its whole range, of several some about the reference configuration."""
-    linkage = tree.linkage
-    driven = [(name, coordinate) for name, those in linkage.drives.items() for coordinate in those]
-    away = np.random.default_rng(0).uniform(-far, far, (POSES, len(driven)))
-    if len(driven) == 1:
-        name, coordinate = driven[0]
-        ends = drive_range(linkage, name, coordinate)
-        start = float(tree.placed.coordinates(linkage.joints[name])[0])
-        unit = np.pi if coordinate[0] == "r" else tree.placed.size
-        inside = 1e-3 * min(ends.upper - ends.lower, unit)
-        lower, upper = max(ends.lower + inside, start - unit), min(ends.upper - inside, start + unit)
-        return {name: np.linspace(lower, upper, POSES)}
+def _values(tree: BodyTree) -> dict[str, Array]:
+    """Values of the drives about the reference configuration: of one as far as it may go, of several at random."""
+    driven = [(name, coordinate) for name, those in tree.linkage.drives.items() for coordinate in those]
+    away = np.linspace(-1.0, 1.0, POSES)[:, None]
+    if len(driven) > 1:
+        away = np.random.default_rng(0).uniform(-FAR, FAR, (POSES, len(driven)))
     out: dict[str, list[Array]] = {}
     for (name, coordinate), moved in zip(driven, away.T, strict=True):
-        pair = linkage.joints[name]
-        start = float(tree.placed.coordinates(pair)[pair.kind.coordinates.index(coordinate)])
-        out.setdefault(name, []).append(start + moved * (1.0 if coordinate[0] == "r" else tree.placed.size))
+        pair = tree.linkage.joints[name]
+        start = tree.placed.coordinates(pair)[pair.kind.coordinates.index(coordinate)]
+        out.setdefault(name, []).append(start + moved * (np.pi if coordinate[0] == "r" else tree.placed.size))
     return {name: np.stack(own, axis=-1) if len(own) > 1 else own[0] for name, own in out.items()}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
-from .mjcf_mass import mass_of
+from .mjcf_mass import geom_mass, given_mass
 from .mjcf_source import MAIN, MjcfSource, numbers, shown
 from .placed import BodyMass
 
@@ -29,6 +29,10 @@ class Placement:
     def at(self, place: Array) -> Array:
         """Global place of one in this frame."""
         return np.asarray(self.origin + self.axes @ place)
+
+    def of(self, own: BodyMass) -> BodyMass:
+        """A mass in this frame, in global axes."""
+        return BodyMass(own.mass, self.at(own.centre), self.axes @ own.tensor @ self.axes.T, own.is_own)
 
     def inner(self, origin: Array, axes: Array) -> Placement:
         """A frame that is placed in this one."""
@@ -48,20 +52,24 @@ class ReadJoint:
 
 @dataclass(frozen=True, eq=False)
 class ReadBody:
-    """A body: what carries it, where it is, its joints in order, its mass, and its sites with their axes."""
+    """A body: what carries it, where it is, its joints in order, its sites with their axes, and its masses.
+
+    `has_geoms` is True where the geoms are its masses.
+    """
 
     name: str
     parent: str
     frame: Placement
-    joints: list[ReadJoint]
-    mass: BodyMass | None
-    sites: dict[str, Placement]
+    has_geoms: bool = False
+    joints: list[ReadJoint] = field(default_factory=list)
+    sites: dict[str, Placement] = field(default_factory=dict)
+    masses: list[BodyMass] = field(default_factory=list)
 
 
 def bodies_of(source: MjcfSource) -> tuple[list[ReadBody], list[str]]:
     """All bodies from the ground outwards, the ground first, and what in their joints has no word in a linkage."""
     reader = _Reader(source)
-    world = ReadBody(GROUND, "", Placement(), [], None, {})
+    world = ReadBody(GROUND, "", Placement())
     reader.bodies.append(world)
     for element in source.root.findall("worldbody"):
         reader.content(element, world, Placement(), element.get("childclass", MAIN))
@@ -75,7 +83,7 @@ class _Reader:
         self.left: list[str] = []
 
     def content(self, element: Element, body: ReadBody, frame: Placement, childclass: str) -> None:
-        """What stands in a body, or in a frame in it: sites, joints, further frames; then the bodies on it."""
+        """What stands in a body, or in a frame in it: sites, joints, geoms; then further frames and bodies."""
         for child in element:
             if child.tag == "site":
                 given = self.source.attributes(child, childclass)
@@ -84,6 +92,9 @@ class _Reader:
                 body.sites[name] = frame.inner(pos, self.source.orientation(given, shown(child)))
             elif child.tag in ("joint", "freejoint"):
                 body.joints.append(self._joint(child, body, frame, childclass))
+            elif child.tag == "geom" and body.has_geoms:
+                geom = geom_mass(self.source, self.source.attributes(child, childclass), f"geom of body {body.name!r}")
+                body.masses.extend([] if geom is None else [frame.of(geom)])
         for child in element:
             if child.tag == "frame":
                 self.content(child, body, self._inner(child, frame), child.get("childclass", childclass))
@@ -100,11 +111,11 @@ class _Reader:
             raise FrameError(f"body {name!r} is moved by motion capture: give it a joint and an actuator instead")
         if any(name == other.name for other in self.bodies):
             raise FrameError(f"body {name!r} is there twice, or is called as the ground is: give it another name")
-        own = mass_of(self.source, element, childclass)
-        mass = None
-        if own is not None:
-            mass = BodyMass(own.mass, frame.at(own.centre), frame.axes @ own.tensor @ frame.axes.T, True)
-        body = ReadBody(name, parent.name, frame, [], mass, {})
+        own = given_mass(self.source, element)
+        body = ReadBody(
+            name, parent.name, frame, own is None and self.source.compiler.get("inertiafromgeom") != "false"
+        )
+        body.masses.extend([] if own is None else [frame.of(own)])
         self.bodies.append(body)
         self.content(element, body, frame, childclass)
 

@@ -9,25 +9,19 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from .mjcf_source import SAVED, Attributes, MjcfSource, numbers, shown
+from .mjcf_source import Attributes, MjcfSource, numbers, shown
 from .placed import BodyMass
 
 WATER = "1000"
 FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 
 
-def mass_of(source: MjcfSource, body: Element, childclass: str) -> BodyMass | None:
-    """Mass of a body, its centre and inertia in the body's own axes; None where it has none."""
-    given, choice = body.find("inertial"), source.compiler.get("inertiafromgeom", "auto")
-    if given is not None and choice != "true":
-        return _inertial(source, given, f"inertial of {shown(body)}")
-    if choice == "false":
+def given_mass(source: MjcfSource, body: Element) -> BodyMass | None:
+    """Mass that a body was given, in its own axes; None where its geoms tell."""
+    element = body.find("inertial")
+    if element is None or source.compiler.get("inertiafromgeom") == "true":
         return None
-    if body.find("frame//geom") is not None:
-        raise FrameError(f"{shown(body)} has geoms in a <frame> and no <inertial>: {SAVED}")
-    geoms = [source.attributes(element, childclass) for element in body.findall("geom")]
-    parts = [part for geom in geoms if (part := _geom(source, geom, f"geom of {shown(body)}")) is not None]
-    return together(parts) if parts else None
+    return _inertial(source, element, f"inertial of {shown(body)}")
 
 
 def together(parts: Sequence[BodyMass]) -> BodyMass:
@@ -57,7 +51,8 @@ def _inertial(source: MjcfSource, element: Element, what: str) -> BodyMass:
     return BodyMass(mass, centre, turn @ tensor @ turn.T, True)
 
 
-def _geom(source: MjcfSource, given: Attributes, what: str) -> BodyMass | None:
+def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | None:
+    """Mass of a geom in the axes around it; None where it has none."""
     kind = given.get("type", "sphere")
     if kind == "plane" or float(given.get("mass", "1")) == 0.0 or float(given.get("density", "1")) == 0.0:
         return None

@@ -91,7 +91,8 @@ class MjcfReader(Generic[Described]):
 
     def _mass(self, link: str) -> dict[str, Any]:
         light = any(element.get("name") == f"{MASSLESS}{link}" for element in self.source.section("custom"))
-        own = [body.mass for body in self.bodies if self.points.link_of(body.name) == link and body.mass is not None]
+        bodies = (body for body in self.bodies if self.points.link_of(body.name) == link)
+        own = [mass for body in bodies for mass in body.masses]
         if light or not own:
             return {}
         whole = own[0] if len(own) == 1 else together(own)
