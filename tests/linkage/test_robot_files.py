@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from linkage.rigid_bodies import LINKAGES, Engine, along, example
+from linkage.test_random_mechanisms import SEEDS, drive, mechanism
 from linkframe.elements import Beam, Circle, Material, Rectangle
 from linkframe.models import ConversionWarning, Linkage, Motion, read_linkage, write_linkage
 from numpy.testing import assert_allclose
@@ -206,6 +207,29 @@ def test_loops(make: Any, tmp_path: Path) -> None:
     assert (len(again.linkage.springs), len(again.linkage.loads)) == (len(linkage.springs), len(linkage.loads))
     for joint, expected in torque.items():
         assert_allclose(again.reactions().drive(joint), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("seed", SEEDS[1:3])
+def test_random_mechanisms(seed: int, tmp_path: Path) -> None:
+    """Loops through loops, of joints of all kinds: places, energy, forces of the drives, and what is read again."""
+    linkage, free = mechanism(seed)
+    assert drive(linkage, free) == 0
+    t, drives = np.linspace(0.0, 0.05, 3), {}
+    for name, own in linkage.drives.items():
+        pair = linkage.joint(name)
+        start = pair.reference[[pair.kind.coordinates.index(each) for each in own]]
+        drives[name] = start + t[:, None] if len(own) > 1 else start + t
+    ones = {name: np.ones(len(own)) if len(own) > 1 else 1.0 for name, own in linkage.drives.items()}
+    motion = linkage.move(drives, rates=ones, accelerations=ones)
+    engine = check_positions(linkage, motion, tmp_path)
+    expected = motion.reactions()
+    for pose in range(3):
+        engine.put(pose)
+        assert_allclose(engine.kinetic_energy, motion.kinetic_energy()[pose], rtol=1e-12)
+        forces = engine.solve(pose)
+        for name in linkage.drives:
+            check_drive(linkage, name, forces, expected.drive(name)[pose])
+    check_again(linkage, motion, drives, tmp_path)
 
 
 def test_reactions_in_space(tmp_path: Path) -> None:

@@ -217,6 +217,17 @@ def test_what_no_file_has(tmp_path: Path) -> None:
         write_linkage(world, tmp_path / "x.xml")
 
 
+@pytest.mark.parametrize("ending", ["xml", "urdf", "sdf"])
+def test_names_that_stand_twice(ending: str, tmp_path: Path) -> None:
+    linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))
+    linkage.link("one", "A", "B")
+    linkage.link("two", "B", "C")
+    linkage.revolute("A", "ground", "one", name="B rz")
+    linkage.cylindrical("B", "one", "two")
+    with pytest.raises(FrameError, match=r"two .*joints.* would be called 'B rz': rename the link, joint or point"):
+        write_linkage(linkage, tmp_path / f"x.{ending}")
+
+
 def test_lengths(tmp_path: Path) -> None:
     """Links drawn roughly and given their true lengths are written as they are assembled."""
     linkage = Linkage(A=(0, 0), B=(0, 1), C=(3, 2), D=(2, 0))

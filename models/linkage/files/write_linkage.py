@@ -78,4 +78,4 @@ def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
     with whole_or_nothing(path.parent) as stage:
         (stage / path.name).write_text(text, encoding="utf-8")
     if make is not None:
-        tell(path, not_rigid(linkage) + (acting(linkage) if name != "MJCF" else []), name)
+        tell(path, not_rigid(linkage) + (acting(linkage) if name != "MJCF" else []), name, depth=2)

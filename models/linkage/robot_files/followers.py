@@ -15,6 +15,7 @@ from .body_tree import BodyTree, TreeStep, advance_of
 
 # Poses that tell, and by how much a coordinate may be off a straight line: in radians, or sizes of the linkage.
 POSES, STRAIGHT = 101, 1e-9
+REMEDY = "write MJCF (.xml), which holds them"
 # Ratios that differ by less are the same.
 ROUNDED = 1e-12
 # How far several drives are moved to see, in half turns and sizes of the linkage; and fewest poses that tell.
@@ -56,9 +57,6 @@ def followers(tree: BodyTree, format_name: str) -> dict[str, Follower]:
             raise FrameError(f"{format_name} has no closed loops ({loops} closes one), and {found}: {REMEDY}")
         out[step.name] = found
     return out
-
-
-REMEDY = "write MJCF, name.xml, which holds them"
 
 
 def _sampled(tree: BodyTree) -> tuple[dict[str, Array], dict[tuple[str, str], Array]]:

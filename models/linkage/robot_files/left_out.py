@@ -29,13 +29,13 @@ def not_rigid(linkage: LinkageDescription) -> list[str]:
 
 
 def acting(linkage: LinkageDescription) -> list[str]:
-    """What acts on a linkage beside its weight, and what drives it."""
-    there = {"springs": linkage.springs, "loads": linkage.loads, "marks of drives": linkage.drives}
+    """What acts on a linkage beside its weight and its drives."""
+    there = {"springs": linkage.springs, "loads": linkage.loads}
     return [what for what, own in there.items() if own]
 
 
-def tell(file: object, left: Sequence[str], format_name: str) -> None:
-    """Warn of what was left out of a file."""
+def tell(file: object, left: Sequence[str], format_name: str, depth: int) -> None:
+    """Warn of what was left out of a file, at the call so many levels above."""
     if left:
         text = f"{file}: {format_name} has no words for the {'; the '.join(left)}: left out"
-        warnings.warn(text, ConversionWarning, stacklevel=4)
+        warnings.warn(text, ConversionWarning, stacklevel=depth + 1)

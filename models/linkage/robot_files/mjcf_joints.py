@@ -90,8 +90,12 @@ def _one_joint(body: ReadBody, kinds: Sequence[str], couplings: list[TiedJoints]
     if sorted(kinds) == ["hinge", "slide"]:
         return _coaxial(body, couplings)
     if kinds == ("hinge", "hinge") and _meet(joints) and abs(joints[0].axis @ joints[1].axis) < ROUNDING:
-        axes = joint_axes(joints[0].name, joints[0].axis, joints[1].axis)
-        return _several(body, "universal", ("rz", "rx"), joints, axes, joints[0].place)
+        # from the second link to the first where their names say so
+        backwards = joints[0].name.endswith(" rx") and joints[1].name.endswith(" rz")
+        own = list(reversed(joints)) if backwards else joints
+        sign = -1.0 if backwards else 1.0
+        axes = joint_axes(own[0].name, sign * own[0].axis, sign * own[1].axis)
+        return _several(body, "universal", ("rz", "rx"), own, axes, own[0].place, is_reversed=backwards)
     if kinds == ("slide", "slide", "hinge") and _right_handed(joints):
         axes = np.column_stack([joint.axis for joint in joints])
         return _several(body, "planar", ("ux", "uy", "rz"), joints, axes, joints[2].place)

@@ -43,7 +43,7 @@ def mjcf_linkage(file: Path, kind: type[Described]) -> Described:
         linkage = reader.whole()
     except FrameError as error:
         raise FrameError(f"{file}: {error}") from error
-    tell(file, reader.left, "a linkage")
+    tell(file, reader.left, "a linkage", depth=3)
     return linkage
 
 

@@ -13,7 +13,7 @@ from ..description.parts import GROUND, Pair
 from .body_tree import BodyTree, LoopClosure, TreeBody, TreeStep, advance_of, body_tree
 from .drive_gains import Gains, drive_gains
 from .placed import single
-from .xml import Number, add, document, note
+from .xml import Number, add, check_unique, document, note
 
 WORLD = "world"
 TIME_STEP = 1e-3
@@ -23,6 +23,14 @@ SOLVER = {"solref": (2.0 * TIME_STEP, 1.0), "solimp": (0.999, 0.9999, 1e-3, 0.5,
 ON_AXIS, THICK = 0.25, 0.01
 # Names of what is there for the format alone: notes of links without mass, and a site with the axes of the ground.
 MASSLESS, AXES_OF_LOADS = "without mass: ", "axes of loads"
+# Elements that are named, by groups in which no name may stand twice.
+NAMED = {
+    "bodies": "worldbody//body",
+    "joints": "worldbody//joint",
+    "sites": "worldbody//site",
+    "loop closures": "equality/*",
+    "drives and loads": "actuator/*",
+}
 # A force that is there without any signal: gain 0, and a constant of 1 times the gear.
 CONSTANT = {"gaintype": "fixed", "gainprm": "0", "biastype": "affine", "biasprm": "1 0 0"}
 
@@ -67,6 +75,8 @@ class MjcfWriter:
         self._springs()
         self._actuators()
         self._notes()
+        for group, where in NAMED.items():
+            check_unique([each.get("name", "") for each in self.root.findall(where)], group)
         return document(self.root)
 
     def _settings(self) -> None:
@@ -184,6 +194,7 @@ class MjcfWriter:
                 name = joint if joint in steps else f"{joint} {coordinate}"
                 add(element, "position", name=name, joint=name, kp=own.stiffness, kv=own.damping)
         self._loads(element)
+        self._reference(element)
 
     def _ball_drive(self, element: Element, joint: str, gains: Gains) -> None:
         body = next(body for body in self.tree.bodies if body.joint.name == joint)
@@ -192,6 +203,12 @@ class MjcfWriter:
             name = f"{joint} {component}"
             gear = np.append(axes[:, k], np.zeros(3))
             add(element, "position", name=name, joint=joint, gear=gear, kp=gains.stiffness, kv=gains.damping)
+
+    def _reference(self, actuators: Element) -> None:
+        """A keyframe in which the drives stay where they are drawn."""
+        steps = self.tree.steps
+        signals = [steps[own.get("joint", "")].reference if own.tag == "position" else 0.0 for own in actuators]
+        add(add(self.root, "keyframe"), "key", name="reference", ctrl=signals)
 
     def _loads(self, element: Element) -> None:
         """Constant forces on sites: along axes of the ground, or of the site, which turns with the link."""

@@ -14,7 +14,7 @@ from .followers import followers
 from .mjcf_write import WORLD, check_names
 from .placed import BodyMass, Placed, single
 from .urdf import REACH, SingleJoint, inertia_terms, single_joints, whole_links
-from .xml import Number, add, document, note, written
+from .xml import Number, add, check_unique, document, note, written
 
 VERSION = "1.11"
 
@@ -41,6 +41,9 @@ def sdf(linkage: LinkageDescription, title: str) -> str:
         _joint(model, joint, REACH * tree.placed.size)
     for body in whole_links(tree):
         _points(model, body)
+    check_unique(
+        [each.get("name", "") for each in model if each.tag in ("link", "joint", "frame")], "links, joints, points"
+    )
     return document(root)
 
 

@@ -14,7 +14,7 @@ from ..description.parts import GROUND
 from .body_tree import BodyTree, TreeBody, TreeStep, body_tree
 from .followers import Follower, followers
 from .placed import BodyMass
-from .xml import add, document, note
+from .xml import add, check_unique, document, note
 
 # Limits that URDF wants of joints that slide, in sizes of the linkage, and of force and speed.
 REACH, UNBOUND = 100.0, 1e9
@@ -100,6 +100,8 @@ def urdf(linkage: LinkageDescription, title: str) -> str:
         _joint(root, joint, joint.place - places[joint.parent], REACH * tree.placed.size)
     for body in whole_links(tree):
         _points(root, body)
+    for what in ("link", "joint"):
+        check_unique([each.get("name", "") for each in root.findall(what)], f"{what}s")
     return document(root)
 
 

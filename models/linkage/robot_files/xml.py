@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -9,6 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.errors import FrameError
 
 Number = float | Sequence[float] | Array
 
@@ -31,6 +33,19 @@ def add(parent: Element, tag: str, **attributes: str | Number) -> Element:
 def note(parent: Element, text: str) -> None:
     """Add a comment."""
     parent.append(ElementTree.Comment(f" {text.replace('--', '- -')} "))
+
+
+def check_unique(names: Sequence[str], what: str) -> None:
+    """Refuse names that stand twice.
+
+    Raises
+    ------
+    FrameError
+        If one does; it is named.
+    """
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise FrameError(f"two {what} of the file would be called {name!r}: rename the link, joint or point")
 
 
 def document(root: Element) -> str:
