@@ -46,11 +46,12 @@ def followers(tree: BodyTree, format_name: str) -> dict[str, Follower]:
     if not tree.closures:
         return out
     loops = ", ".join(closure.name for closure in tree.closures)
-    if not tree.linkage.drives:
+    closing = {body.joint.name for body in tree.bodies if body.part_of is not None}
+    if not tree.linkage.drives or closing & tree.linkage.drives.keys():
         raise FrameError(f"{format_name} has no closed loops, and joint {loops} closes one: {REMEDY}")
     drives, coordinates = _sampled(tree)
     for step in tree.steps.values():
-        if step.name in out or step.name in drives:
+        if step.name in out or step.name in drives or step.joint in closing:
             continue
         found = _followed(step, drives, coordinates, 1.0 if step.is_rotation else tree.placed.size)
         if isinstance(found, str):
