@@ -10,6 +10,7 @@ from .intervals import ConfidenceInterval
 from .linkage import (
     AccuracyStudy,
     Contributors,
+    ConversionWarning,
     DeadPoint,
     DisplacementSensitivity,
     DriveRange,
@@ -55,6 +56,7 @@ __all__ = [
     "Comparison",
     "ConfidenceInterval",
     "Contributors",
+    "ConversionWarning",
     "DeadPoint",
     "DisplacementSensitivity",
     "DriveRange",

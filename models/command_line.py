@@ -14,7 +14,7 @@ from io import TextIOWrapper
 from ..framework.errors import FrameError
 from .job.signals import Signals
 from .linkage.job import command as linkage
-from .linkage.job import new_command, page_command
+from .linkage.job import convert_command, new_command, page_command
 from .paper import command as four_bar
 
 SPELT = "linkframe-spelt"
@@ -46,6 +46,7 @@ def parser() -> ArgumentParser:
     linkage.add_to(jobs)
     new_command.add_to(jobs)
     page_command.add_to(jobs)
+    convert_command.add_to(jobs)
     return top
 
 

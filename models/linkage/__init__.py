@@ -11,6 +11,7 @@ from .motion import Motion
 from .poses.dead_points import DeadPoint, DriveRange
 from .poses.mobility import Mobility
 from .poses.states import PoseState
+from .robot_files.left_out import ConversionWarning
 from .statics.accuracy import PointAccuracy, Stress
 from .statics.reactions import Reactions
 from .study.study import AccuracyStudy
@@ -27,6 +28,7 @@ __all__ = [
     "KINDS",
     "AccuracyStudy",
     "Contributors",
+    "ConversionWarning",
     "DeadPoint",
     "DisplacementSensitivity",
     "DriveRange",

@@ -1,8 +1,9 @@
 """The catalogue of joints: what each lets go and what it holds.
 
 Most follows from the free components alone: mobility, constraints, springs and reactions. A new kind is an entry here,
-a method of `description.joining`, what its coordinates do to its second link in `kinematics.joint_motion`, and in which
-directions it has clearance in `statics.frame`; if it slides, it is one of `statics.nodes` too.
+a method of `description.joining`, what its coordinates do to its second link in `kinematics.joint_motion`, and one by
+one in `robot_files.body_tree`, and in which directions it has clearance in `statics.frame`; if it slides, it is one of
+`statics.nodes` too.
 """
 
 from __future__ import annotations

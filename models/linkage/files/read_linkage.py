@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ....framework.errors import FrameError
 from ..linkage import Linkage
+from ..robot_files.mjcf_read import mjcf_linkage
 from .read import linkage_of
 from .source import Source
 
+# Formats that are written and not read, and the way round.
+ELSEWHERE = {
+    ".urdf": "URDF is not read: load it with mujoco.MjModel.from_xml_path, write it out with mujoco.mj_saveLastXML "
+    "as .xml, and read that",
+    ".sdf": "SDF is not read: describe the linkage as MJCF (.xml) or TOML",
+}
+
 
 def read_linkage(path: str | Path) -> Linkage:
-    """Read a linkage from a TOML file.
+    """Read a linkage from a TOML file, or from an MJCF file (``.xml``) of MuJoCo.
 
     Points, links and joints are tables by name; links name their beams, beams their sections and materials, ::
 
@@ -71,6 +80,11 @@ def read_linkage(path: str | Path) -> Linkage:
     ``xx yy zz xy yz zx`` of an inertia; entries of lists of tables by number, as in ``loads.0.fy``. No number may be
     in two tolerances.
 
+    Of MJCF, bodies are links with their masses, sites points, joints of one body a joint where they make one, and
+    otherwise links without mass between them. What two bodies share by ``connect``, one point, or several in line, is a
+    ball or a hinge; ``weld`` joins firmly. Joints with actuators are driven, tendons from site to site are springs.
+    Contacts, limits, sensors and keyframes are not read. `write_linkage` writes such files.
+
     Parameters
     ----------
     path
@@ -84,7 +98,13 @@ def read_linkage(path: str | Path) -> Linkage:
     Raises
     ------
     FrameError
-        If the file cannot be read or something in it is wrong; the line and the key are told.
+        If the file cannot be read or something in it is wrong, or what a linkage cannot be; the line and the key, or
+        the element, are told.
+
+    Warns
+    -----
+    ConversionWarning
+        If an MJCF file has what a linkage has no words for, such as friction in joints; it is left out.
 
     Examples
     --------
@@ -109,4 +129,9 @@ def read_linkage(path: str | Path) -> Linkage:
     >>> linkage.drives
     {'A': ('rz',)}
     """
+    ending = Path(path).suffix.lower()
+    if ending in ELSEWHERE:
+        raise FrameError(f"{path}: {ELSEWHERE[ending]}")
+    if ending == ".xml":
+        return mjcf_linkage(Path(path), Linkage)
     return linkage_of(Source(path), Linkage)

@@ -1,9 +1,8 @@
-"""A linkage to a file."""
+"""A linkage as the tables of its TOML file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from ....elements import Beam, CrossSection, Material, Section
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
-from ....framework.paraview.files import whole_or_nothing
 from ....framework.protocol import LineElement
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import LinkageLink, LinkageSpring, Load, Pair, joint_axes
@@ -20,39 +18,6 @@ from .read import SECTIONS
 from .toml import written
 
 Table = dict[str, Any]
-
-
-def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
-    """Write a linkage to a TOML file, from which `read_linkage` makes the same again, to the last bit.
-
-    Parameters
-    ----------
-    linkage
-        What is written, all of its batch included.
-    path
-        The file; it is replaced, and its folder made where it is missing.
-
-    Raises
-    ------
-    FrameError
-        If the folder cannot be written, or a link has an element or a cross-section for which a file has no words.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from linkframe.models.linkage import Linkage, read_linkage
-    >>> linkage = Linkage(A=(0, 0), B=(1, 2))
-    >>> linkage.link("bar", "A", "B", mass=2.0)
-    >>> linkage.revolute("A", "ground", "bar", drive=True)
-    >>> with TemporaryDirectory() as folder:
-    ...     write_linkage(linkage, Path(folder) / "bar.toml")
-    ...     again = read_linkage(Path(folder) / "bar.toml")
-    >>> again.points["B"]
-    array([1., 2., 0.])
-    """
-    path = Path(path)
-    with whole_or_nothing(path.parent) as stage:
-        (stage / path.name).write_text(written(tables(linkage)), encoding="utf-8")
 
 
 def tables(linkage: LinkageDescription) -> Table:

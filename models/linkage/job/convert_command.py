@@ -1,0 +1,51 @@
+"""``linkframe convert``: the linkage of a file in another format."""
+
+from __future__ import annotations
+
+import warnings
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ....framework.errors import FrameError
+
+if TYPE_CHECKING:
+    from argparse import _SubParsersAction
+
+DESCRIPTION = """\
+Write the linkage of a file in another format; the endings tell which:
+
+  .toml   linkframe's own, read and written
+  .xml    MJCF of MuJoCo, closed loops included, read and written
+  .urdf   URDF, written; only linkages without loops, and those whose joints follow the drive in proportion
+  .sdf    SDF, likewise
+
+What the other format has no words for is left out, and told."""
+WRITTEN = (".toml", ".xml", ".urdf", ".sdf")
+
+
+def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
+    """Add the subcommand ``convert`` to the jobs of the command line."""
+    parser = jobs.add_parser(
+        "convert",
+        help="linkage of a file in another format: TOML, MJCF, URDF, SDF",
+        description=DESCRIPTION,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="file with the linkage, .toml or .xml")
+    parser.add_argument("out", type=Path, metavar="OUT", help="file to write; it is replaced")
+    parser.set_defaults(run=_start)
+
+
+def _start(options: Namespace) -> None:
+    from ..files.convert import convert
+    from ..robot_files.left_out import ConversionWarning
+
+    if options.out.suffix.lower() not in WRITTEN:
+        raise FrameError(f"{options.out}: choose an ending of {', '.join(WRITTEN)}, which tells the format")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", ConversionWarning)
+        convert(options.file, options.out)
+    print(f"Written: {options.out}")
+    for warning in told:
+        print(f"Note: {warning.message}")

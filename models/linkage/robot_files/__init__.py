@@ -1,0 +1,1 @@
+"""Linkages in the files of robotics: MJCF (MuJoCo) written and read, URDF and SDF written."""

@@ -1,0 +1,145 @@
+"""A linkage in the position in which a file describes it: where its points, axes and masses are there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.errors import FrameError
+from ..description.linkage_description import LinkageDescription
+from ..description.parts import GROUND, Pair
+from ..poses.coordinates import coordinate_of
+from ..poses.kinematics import Kinematics
+from ..statics.inertia import inertia
+
+# Least moment of inertia of a body as a share of its mass times the linkage's size squared, and mass of one that has
+# none as a share of all mass: results to nine digits do not see them.
+SLENDER = 1e-12
+WEIGHTLESS = 1e-10
+# What stands for the inertia of a body without mass, as that share.
+ROUND = 1e-2
+# Engines refuse bodies with less mass, or less of a moment of inertia.
+LEAST = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class BodyMass:
+    """Mass, centre of mass (3,) and inertia about it (3, 3), both in global axes.
+
+    `is_own` is False where the description has no mass, and something light stands for it.
+    """
+
+    mass: float
+    centre: Array
+    tensor: Array
+    is_own: bool
+
+    def part(self, count: int) -> BodyMass:
+        """One of so many equal parts, which lie in one another."""
+        return BodyMass(self.mass / count, self.centre, self.tensor / count, self.is_own)
+
+
+class Placed:
+    """A linkage in its reference configuration; assembled, where links were given their true lengths.
+
+    Parameters
+    ----------
+    linkage
+        The description, of a single linkage.
+
+    Raises
+    ------
+    FrameError
+        If the description carries a batch, or cannot be assembled.
+    """
+
+    def __init__(self, linkage: LinkageDescription) -> None:
+        if linkage.shape:
+            raise FrameError(f"the linkage carries a batch of shape {linkage.shape}: describe one, as a file has one")
+        self.linkage = linkage
+        self.motion = None
+        if any(link.length is not None for link in linkage.links.values()):
+            self.motion = Kinematics.of(linkage, {}, {}, {})
+
+    @cached_property
+    def size(self) -> float:
+        """Greatest extent of the linkage; 1 where it has none."""
+        places = np.array(list(self.linkage.points.values())).reshape(-1, 3)
+        return float(np.linalg.norm(np.ptp(places, axis=0))) or 1.0 if len(places) else 1.0
+
+    def place(self, link: str, point: str) -> Array:
+        """Where a point of a link is, (3,)."""
+        if self.motion is None or link == GROUND:
+            return self.linkage.points[point]
+        return self.motion.position(point, link)
+
+    def axes(self, pair: Pair) -> Array:
+        """Axes of a joint as columns, (3, 3): those on its first link, the last of a cross on its second."""
+        if self.motion is None:
+            return single(pair.axes, 2, f"axis of joint {pair.name!r}")
+        first, second = (self.motion.axes(link) @ pair.axes for link in (pair.first, pair.second))
+        return np.column_stack([second[:, 0], first[:, 1:]]) if pair.kind.name == "universal" else first
+
+    def coordinates(self, pair: Pair) -> Array:
+        """Coordinates of a joint, (f,)."""
+        if self.motion is None:
+            return single(pair.reference, 1, f"reference of joint {pair.name!r}")
+        return coordinate_of(self.motion, pair)
+
+    @cached_property
+    def masses(self) -> dict[str, BodyMass]:
+        """Mass by link."""
+        given = {name: self._mass(name) for name in self.linkage.links}
+        light = WEIGHTLESS * sum(each.mass for each in given.values()) or self._loaded or 1.0
+        return {name: self._at_least(each, light) for name, each in given.items()}
+
+    @property
+    def _loaded(self) -> float:
+        """Mass that the greatest force on the linkage accelerates like a weight in SI units: by ten."""
+        return (
+            max((float(np.linalg.norm(load.value[..., :3], axis=-1).max()) for load in self.linkage.loads), default=0.0)
+            / 10.0
+        )
+
+    def _mass(self, link: str) -> BodyMass:
+        found = inertia(self.linkage, link)
+        mass = float(single(found.mass, 0, f"mass of link {link!r}"))
+        centre = single(found.centre, 1, f"centre of link {link!r}")
+        tensor = single(found.tensor, 2, f"inertia of link {link!r}")
+        if self.motion is not None:
+            axes = self.motion.axes(link)
+            centre, tensor = self.motion.position_on(link, centre), axes @ tensor @ axes.T
+        return BodyMass(mass, centre, tensor, mass > 0.0 or bool(tensor.any()))
+
+    def _at_least(self, own: BodyMass, light: float) -> BodyMass:
+        """With as much mass and inertia as an engine of rigid bodies needs to have of each.
+
+        Principal moments below the least are raised; and to as much as makes them those of a body, of which none is
+        above the sum of the others. A link of a plane linkage, given its inertia about z alone, is a plate.
+        """
+        mass = max(own.mass or light, LEAST)
+        moments, axes = np.linalg.eigh(own.tensor)
+        least = np.maximum(moments, max((SLENDER if own.is_own else ROUND) * mass * self.size**2, LEAST))
+        short = max(0.0, least[2] - least[0] - least[1])
+        least[:2] += 0.5 * short * (1.0 + 1e-12)
+        if np.array_equal(least, moments):
+            return BodyMass(mass, own.centre, own.tensor, own.is_own)
+        return BodyMass(mass, own.centre, own.tensor + (axes * (least - moments)) @ axes.T, own.is_own)
+
+
+def single(value: Array, trailing: int, what: str) -> Array:
+    """A number of `trailing` axes.
+
+    Raises
+    ------
+    FrameError
+        If it carries a batch.
+    """
+    given = np.asarray(value, dtype=np.float64)
+    batch = given.shape[: given.ndim - trailing]
+    if batch:
+        raise FrameError(f"{what} carries a batch of shape {batch}: give one number, as a file has one linkage")
+    return given

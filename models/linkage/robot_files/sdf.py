@@ -1,0 +1,101 @@
+"""A linkage as SDF: a tree of links whose poses are those of the reference configuration, followers by ``mimic``."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.linkage_description import LinkageDescription
+from ..description.parts import GROUND
+from .body_tree import TreeBody, body_tree
+from .followers import followers
+from .mjcf_write import WORLD, check_names
+from .placed import BodyMass, Placed, single
+from .urdf import REACH, SingleJoint, inertia_terms, single_joints, whole_links
+from .xml import Number, add, check_unique, document, note, written
+
+VERSION = "1.11"
+
+
+def sdf(linkage: LinkageDescription, title: str) -> str:
+    """The text of the file.
+
+    Raises
+    ------
+    FrameError
+        As by `body_tree` and `followers`.
+    """
+    check_names(linkage)
+    tree = body_tree(linkage)
+    following = followers(tree, "SDF")
+    root = Element("sdf", version=VERSION)
+    world = add(root, "world", name=title)
+    _text(world, "gravity", single(linkage.weight, 1, "gravity"))
+    model = add(world, "model", name=title)
+    note(model, "Coordinates are counted from the reference configuration of the linkage, in radians and its lengths.")
+    for joint in single_joints(tree, following, balls=True):
+        own = tree.placed.masses.get(joint.child)
+        _link(model, joint, _between(tree.placed, joint.place) if own is None else own)
+        _joint(model, joint, REACH * tree.placed.size)
+    for body in whole_links(tree):
+        _points(model, body)
+    check_unique(
+        [each.get("name", "") for each in model if each.tag in ("link", "joint", "frame")], "links, joints, points"
+    )
+    return document(root)
+
+
+def _text(parent: Element, tag: str, value: str | Number, **attributes: str) -> Element:
+    """Add an element that holds a text, or numbers."""
+    element = add(parent, tag, **attributes)
+    element.text = value if isinstance(value, str) else written(value)
+    return element
+
+
+def _pose(place: Array) -> Array:
+    return np.concatenate([place, np.zeros(3)])
+
+
+def _between(placed: Placed, place: Array) -> BodyMass:
+    """What stands for the mass of a link between two coordinates of a joint; SDF wants some."""
+    light = 1e-9 * sum(own.mass for own in placed.masses.values())
+    return BodyMass(light, place, 1e-2 * light * placed.size**2 * np.eye(3), False)
+
+
+def _link(model: Element, joint: SingleJoint, own: BodyMass) -> None:
+    element = add(model, "link", name=joint.child)
+    _text(element, "pose", _pose(joint.place))
+    inertial = add(element, "inertial")
+    _text(inertial, "pose", _pose(own.centre - joint.place))
+    _text(inertial, "mass", own.mass)
+    inertia = add(inertial, "inertia")
+    for name, value in inertia_terms(own.tensor).items():
+        _text(inertia, name, value)
+
+
+def _joint(model: Element, joint: SingleJoint, reach: float) -> None:
+    """A joint, which is where its child has its origin."""
+    element = add(model, "joint", name=joint.name, type=joint.kind)
+    _text(element, "parent", WORLD if joint.parent == GROUND else joint.parent)
+    _text(element, "child", joint.child)
+    if joint.kind in ("fixed", "ball"):
+        return
+    axis = add(element, "axis")
+    _text(axis, "xyz", joint.axis)
+    if joint.kind == "prismatic":
+        limit = add(axis, "limit")
+        _text(limit, "lower", -reach)
+        _text(limit, "upper", reach)
+    if joint.follows is not None:
+        mimic = add(axis, "mimic", joint=joint.follows.leader)
+        for name, value in {"multiplier": joint.follows.factor, "offset": 0.0, "reference": 0.0}.items():
+            _text(mimic, name, value)
+
+
+def _points(model: Element, body: TreeBody) -> None:
+    """Points as frames on their links."""
+    for point, place in body.points.items():
+        frame = add(model, "frame", name=f"{point} on {body.name}", attached_to=body.name)
+        _text(frame, "pose", _pose(place - body.origin))
