@@ -21,7 +21,7 @@ from .packed import packed, unpacked
 
 Array = NDArray[np.float64]
 
-FORMAT = 1
+FORMAT = 2
 ABOUT = "run.json"
 FUNCTION = "what the function returns for the first samples"
 CHUNK = re.compile(r"chunk-(\d+)-(\d+)\.bin")

@@ -160,7 +160,7 @@ class ChunkTask:
             greatest.append(upper.reduce(block, axis=0))
             if "covariance" in self.also:
                 comoments.append(Comoments.of(np.atleast_2d(block.T).T, self.nan_policy))
-        lost = np.isnan(results)
+        missing, failed = _lost(np.isnan(results), status)
         bins = counts = None
         if "histogram" in self.also:
             flat = results.reshape(len(results), -1)
@@ -170,15 +170,22 @@ class ChunkTask:
             start,
             len(results),
             moments,
-            np.asarray(np.count_nonzero(lost, axis=0) if lost.any() else np.zeros(results.shape[1:], dtype=np.int64)),
+            missing,
             lower.reduce(least, axis=0),
             upper.reduce(greatest, axis=0),
-            FailedRows.of(lost.reshape(len(results), -1), status),
+            failed,
             comoments or None,
             bins,
             counts,
             results if self.keep else None,
         )
+
+
+def _lost(lost: NDArray[np.bool_], status: NDArray[np.str_] | None) -> tuple[NDArray[np.int64], FailedRows]:
+    """How many samples are NaN, (...), and which, from where they are, (m, ...)."""
+    if lost.any():
+        return np.asarray(np.count_nonzero(lost, axis=0)), FailedRows.of(lost.reshape(len(lost), -1), status)
+    return np.zeros(lost.shape[1:], dtype=np.int64), FailedRows.none(status)
 
 
 def _blocks(results: Array) -> Iterator[tuple[Array, tuple[Array, Array]]]:
