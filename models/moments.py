@@ -41,20 +41,29 @@ class Moments:
     fourth: Array
 
     @classmethod
-    def of(cls, samples: Array, nan_policy: str = "propagate") -> Moments:
-        """Moments of `samples` (n, ...) along the first axis; with ``"omit"`` of those that are not NaN."""
-        if nan_policy == "omit" and np.isnan(samples).any():
-            return cls._omitting(samples)
-        mean: Array = samples.mean(axis=0)
-        return cls(len(samples), mean, *_powers(samples - mean))
+    def of(cls, samples: Array, nan_policy: str = "propagate", room: tuple[Array, Array] | None = None) -> Moments:
+        """Moments of `samples` (n, ...) along the first axis; with ``"omit"`` of those that are not NaN.
 
-    @classmethod
-    def _omitting(cls, samples: Array) -> Moments:
-        there = ~np.isnan(samples)
-        n = np.count_nonzero(there, axis=0)
-        with np.errstate(invalid="ignore"):
-            mean = np.sum(samples, axis=0, where=there) / np.where(n > 0, n, np.nan)
-        return cls(n, mean, *_powers(np.where(there, samples - mean, 0.0)))
+        They are computed in the two arrays of `room`, like `samples` and no shorter, where it is given: memory of one
+        block after the other costs more than its sums.
+        """
+        off, square = (np.empty_like(samples), np.empty_like(samples)) if room is None else room
+        off, square = off[: len(samples)], square[: len(samples)]
+        n: int | NDArray[np.int64] = len(samples)
+        if nan_policy == "omit" and np.isnan(samples).any():
+            there = ~np.isnan(samples)
+            n = np.count_nonzero(there, axis=0)
+            with np.errstate(invalid="ignore"):
+                mean = np.sum(samples, axis=0, where=there) / np.where(n > 0, n, np.nan)
+            off[...] = np.where(there, samples - mean, 0.0)
+        else:
+            mean = samples.mean(axis=0)
+            np.subtract(samples, mean, out=off)
+        np.multiply(off, off, out=square)
+        second = square.sum(axis=0)
+        off *= square
+        square *= square
+        return cls(n, mean, second, off.sum(axis=0), square.sum(axis=0))
 
     def merge(self, other: Moments) -> Moments:
         """Moments of both sets of samples together."""
@@ -103,15 +112,6 @@ class Moments:
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.sqrt(spread) / (2.0 * self.std)
         return np.where(square == 0.0, 0.0, error)
-
-
-def _powers(off: Array) -> tuple[Array, Array, Array]:
-    """Sums of the second, third and fourth powers of deviations (n, ...), which are overwritten, (...) each."""
-    square = off * off
-    second = square.sum(axis=0)
-    off *= square
-    square *= square
-    return second, off.sum(axis=0), square.sum(axis=0)
 
 
 def checked_policy(nan_policy: str) -> str:

@@ -19,7 +19,7 @@ from ...framework.errors import CheckpointWarning, FrameError
 
 Array = NDArray[np.float64]
 
-FORMAT = 1
+FORMAT = 2
 ABOUT = "run.json"
 FUNCTION = "what the function returns for the first samples"
 # The first sample of a chunk, the one behind its last, and where there are samples of several kinds their name.

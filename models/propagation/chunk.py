@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -132,12 +132,9 @@ class ChunkTask:
         return found
 
     def drawn(self, start: int, stop: int) -> dict[str, Array]:
-        """Samples of the inputs by their numbers, block by block, (stop − start,) each."""
-        blocks = [
-            self.inputs.samples(self._points.take(first, min(BLOCK, stop - first)))
-            for first in range(start, stop, BLOCK)
-        ]
-        return {name: np.concatenate([block[name] for block in blocks]) for name in self.inputs.names}
+        """Samples of the inputs by their numbers, (stop − start,) each."""
+        blocks = [self._points.take(first, min(BLOCK, stop - first)) for first in range(start, stop, BLOCK)]
+        return self.inputs.samples(np.concatenate(blocks))
 
     def drawn_at(self, numbers: NDArray[np.int64]) -> dict[str, Array]:
         """Samples of the inputs with certain numbers, in increasing order, (f,) each."""
@@ -161,25 +158,29 @@ class ChunkTask:
         """Call the function for a range of samples, and gather what was asked for."""
         start, stop = cut
         results, status = self.results(start, stop)
-        blocks = [_laid_out(results[first : first + BLOCK]) for first in range(0, len(results), BLOCK)]
-        flat = results.reshape(len(results), -1) if "histogram" in self.also else None
-        lost = np.isnan(results)
         lower, upper = (np.fmin, np.fmax) if self.nan_policy == "omit" else (np.minimum, np.maximum)
-        bins = counts = comoments = None
-        if flat is not None:
+        moments, comoments, least, greatest = [], [], [], []
+        for block, room in _blocks(results):
+            moments.append(Moments.of(block, self.nan_policy, room))
+            least.append(lower.reduce(block, axis=0))
+            greatest.append(upper.reduce(block, axis=0))
+            if "covariance" in self.also:
+                comoments.append(Comoments.of(np.atleast_2d(block.T).T, self.nan_policy))
+        missing, failed = _lost(np.isnan(results), status)
+        bins = counts = None
+        if "histogram" in self.also:
+            flat = results.reshape(len(results), -1)
             bins = self.bins or Bins.of(flat[:BLOCK])
             counts = bins.count(flat)
-        if "covariance" in self.also:
-            comoments = [Comoments.of(np.atleast_2d(block.T).T, self.nan_policy) for block in blocks]
         return ChunkResult(
             start,
             len(results),
-            [Moments.of(block, self.nan_policy) for block in blocks],
-            np.asarray(np.count_nonzero(lost, axis=0) if lost.any() else np.zeros(results.shape[1:], dtype=np.int64)),
-            lower.reduce([lower.reduce(block, axis=0) for block in blocks], axis=0),
-            upper.reduce([upper.reduce(block, axis=0) for block in blocks], axis=0),
-            FailedRows.of(lost.reshape(len(results), -1), status),
-            comoments,
+            moments,
+            missing,
+            lower.reduce(least, axis=0),
+            upper.reduce(greatest, axis=0),
+            failed,
+            comoments or None,
             bins,
             counts,
             results if self.keep else None,
@@ -191,9 +192,28 @@ class ChunkTask:
         return Moments.of(block.reshape(-1, self.replicates, *block.shape[1:]), self.nan_policy)
 
 
-def _laid_out(block: Array) -> Array:
-    """Samples (m, ...) outermost or innermost in memory: sums along them would else stride through it."""
-    return block if block.strides[0] == block.itemsize else np.ascontiguousarray(block)
+def _lost(lost: NDArray[np.bool_], status: NDArray[np.str_] | None) -> tuple[NDArray[np.int64], FailedRows]:
+    """How many samples are NaN, (...), and which, from where they are, (m, ...)."""
+    if lost.any():
+        return np.asarray(np.count_nonzero(lost, axis=0)), FailedRows.of(lost.reshape(len(lost), -1), status)
+    return np.zeros(lost.shape[1:], dtype=np.int64), FailedRows.none(status)
+
+
+def _blocks(results: Array) -> Iterator[tuple[Array, tuple[Array, Array]]]:
+    """Blocks of the samples, each to be used before the next one, with room for two arrays like it.
+
+    Samples lie outermost or innermost in memory: sums along them would else stride through it.
+    """
+    first = results[:BLOCK]
+    laid = None if first.strides[0] == first.itemsize or first.flags.c_contiguous else np.empty(first.shape)
+    like = first if laid is None else laid
+    room = np.empty_like(like), np.empty_like(like)
+    for start in range(0, len(results), BLOCK):
+        block = results[start : start + BLOCK]
+        if laid is not None:
+            laid[: len(block)] = block
+            block = laid[: len(block)]
+        yield block, room
 
 
 def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:

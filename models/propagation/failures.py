@@ -85,11 +85,14 @@ class FailedRows:
     otherwise: Reasons | None
 
     @classmethod
+    def none(cls, status: NDArray[np.str_] | None) -> FailedRows:
+        """Of samples of which none is NaN."""
+        nowhere = np.zeros((0, 1), dtype=bool)
+        return cls(np.zeros(0, np.int64), Reasons.of(nowhere, None if status is None else status[:0]), None, None)
+
+    @classmethod
     def of(cls, lost: Flags, status: NDArray[np.str_] | None) -> FailedRows:
         """From where samples are NaN, (m, e), and the status of the samples there, (m, s) with s a divisor of e."""
-        if not lost.any():
-            none = np.zeros(0, dtype=np.int64)
-            return cls(none, Reasons.of(lost[none], None if status is None else status[none]), None, None)
         whole = lost.all(axis=0)
         some = lost & ~whole
         rows = np.flatnonzero(some.any(axis=1))
