@@ -39,7 +39,7 @@ LAYERS = {
     "broadcasting solution": "batched/broadcast",
     "what can move": "error_bounds/resolved results/constrained results/consistent_mechanisms results/singular",
     "linear solution, as others see it": "results/linear",
-    "files and figures": "results/base paraview/* graphics/* results/saved",
+    "files and figures": "results/base results/tabulated paraview/* graphics/* results/saved",
     "results": "results/*",
     "clearances": "clearances/*",
     "bounds": "error_bounds/bounds error_bounds/result_unknowns error_bounds/sensitivity",

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError
+from ....framework.results.tabulated import imported
 from ...propagation import Propagation
 from ..worst_case.contributors import Contributors
 
@@ -48,7 +47,7 @@ class Tabulated(Protocol):
 
 def to_dataframe(study: Tabulated) -> Any:
     """One row a point and pose: see `AccuracyStudy.to_dataframe`."""
-    pandas = _imported("pandas", "to_dataframe")
+    pandas = imported("pandas", "to_dataframe")
     poses = len(study.status)
     columns: dict[str, Any] = {
         "point": np.repeat(study.points, poses),
@@ -66,7 +65,7 @@ def to_dataframe(study: Tabulated) -> Any:
 
 def to_xarray(study: Tabulated) -> Any:
     """With dimensions named: see `AccuracyStudy.to_xarray`."""
-    xarray = _imported("xarray", "to_xarray")
+    xarray = imported("xarray", "to_xarray")
     data: dict[str, Any] = {name: (DIMS[values.ndim], values) for name, values in study.arrays().items()}
     data["status"] = (("pose",), study.status)
     coords: dict[str, Any] = {
@@ -81,10 +80,3 @@ def to_xarray(study: Tabulated) -> Any:
         stacked = np.stack([getattr(each, part) for each in shares]).reshape(shape)
         data[name] = (("point", "pose", "contributor"), stacked)
     return xarray.Dataset(data, coords)
-
-
-def _imported(name: str, method: str) -> Any:
-    try:
-        return import_module(name)
-    except ImportError:
-        raise FrameError(f"{method} needs {name}, which is not installed: pip install {name}") from None
