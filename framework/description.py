@@ -26,6 +26,9 @@ from .provenance import GivenStatus, HasStatus
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
 COINCIDENT = 1e-9
 
+# Dimensions of results beside the batch axes.
+TAKEN = ("node", "component", "support", "force", "joint", "status")
+
 # What stands for all members.
 _ALL = "beam"
 
@@ -119,6 +122,20 @@ class Description:
     _examined: dict[Hashable, str] = field(default_factory=dict, repr=False, compare=False)
     size: float = 0.0
     tolerance: float = 0.0
+    axes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.axes:
+            self._check_axes()
+
+    def _check_axes(self) -> None:
+        given = self.axes
+        if not isinstance(given, tuple) or not all(isinstance(name, str) and name for name in given):
+            raise FrameError(f'axes is {given!r}: give names of the batch axes, such as ("pose", "sample")')
+        for name in given:
+            if name in TAKEN or given.count(name) > 1:
+                why = "is that of another dimension of results" if name in TAKEN else "stands twice"
+                raise FrameError(f"axes is {given!r}, in which {name!r} {why}: give each batch axis a name of its own")
 
     @property
     def shape(self) -> Shape:
@@ -893,6 +910,10 @@ class Description:
             return whole, known
         for name, shape in given.items():
             if shape and shape not in known:
+                if self.axes and len(shape) > len(self.axes):
+                    raise FrameError(
+                        f"{name} has the shape {shape}, and {len(self.axes)} batch axes have names: {self.axes}"
+                    )
                 for other, what in known.items():
                     joined(name, shape, {what: other})
                 whole, known = np.broadcast_shapes(whole, shape), {**known, shape: name}

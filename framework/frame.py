@@ -59,6 +59,9 @@ class Frame(InBulk):
         Largest coordinate, the measure of what coincides.
     tolerance
         Length up to which the two nodes of a joint may lie apart and count as one place.
+    axes
+        Names of the batch axes, such as ``("pose", "sample")``, the last of which is the last of the batch; tables of
+        results have them (`Solution.to_xarray`). Empty where they have none.
 
     Examples
     --------

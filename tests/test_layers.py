@@ -18,8 +18,8 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
     "numbers, names, errors": (
-        "cache errors clock states batch entries arm rotation names renamed dofs provenance listing orientation "
-        "shape_rules member_law structure/parts"
+        "cache errors optional clock states batch entries arm rotation names renamed dofs provenance listing "
+        "orientation shape_rules member_law structure/parts"
     ),
     "recorded calculations": "program/*",
     "loads": "added_forms loads",
@@ -39,7 +39,7 @@ LAYERS = {
     "broadcasting solution": "batched/broadcast",
     "what can move": "error_bounds/resolved results/constrained results/consistent_mechanisms results/singular",
     "linear solution, as others see it": "results/linear",
-    "files and figures": "results/base paraview/* graphics/* results/saved",
+    "files and figures": "results/base results/tabulated paraview/* graphics/* results/saved",
     "results": "results/*",
     "clearances": "clearances/*",
     "bounds": "error_bounds/bounds error_bounds/result_unknowns error_bounds/sensitivity",
@@ -55,7 +55,7 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "optional clearance planar intervals histograms convergence distributions moments normality sampling spread "
+        "clearance planar intervals histograms convergence distributions moments normality sampling spread "
         "propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from ..graphics.plots import plot_solution
 from ..paraview.export import save
 from .base import Results
+from .tabulated import to_dataframe, to_xarray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,6 +67,38 @@ class SavedResults(Results):
         ['rod', 'rod.pvd']
         """
         save(self, path, entry=entry, axis=axis, times=times, stations=stations)
+
+    def to_dataframe(self) -> Any:
+        """Put displacements into a table, one row a batch entry and node.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A column with the numbers of the entries for each batch axis, by the names of ``Frame(axes=...)``; ``node``,
+            ``ux uy uz rx ry rz``, length and radians, and ``status``.
+
+        Raises
+        ------
+        FrameError
+            If pandas is not installed.
+        """
+        return to_dataframe(self)
+
+    def to_xarray(self) -> Any:
+        """Name the dimensions of the results: the batch axes as ``Frame(axes=("pose", "sample"))`` has them.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``displacement`` by node and component, ``reaction`` by support and force, ``joint_displacement`` and
+            ``joint_force`` by joint, and ``status``.
+
+        Raises
+        ------
+        FrameError
+            If xarray is not installed.
+        """
+        return to_xarray(self)
 
     def plot(
         self,

@@ -159,8 +159,10 @@ class ChunkTask:
         start, stop = cut
         results, status = self.results(start, stop)
         lower, upper = (np.fmin, np.fmax) if self.nan_policy == "omit" else (np.minimum, np.maximum)
-        moments, comoments, least, greatest = [], [], [], []
+        moments, comoments, least, greatest, replicates = [], [], [], [], []
         for block, room in _blocks(results):
+            if self.replicates > 1:
+                replicates.append(self._by_replicate(block))
             moments.append(Moments.of(block, self.nan_policy, room))
             least.append(lower.reduce(block, axis=0))
             greatest.append(upper.reduce(block, axis=0))
@@ -184,7 +186,7 @@ class ChunkTask:
             bins,
             counts,
             results if self.keep else None,
-            [self._by_replicate(block) for block in blocks] if self.replicates > 1 else None,
+            replicates or None,
         )
 
     def _by_replicate(self, block: Array) -> Moments:

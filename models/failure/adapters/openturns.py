@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ....framework.optional import imported
 from ...distributions import Uncertain
-from ...optional import imported
 from ...propagation.correlation import GaussianCopula, Pairs
 from ...propagation.inputs import JointInputs
 from ..limit_state import Function

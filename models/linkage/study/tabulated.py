@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ...optional import imported
+from ....framework.optional import imported
 from ...propagation import Propagation
 from ..worst_case.contributors import Contributors
 

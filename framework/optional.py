@@ -5,11 +5,19 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from ..framework.errors import FrameError
+from .errors import FrameError
 
 
 def imported(name: str, what: str) -> Any:
-    """A package by its name, or an error that says what needs it."""
+    """A package by its name, or an error that says what needs it.
+
+    Parameters
+    ----------
+    name
+        Name of the package.
+    what
+        What needs it.
+    """
     try:
         return import_module(name)
     except ImportError:
