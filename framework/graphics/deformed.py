@@ -162,7 +162,10 @@ def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, nam
         rotated = np.eye(3) if axes is None else taken(solution, index, [axes])[0, 0]
         scene.joints.append(JointSymbol(name, joint_kind(link.element), at[link.first], rotated))
     counts = _counting(scene.flat)
+    ways = (0, 1, 2) if scene.flat is None else scene.flat
     for node, constrained in frame.supports.items():
+        if not any(k in constrained for k in ways):
+            continue  # what only keeps a plane frame in its plane, or from rotating, is no ground that shows
         scene.supports.append(Support(at[node], clamped=all(k in constrained for k in counts)))
     for node, loads in frame.loads.items():
         total = np.zeros((*solution.shape, 3))
