@@ -11,7 +11,7 @@ from ..batch import Array
 from ..errors import FrameError
 from . import symbols
 from .scene import Region, Scene, Stroke
-from .style import COLOURS, GREY, INK, ORANGE, PALE, SKY, STYLE, entry, fitting_height
+from .style import COLOURS, GREY, INK, ORANGE, PALE, SKY, STYLE, entry, fitting_height, set_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,7 +125,7 @@ def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = T
         axes.spines[["top", "right"]].set_visible(False)
         few_ticks(axes)
     if title:
-        axes.set_title(title, loc="left", fontsize=9.5)
+        set_title(axes, title)
     named = axes.get_legend_handles_labels()[1]
     if legend and 0 < len(named) <= len(COLOURS):
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}

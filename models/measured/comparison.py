@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import numbers
 from ...framework.errors import FrameError
-from ...framework.graphics.style import new_axes, styled
+from ...framework.graphics.style import new_axes, set_title, styled
 from .residual_plot import draw_residuals
 from .table import Measured
 
@@ -103,7 +103,7 @@ class Comparison:
         draw_residuals(found, self.residual, self.uncertainty, self.outside, self.level, units[0])
         ratio = self.chi_squared / self.count
         told = f"χ² = {self.chi_squared:.4g} of {self.count} components, {ratio:.3g} each; p = {self.p_value:.2g}"
-        found.set_title(told, loc="left")
+        set_title(found, told)
         return found
 
     def __repr__(self) -> str:

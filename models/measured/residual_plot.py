@@ -48,10 +48,11 @@ def draw_residuals(
             pose + APART * (place - 0.5 * (len(there) - 1)), times * residual[:, k], times * reach[:, k], fmt=MARKS[k],
             color=COLOURS[k], ms=3.5, lw=0.9, capsize=1.8, label="xyz"[k],
         )  # fmt: skip
+    worst = 1.08 * times * float(np.nanmax(np.abs(residual) + reach))
+    axes.set_ylim(top=1.3 * worst)  # room for the legend
     if outside.any():
-        worst = times * np.nanmax(np.abs(residual) + reach) * 1.08
         axes.plot(pose[outside], np.full(int(outside.sum()), worst), "v", color=COLOURS[5], ms=4.5, label="outside")
     axes.set(xlabel="pose", ylabel=f"measured − predicted [{unit}]")
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(fontsize=7.5, frameon=False, ncols=4, loc="lower right", bbox_to_anchor=(1.0, -0.32))
+    axes.legend(fontsize=7.5, frameon=False, ncols=4, loc="upper left", columnspacing=1.0)
     few_ticks(axes)
