@@ -12,6 +12,7 @@ import numpy as np
 
 from .batch import Array, finite
 from .errors import FrameError
+from .graphics.style import COLOURS as COLOURS_OF_LINES
 from .paraview.entries import Entry, one, series
 from .paraview.files import whole_or_nothing
 from .pictures.drawing import COLOURS, Drawing, drawing
@@ -34,6 +35,7 @@ LOOKS: Mapping[str, Mapping[str, Any]] = {
     "clamps": {"color": "#6b7380", "ambient": 0.2},
     "pins": {"color": "#6b7380", "ambient": 0.2},
     "forces": {"color": "#c8352b", "ambient": 0.25},
+    "free": {"color": COLOURS_OF_LINES[3], "ambient": 0.25},
 }
 
 
@@ -66,11 +68,13 @@ def picture(
     colour: Colour = "von_mises",
     size: tuple[int, int] = SIZE,
     units: tuple[str, str] = ("m", "N"),
+    names: bool = True,
 ) -> None:
     """Draw the deformed structure over the undeformed one.
 
     Members are coloured by their values; joints are spheres, clamps cubes, other supports cones, and forces
-    at nodes red arrows. A plane structure is seen at right angles.
+    at nodes red arrows. A plane structure is seen at right angles. Where there is no solution, as at a singular pose of
+    ``motion.frame()``, violet arrows show the motion that nothing resists.
 
     Parameters
     ----------
@@ -88,6 +92,8 @@ def picture(
         Width and height in pixels.
     units
         Units of length and force, for the bar of colours.
+    names
+        Whether nodes are named, of a structure with no more than 40 places.
 
     Raises
     ------
@@ -97,7 +103,7 @@ def picture(
         If the name ends otherwise, the batch does not fit, or the folder cannot be written.
     """
     path = _checked(path, (".png", ".jpg"), scale, colour, size)
-    shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour, units)
+    shown = drawing(solution, one(solution.shape, entry, path.name), scale, colour, units, names)
     with whole_or_nothing(path.parent) as stage:
         rendered(shown, stage / path.name, size)
 
@@ -131,6 +137,7 @@ def movie(
     size: tuple[int, int] = (960, 608),
     rate: int = 12,
     units: tuple[str, str] = ("m", "N"),
+    names: bool = False,
 ) -> None:
     """Draw the poses along a batch axis one after the other, with one camera, scale and colour range.
 
@@ -148,7 +155,7 @@ def movie(
         As for `picture`.
     rate
         Poses a second.
-    units
+    units, names
         As for `picture`.
 
     Raises
@@ -162,7 +169,7 @@ def movie(
     _whole(rate, f"{path.name} was given rate={rate!r}", "poses a second")
     if find_spec("imageio") is None or (path.suffix == ".mp4" and find_spec("imageio_ffmpeg") is None):
         raise RenderingError(f"{path.name} needs the extra `movie`: pip install 'linkframe[movie]'")
-    shown = drawing(solution, series(solution.shape, axis, entry, path.name), scale, colour, units)
+    shown = drawing(solution, series(solution.shape, axis, entry, path.name), scale, colour, units, names)
     with whole_or_nothing(path.parent) as stage, quiet():
         plotter, meshes = _plotted(shown, size)
         with closing(plotter):
@@ -263,11 +270,24 @@ def _caption(plotter: pyvista.Plotter, drawing: Drawing, pose: int) -> None:
             font_size=max(10, plotter.window_size[1] // 48), shape=None, always_visible=True, show_points=False,
             reset_camera=False, render=False,
         )  # fmt: skip
-    text = moved if drawing.solved[pose] else "mechanism: undeformed shape, no solution"
+    if named := drawing.told_names(pose):
+        plotter.add_point_labels(
+            np.array([place for place, _ in named]), [text for _, text in named], name="names", text_color=INK,
+            font_size=max(10, plotter.window_size[1] // 48), shape=None, always_visible=True, show_points=False,
+            reset_camera=False, render=False,
+        )  # fmt: skip
+    text = moved if drawing.solved[pose] else _without_solution(drawing, pose)
     width, height = plotter.window_size
     plotter.add_text(
         text, position=(0.03 * width, 0.93 * height), font_size=height // 75, color=INK, name="caption", render=False
     )
+
+
+def _without_solution(drawing: Drawing, pose: int) -> str:
+    """What stands above a pose without a solution."""
+    status = drawing.status[pose] if drawing.status else "mechanism"
+    arrows = "; arrows: free motion" if drawing.free[pose].any() else ""
+    return f"{status}: undeformed shape, no solution{arrows}"
 
 
 def aim(camera: Any, drawing: Seen, aspect: float) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..framework.errors import FrameError
 from ..framework.graphics.canvas import few_ticks
-from ..framework.graphics.style import BLUE, GREY, PALE
+from ..framework.graphics.style import BLUE, GREY, PALE, set_title
 from .intervals import checked_probability, quantile_interval
 from .moments import Moments
 
@@ -98,7 +98,7 @@ def draw_convergence(axes: Any, samples: Array, of: str | float, label: str, uni
     error = 0.5 * (high[-1] - low[-1])
     digits = int(np.clip(1 - np.floor(np.log10(error)), 0, 12)) if 0.0 < error < np.inf else 6
     end = f"{value[-1]:.{digits}f} ± {error:.{digits}f} {unit}".rstrip().replace("-", "−")
-    axes.set_title("\n".join([f"{end} of {counts[-1]} samples", *([remark] if remark else [])]), loc="left")
+    set_title(axes, "\n".join([f"{end} of {counts[-1]} samples", *([remark] if remark else [])]))
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(fontsize=7.5, frameon=False)
     few_ticks(axes)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..framework.batch import one_entry
 from ..framework.errors import FrameError, SampleWarning
 from ..framework.graphics.shares import draw_shares, height_of_shares
-from ..framework.graphics.style import new_axes, styled
+from ..framework.graphics.style import new_axes, set_title, styled
 from .distributions import Distribution, Uncertain, distributions_of
 from .intervals import ConfidenceInterval, by_error
 from .sampling import LEAST, Seed, root_seed, samples_first, stream, whole
@@ -124,7 +124,7 @@ class SobolIndices:
         errors = {"total": self.total_standard_error, "first order": self.first_standard_error}
         found = new_axes(5.2, height_of_shares(len(self.inputs), 2, most)) if ax is None else ax
         draw_shares(found, self.inputs, shares, most, {kind: 100.0 * each[at] for kind, each in errors.items()})
-        found.set_title("shares of the variance, with standard errors", loc="left")
+        set_title(found, "shares of the variance, with standard errors")
         return found
 
     def __repr__(self) -> str:

@@ -320,6 +320,7 @@ def test_every_linkage_has_its_picture() -> None:
     described = {path.stem for path in EXAMPLES.glob("*.py") if "import Linkage" in path.read_text(encoding="utf-8")}
     # The others are linkages of these scripts again, of which other things are shown.
     again = {"worst_case", "optimal_six_bar", "reliability", "workspace_stiffness"}
+    again |= {"gravity_spring_rpm", "measured_data", "own_linkage_study"}
     assert set(traced) == described - again
     for name, points in traced.items():
         assert set(points) <= set(example(name).linkage.points)
@@ -414,3 +415,67 @@ def test_workspace_stiffness() -> None:
     least = 1.0 / np.linalg.eigvalsh(np.linalg.inv(stiffness)[:, :2, :2])[:, -1]
     assert_allclose(shown.stiffness[shown.space.reached], least, rtol=1e-8)
     assert 400 < shown.space.reached.sum() < 500
+
+
+def test_gravity_spring_rpm() -> None:
+    """The torque is the derivative of the energy by the crank's angle, here of Python's own floats."""
+    shown = example("gravity_spring_rpm")
+    crank, rod, ram, speed = shown.CRANK, shown.ROD, shown.RAM, shown.SPEED
+    line = 7850.0 * 0.03 * 0.012
+    slice_turn = 7850.0 * 0.03**3 * 0.012 / 12.0  # per length, of the section about its own axis
+
+    def energy(angle: float) -> float:
+        pin = crank * np.array([np.cos(angle), np.sin(angle)])
+        up = np.sqrt(rod**2 - pin[0] ** 2)
+        pin_speed = speed * np.array([-pin[1], pin[0]])
+        ram_speed = pin_speed[1] - pin[0] * pin_speed[0] / up
+        middle = 0.5 * (pin_speed + np.array([0.0, ram_speed]))
+        turn = pin_speed[0] / up
+        kinetic = 0.5 * (ram * ram_speed**2 + line * crank * (speed * crank) ** 2 / 3.0 + slice_turn * crank * speed**2)
+        kinetic += 0.5 * (line * rod * (middle @ middle + (turn * rod) ** 2 / 12.0) + slice_turn * rod * turn**2)
+        height = line * crank * 0.5 * pin[1] + line * rod * (pin[1] + 0.5 * up) + ram * (pin[1] + up)
+        return float(kinetic + 9.81 * height + 0.5 * shown.RATE * (0.35 - pin[1] - up - shown.REST) ** 2)
+
+    step = 1e-5
+    torque = [(energy(a + step) - energy(a - step)) / (2.0 * step) for a in shown.angle]
+    assert_allclose(shown.torque, torque, atol=1e-5 * np.abs(torque).max())
+    assert abs(shown.torque.mean()) < 1e-9
+
+
+def test_sizing() -> None:
+    shown = example("sizing")
+    along = np.array([[-2.0, -0.5], [-2.0, 1.0]])  # from C to A and to B
+    forces = np.linalg.solve((along / np.linalg.norm(along, axis=1)[:, None]).T, [0.0, 20e3])
+    areas = np.abs(forces) * np.sum(np.abs(forces) * shown.lengths) / (210e9 * 20e3 * 2e-3)
+    assert_allclose(np.pi / 4.0 * shown.diameters**2, areas, rtol=1e-4)
+    assert shown.found.fun == pytest.approx(7850.0 * areas @ shown.lengths, rel=1e-6)
+    assert shown.sinking == pytest.approx(2e-3, rel=1e-6)
+
+
+def test_measured_data() -> None:
+    shown = example("measured_data")
+    assert shown.as_drawn.p_value < 1e-9
+    assert shown.as_built.p_value > 0.05
+    for name, true in (("crank", 0.1), ("coupler", 0.3002)):
+        assert abs(shown.calibration.values[name] - true) < 3.0 * shown.calibration.standard_error[name]
+    axes = shown.as_drawn.plot()
+    assert axes.get_title(loc="left").startswith("χ² = 2791 of 48 components")
+    marked = next(line for line in axes.lines if line.get_label() == "outside")
+    assert marked.get_xdata().tolist() == np.flatnonzero(shown.as_drawn.outside).tolist()
+
+
+def test_own_linkage_study() -> None:
+    """The lower lever has a force along itself alone: the journal in D lies against its bearing along the lever."""
+    shown = example("own_linkage_study")
+    found, motion = shown.found, shown.motion
+    assert (found.status == "regular").all()
+    lever = motion.position("K") - motion.position("D")
+    lever /= np.linalg.norm(lever, axis=-1, keepdims=True)
+    gap = motion.frame().solve().joint_displacement("D")[:, :2]
+    assert_allclose(np.linalg.norm(gap, axis=-1), 30e-6 + 2000.0 / lever[:, 1] / 4e8, rtol=1e-4)
+    # The ram is led: half of a clearance in D, spread evenly, and the spread of the load on what deflects.
+    assert_allclose(found.std[0, :, 0], 0.0, atol=1e-9)
+    least = np.hypot(15e-6 / lever[:, 1], 0.05 * found.compliance[0, :, 1]) / np.sqrt(3.0)
+    assert (found.std[0, :, 1] > 0.98 * least).all()
+    assert (found.std[0, :, 1] < 1.5 * least).all()
+    assert found.contributors["D"].ranked[0] == "joint D"

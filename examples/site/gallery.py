@@ -32,8 +32,10 @@ DRAWN = {
     "cantilever": 'solution.plot("M")',
     "four_bar": BEND + 'plt.semilogy(np.degrees(theta), compliance)\nplt.xlabel("crank [°]")\n'
     'plt.ylabel("P under 100 N [m]")',
+    "gravity_spring_rpm": 'reactions.plot("drives")',
     "loose_pins": BEND + 'plt.plot(np.degrees(theta), 1e6 * by_clearance)\nplt.xlabel("crank [°]")\n'
     'plt.ylabel("displacement of P by clearance [µm]")',
+    "measured_data": "as_drawn.plot()",
     "optimal_six_bar": 'six_bar(found.x).move(A=THETA).plot(trace="P")',
     "own_cable": 'solution.plot("deformed", entry=0)',
     "own_foundation": 'frame.solve().plot("deformed", entry=0)',
@@ -41,11 +43,13 @@ DRAWN = {
     'plt.plot(force, 1e3 * linear.displacement("B")[:, 0], "--", label="linear")\n'
     'plt.legend()\nplt.xlabel("force [N]")\nplt.ylabel("elongation [mm]")',
     "own_heated_beam": 'frame.solve().plot("M", entry=1)',
+    "own_linkage_study": 'found.contributors["D"].plot()',
     "own_truss": 'frame.solve().plot("deformed", entry=0)',
     "pictures": 'solution.plot("M", entry=pose)',
     "portal_frame": 'solution.plot("M")',
     "reliability": 'motion.plot(trace="C")',
-    "scikit_fem_form": 'solution.plot("deformed", entry=0)',
+    "scikit_fem_form": 'solution.plot("M", entry=0)',
+    "sizing": 'solution.plot("N")',
     "three_hinged_frame": 'solution.plot("M")',
     "workspace_stiffness": 'space.plot("stiffness")',
 }

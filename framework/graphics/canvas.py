@@ -11,13 +11,15 @@ from ..batch import Array
 from ..errors import FrameError
 from . import symbols
 from .scene import Region, Scene, Stroke
-from .style import COLOURS, GREY, INK, ORANGE, PALE, SKY, STYLE, entry, fitting_height
+from .style import COLOURS, GREY, INK, ORANGE, PALE, SKY, STYLE, entry, fitting_height, set_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Length of the longest arrow as a share of what is drawn.
 ARROW = 0.2
+# Colour of motions that nothing resists.
+FREE = COLOURS[3]
 LOOKS: dict[str, dict[str, Any]] = {
     "link": {"lw": 3.2, "solid_capstyle": "round", "zorder": 4},
     "zone": {"lw": 1.2, "zorder": 7},
@@ -123,7 +125,7 @@ def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = T
         axes.spines[["top", "right"]].set_visible(False)
         few_ticks(axes)
     if title:
-        axes.set_title(title, loc="left", fontsize=9.5)
+        set_title(axes, title)
     named = axes.get_legend_handles_labels()[1]
     if legend and 0 < len(named) <= len(COLOURS):
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
@@ -185,6 +187,8 @@ def _in_plane(scene: Scene, axes: Any, size: float, flat: tuple[int, int]) -> li
         out += _joint(axes, joint, pin, shown)
     for arrow in scene.arrows:
         out += _arrow(axes, arrow.at[shown], arrow.force[shown], _longest(scene), arrow.text, size)
+    for move in scene.moves:
+        out += _move(axes, move.at[shown], ARROW * size * move.force[shown])
     return out + _labels(axes, scene, shown, pin)
 
 
@@ -275,6 +279,18 @@ def _arrow(axes: Any, at: Array, force: Array, longest: float, text: str, size: 
         ha="left" if aside > 0 else "right", va="center", zorder=8, parse_math=False, path_effects=_halo(),
     ))  # fmt: skip
     return out
+
+
+def _move(axes: Any, at: Array, way: Array) -> list[Any]:
+    """An arrow of a free motion; square to the figure it is nothing."""
+    if np.linalg.norm(way) == 0.0:
+        return []
+    tip = at + way
+    style = {"arrowstyle": "-|>,head_length=0.5,head_width=0.22", "color": FREE, "lw": 1.5, "shrinkA": 3, "shrinkB": 0}
+    return [
+        axes.annotate("", tuple(tip), tuple(at), arrowprops=style, zorder=6.8, gid="free motion"),
+        *axes.plot(*tip[:, None], alpha=0.0),
+    ]
 
 
 def _halo() -> list[Any]:
@@ -383,6 +399,9 @@ def _in_space(scene: Scene, axes: Any, size: float) -> list[Any]:
     for support in scene.supports:
         out += _mark(axes, support.at, "s" if support.clamped else "^", "support", mfc="#b0b0b0", ms=8)
     longest = _longest(scene)
+    for move in scene.moves:
+        way = ARROW * size * move.force
+        out.append(axes.quiver(*move.at, *way, color=FREE, lw=1.5, arrow_length_ratio=0.2, gid="free motion"))
     for arrow in scene.arrows:
         drawn = ARROW * size * arrow.force / (longest or 1.0)
         out.append(axes.quiver(*arrow.at, *drawn, color=ORANGE, lw=1.8, arrow_length_ratio=0.2))

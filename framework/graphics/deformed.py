@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..paraview.entries import Index, one
 from ..paraview.scene import beams, solved, taken
 from ..results.base import Results
 from .diagrams import DIAGRAMS, add_diagrams, along_members, untold
+from .free_modes import free_modes, told_modes
 from .scene import JointSymbol, Label, LoadArrow, Scene, Stroke, Support
 from .units import quantity, scaled, stress_unit
 
@@ -21,6 +23,8 @@ SHOWN = 0.07
 # What can be drawn, and what it is called.
 KINDS = {"deformed": "displacement", "von_mises": "von Mises stress", **DIAGRAMS}
 FLAT = 1e-9
+# Displacement in a free motion below this share of the greatest is none.
+LEAST = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +121,11 @@ def deformed_frame(
         factor = 0.0
     _add_marks(scene, solution, index, factor, names, units[1])
     if not there:
-        title = f"{np.asarray(solution.status)[index[1:]]!s}: undeformed shape, no solution"
+        modes = free_modes(solution, [int(k) for k in index[1:] if isinstance(k, int | np.integer)])
+        told_mode = f"; arrows: {told_modes(modes)}" if len(modes) else ""
+        title = f"{np.asarray(solution.status)[index[1:]]!s}: undeformed shape, no solution{told_mode}"
+        if len(modes):
+            scene.moves.extend(_moves(solution, index, modes[0]))
     return DeformedFrame(scene, factor, values, title)
 
 
@@ -154,7 +162,10 @@ def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, nam
         rotated = np.eye(3) if axes is None else taken(solution, index, [axes])[0, 0]
         scene.joints.append(JointSymbol(name, joint_kind(link.element), at[link.first], rotated))
     counts = _counting(scene.flat)
+    ways = (0, 1, 2) if scene.flat is None else scene.flat
     for node, constrained in frame.supports.items():
+        if not any(k in constrained for k in ways):
+            continue  # what only keeps a plane frame in its plane, or from rotating, is no ground that shows
         scene.supports.append(Support(at[node], clamped=all(k in constrained for k in counts)))
     for node, loads in frame.loads.items():
         total = np.zeros((*solution.shape, 3))
@@ -167,6 +178,19 @@ def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, nam
     if names:
         near = 1e-6 * scene.size
         scene.labels.extend(Label(text, place) for text, place in named_places(at, near))
+
+
+def _moves(solution: Results, index: Index, mode: Array) -> Iterator[LoadArrow]:
+    """Arrows of a free motion (nodes, 3), one at a place."""
+    frame = solution.frame
+    nodes = list(frame.nodes)
+    rest = taken(solution, index, [frame.position(node)[..., None, :] for node in nodes])[0, :, 0]
+    seen: set[tuple[float, ...]] = set()
+    for at, way in zip(rest, mode, strict=True):
+        own = (*np.round(at, 9).tolist(), *np.round(way, 6).tolist())
+        if np.linalg.norm(way) > LEAST and own not in seen:
+            seen.add(own)
+            yield LoadArrow(at, way, "")
 
 
 def joint_kind(element: object) -> str:

@@ -103,6 +103,8 @@ class Scene:
     ----------
     strokes, regions, joints, supports, arrows, labels
         What there is of each, drawn in the order given.
+    moves
+        Arrows of a motion that nothing resists, all to one scale.
     flat
         The two global axes that are drawn; None for a scene in space.
     """
@@ -113,6 +115,7 @@ class Scene:
     supports: list[Support] = field(default_factory=list)
     arrows: list[LoadArrow] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
+    moves: list[LoadArrow] = field(default_factory=list)
     flat: tuple[int, int] | None = None
 
     @property

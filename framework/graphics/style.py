@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import wraps
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -88,6 +90,20 @@ def space_figure(width: float, height: float) -> tuple[Figure, Any]:
 def entry(name: str) -> str:
     """A name as the entry of a legend, where matplotlib would leave `_name` out."""
     return f" {name}" if name.startswith("_") else name
+
+
+def set_title(axes: Any, text: str, share: float = 1.0) -> None:
+    """Write a title from the left of axes, in as many lines as this share of their width asks for."""
+    from matplotlib import rcParams
+
+    size = 0.5 * float(
+        rcParams["font.size"] if isinstance(rcParams["axes.titlesize"], str) else rcParams["axes.titlesize"]
+    )
+    most = max(16, int(72.0 * share * axes.bbox.width / axes.figure.dpi / size))
+    # A number stays on the line of its unit: a space that cannot be broken stands between them meanwhile.
+    bound = re.sub(r"(?<=\d) (?=[^\W\d_]{1,3}\b)", "\u00a0", text)
+    lines = [part for line in bound.split("\n") for part in wrap(line, most, break_long_words=False)]
+    axes.set_title("\n".join(lines).replace("\u00a0", " "), loc="left", fontsize=2.0 * size)
 
 
 def note(axes: Axes, text: str, at: Array, shift: ArrayLike, **style: Any) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..errors import FrameError
-from ..graphics.deformed import round_scale
+from ..graphics.deformed import named_places, round_scale
+from ..graphics.free_modes import free_modes
 from ..graphics.units import quantity, scaled, stress_unit
 from ..paraview.entries import Index
 from ..paraview.scene import beams, solved, taken
@@ -24,6 +25,8 @@ COLOURS = {"von_mises": "von Mises stress", "displacement": "displacement"}
 TOPS = (1.0, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 4.0, 5.0, 6.0, 8.0)
 # Largest displacement and longest arrow drawn, as shares of the structure's size.
 SHOWN, LONGEST = 0.08, 0.16
+# Places up to which they are named: more names hide what they name.
+MOST_NAMED = 40
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,14 @@ class Drawing:
         What the values are, with their unit.
     force_unit
         Unit of the forces.
+    free
+        Motion that nothing resists at each node, of poses without a solution, (T, n, 3), the greatest one; else zero.
+    nodes
+        All nodes and their displacements, two arrays (T, n, 3).
+    names
+        Names of places, and the node at each.
+    status
+        What is told of poses without a solution, (T,).
     """
 
     rest: Array
@@ -65,6 +76,10 @@ class Drawing:
     solved: NDArray[np.bool_]
     label: str = ""
     force_unit: str = "N"
+    free: Array = field(default_factory=lambda: np.zeros((1, 0, 3)))
+    nodes: tuple[Array, Array] = field(default_factory=lambda: (np.zeros((1, 0, 3)), np.zeros((1, 0, 3))))
+    names: tuple[tuple[str, int], ...] = ()
+    status: tuple[str, ...] = ()
 
     @property
     def top(self) -> float:
@@ -88,7 +103,13 @@ class Drawing:
         """The members' points and the far ends of the arrows, at all poses, (n, 3)."""
         nodes, moved = self.loaded
         tails = nodes + self.scale * moved - self._arrows
-        return np.concatenate([self.points, tails.reshape(-1, 3)])
+        tips = self.nodes[0] + self._moves if self.free.any() else np.zeros((0, 3))
+        return np.concatenate([self.points, tails.reshape(-1, 3), tips.reshape(-1, 3)])
+
+    def told_names(self, pose: int) -> list[tuple[Array, str]]:
+        """Where the names of nodes stand, beside what is there, (3,), and the names."""
+        places = self._displaced(self.nodes, pose) + 4.0 * self._radius * self.up
+        return [(places[node], name) for name, node in self.names]
 
     def told_forces(self, pose: int) -> list[tuple[Array, str]]:
         """Where each arrow begins, (3,), and how great its force is; those that are zero have none."""
@@ -124,6 +145,7 @@ class Drawing:
             "clamps": self._supports(pose, block(), self._clamped, self._inwards(pose)),
             "pins": self._supports(pose, cone(), self._pinned, self._upheld),
             "forces": self._forces(pose),
+            "free": self._free(pose),
         }
         return {kind: shape for kind, shape in shapes.items() if len(shape.points)}
 
@@ -184,6 +206,19 @@ class Drawing:
         axes = upright(np.where(length[:, None] > 0.0, drawn, self.up))
         return copies(arrow(), self._displaced(self.loaded, pose), length, axes)
 
+    @property
+    def _moves(self) -> Array:
+        """The free motion as long as it is drawn, (T, n, 3)."""
+        return np.asarray(LONGEST * diagonal(self.rest) * self.free)
+
+    def _free(self, pose: int) -> Surface:
+        """Arrows that begin at the nodes; of those that do not move in any pose there are none."""
+        moving = np.linalg.norm(self.free, axis=-1).max(axis=0) > 1e-6
+        drawn = self._moves[pose][moving]
+        length = np.linalg.norm(drawn, axis=-1)
+        axes = upright(np.where(length[:, None] > 0.0, drawn, self.up))
+        return copies(arrow(), self.nodes[0][pose][moving] + drawn, length, axes)
+
     def _displaced(self, nodes: tuple[Array, Array], pose: int) -> Array:
         rest, shift = nodes
         places: Array = rest[pose] + self.scale * shift[pose]
@@ -191,7 +226,12 @@ class Drawing:
 
 
 def drawing(
-    solution: Solution, index: Index, scale: float | None, colour: str, units: tuple[str, str] = ("m", "N")
+    solution: Solution,
+    index: Index,
+    scale: float | None,
+    colour: str,
+    units: tuple[str, str] = ("m", "N"),
+    names: bool = True,
 ) -> Drawing:
     """Collect what is drawn of the batch entries `index`.
 
@@ -207,6 +247,8 @@ def drawing(
         One of `COLOURS`.
     units
         Units of length and force, of which that of the values is made.
+    names
+        Whether places are named, where they are no more than `MOST_NAMED`.
     """
     frame = solution.frame
     if not frame.members:
@@ -239,7 +281,33 @@ def drawing(
         solved=solved(solution, index),
         label=f"{COLOURS[colour]} [{unit}]",
         force_unit=units[1],
+        free=_free_motions(solution, index),
+        nodes=_nodes(solution, index, list(frame.nodes)),
+        names=_names(solution, index) if names else (),
+        status=tuple(np.broadcast_to(solution.status, solution.shape)[index].tolist()),
     )
+
+
+def _free_motions(solution: Solution, index: Index) -> Array:
+    """Free motion of all nodes where there is no solution, else zero, (T, nodes, 3)."""
+    there = solved(solution, index)
+    out = np.zeros((len(there), len(solution.frame.nodes), 3))
+    each = np.arange(int(np.prod(solution.shape))).reshape(solution.shape)[index]
+    for pose in np.flatnonzero(~there):
+        modes = free_modes(solution, [int(k) for k in np.unravel_index(each[pose], solution.shape)])
+        out[pose] = modes[0] if len(modes) else 0.0
+    return out
+
+
+def _names(solution: Solution, index: Index) -> tuple[tuple[str, int], ...]:
+    """Names of places at the first pose, and the node at each; none where they are many."""
+    nodes = list(solution.frame.nodes)
+    if len(nodes) > 4 * MOST_NAMED:
+        return ()
+    at = dict(zip(nodes, _nodes(solution, index, nodes)[0][0], strict=True))
+    named = named_places(at, 1e-6 * (diagonal(np.array(list(at.values()))) or 1.0))
+    numbers = [int(np.argmin([np.linalg.norm(place - other) for other in at.values()])) for _, place in named]
+    return tuple(zip([name for name, _ in named], numbers, strict=True)) if len(named) <= MOST_NAMED else ()
 
 
 def diagonal(points: Array) -> float:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import numbers
 from ...framework.errors import FrameError
+from ...framework.graphics.style import new_axes, set_title, styled
+from .residual_plot import draw_residuals
 from .table import Measured
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -69,6 +75,36 @@ class Comparison:
         count = np.isfinite(self.residual).sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.asarray(np.sqrt(np.nansum(self.residual**2, axis=0) / np.where(count, count, np.nan)))
+
+    @styled
+    def plot(self, ax: Axes | None = None, *, units: tuple[str, str] = ("m", "N")) -> Axes:
+        """Draw the residuals by pose with their bands, and mark the poses that lie outside.
+
+        Parameters
+        ----------
+        ax
+            Axes of matplotlib to draw on; new ones where None.
+        units
+            Units of length and force, for the labels.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn on: each component with the band that holds it by itself with the probability `level`.
+
+        Raises
+        ------
+        FrameError
+            If nothing was compared.
+        """
+        if not self.count:
+            raise FrameError("no component was both measured and predicted: there is nothing to plot")
+        found = new_axes(5.6, 3.4) if ax is None else ax
+        draw_residuals(found, self.residual, self.uncertainty, self.outside, self.level, units[0])
+        ratio = self.chi_squared / self.count
+        told = f"χ² = {self.chi_squared:.4g} of {self.count} components, {ratio:.3g} each; p = {self.p_value:.2g}"
+        set_title(found, told)
+        return found
 
     def __repr__(self) -> str:
         """What it comes to, in a line."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.graphics.canvas import few_ticks
-from ....framework.graphics.style import INK, new_axes, styled
+from ....framework.graphics.style import INK, new_axes, set_title, styled
 from ....framework.graphics.units import moment_unit, scaled
 from ..graphics.plots import Units
 
@@ -86,7 +86,7 @@ def plot_map(
         name = "torque" if space.drives_turn(drive) else "force"
         label = f"{'greatest drive ' + name if drive is None else f'{name} of drive {drive}'} [{unit}]"
     else:
-        values, label = space.condition(length), "condition number κ of the drive Jacobian"
+        values, label = space.condition(length), "condition number κ"
     u, v = space.grid
     found: Any = new_axes(5.4, float(np.clip(4.4 * np.ptp(v) / np.ptp(u), 2.6, 5.6))) if axes is None else axes
     _coloured(found, u, v, values, label)
@@ -98,7 +98,7 @@ def plot_map(
         found.plot(*home[:, None], "+", color="white", ms=9, mew=2.6, gid="halo")
         found.plot(*home[:, None], "+", color=INK, ms=8, mew=1.2, gid="reference")
     few_ticks(found)
-    found.set_title("\n".join(_told(space, values, units)), loc="left")
+    set_title(found, "\n".join(_told(space, values, units)))
     return found  # type: ignore[no-any-return]
 
 

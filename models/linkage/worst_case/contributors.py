@@ -10,7 +10,7 @@ import numpy as np
 from ....framework.batch import Array, one_entry
 from ....framework.errors import FrameError
 from ....framework.graphics.shares import draw_shares, height_of_shares
-from ....framework.graphics.style import new_axes, styled
+from ....framework.graphics.style import new_axes, set_title, styled
 from ....framework.graphics.units import quantity
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ class Contributors:
         shares = {"worst case": self.worst[pose], "variance": self.of_variance[pose]}
         draw_shares(found, self.names, shares, most)
         told = f"worst case {quantity(total, units[0])}, σ = {quantity(float(self.deviation[pose]), units[0])}"
-        found.set_title(f"pose {', '.join(map(str, pose))}: {told}" if pose else told, loc="left")
+        set_title(found, f"pose {', '.join(map(str, pose))}: {told}" if pose else told, 0.75)
         return found
 
     def _pose(self) -> tuple[int, ...]:

@@ -1,0 +1,71 @@
+"""Where nothing resists, figures show how it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Circle, Joint, Material
+from linkframe.framework import Frame, MechanismWarning, Solution, picture
+from linkframe.framework.paraview.entries import series
+from linkframe.framework.pictures.drawing import LONGEST, diagonal, drawing
+from linkframe.framework.pictures.rendering import can_render
+from numpy.testing import assert_allclose
+from pictures.test_plots import artists
+
+ROD = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
+pytestmark = pytest.mark.filterwarnings(f"ignore::{MechanismWarning.__module__}.MechanismWarning")
+
+
+@pytest.fixture(autouse=True)
+def _closed() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+def hinged() -> Solution:
+    """A rod of 2 m with a point half way, on a hinge whose spring is there in the second entry alone."""
+    frame = Frame()
+    for name, x in {"O": 0.0, "A": 0.0, "B": 1.0, "C": 2.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    stiff = np.full((2, 6), 1e8)
+    stiff[0, 5] = 0.0
+    frame.fix("O")
+    frame.add("hinge", Joint(stiffness=stiff), "O", "A")
+    frame.add("AB", ROD, "A", "B")
+    frame.add("BC", ROD, "B", "C")
+    frame.load("C", fy=10.0)
+    return frame.solve()
+
+
+def test_a_mechanism_is_drawn_with_its_free_motion() -> None:
+    axes: Any = hinged().plot(entry=0)
+    assert axes.get_title(loc="left") == "mechanism: undeformed shape, no solution; arrows: free motion"
+    arrows = artists(axes, "free motion")
+    ways = np.array([np.subtract(each.xy, each.xyann) for each in arrows])
+    begin = np.array([each.xyann for each in arrows])
+    assert_allclose(begin, [[1.0, 0.0], [2.0, 0.0]], atol=1e-12)
+    assert_allclose(ways[:, 0], 0.0, atol=1e-12)
+    assert ways[1, 1] == pytest.approx(2.0 * ways[0, 1])
+    assert not artists(hinged().plot(entry=1), "free motion")
+
+
+def test_pictures_in_space_have_the_same_arrows_and_name_places(tmp_path: Path) -> None:
+    solution = hinged()
+    shown = drawing(solution, series((2,), None, None, "test"), None, "von_mises")
+    tips = shown.surfaces(0)["free"].points
+    longest = LONGEST * diagonal(shown.rest)
+    assert tips[:, 1].max() == pytest.approx(longest)
+    assert np.ptp(shown.surfaces(1)["free"].points, axis=0).max() == 0.0 or shown.solved[1]
+    assert [name for _, name in shown.told_names(0)] == ["O, A", "B", "C"]
+    if not can_render():
+        return
+    picture(solution, tmp_path / "free.png", entry=0, size=(400, 250))
+    image = matplotlib.image.imread(tmp_path / "free.png")[..., :3]
+    violet = (image[..., 2] > 0.35) & (image[..., 1] < 0.3) & (image[..., 0] > 0.25) & (image[..., 0] < 0.6)
+    assert violet.sum() > 20
