@@ -164,9 +164,10 @@ class Section(CrossSection):
     def stress(self, forces: Array) -> Array:
         """Extreme stresses: the greatest at the fibres, or else estimated upwards.
 
-        Without fibres bounds, since the form is not known: the extreme fibres are taken to meet in corners, with the
-        whole torsional stress there; and the mean shear ``V / (k A)`` of both directions and the torsional stress
-        are added at the centroid.
+        Without fibres bending and torsion are bounded, since the form is not known: the extreme fibres are taken to
+        meet in corners, with the whole torsional stress there. Shear forces are estimated: ``V / (k A)`` of both
+        directions and the torsional stress are added at the centroid, where the greatest shear stress of a rectangle is
+        a quarter more. Give fibres where shear decides.
 
         Parameters
         ----------
@@ -176,8 +177,7 @@ class Section(CrossSection):
         Returns
         -------
         ndarray
-            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area: none is less than
-            in truth.
+            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
 
         Raises
         ------

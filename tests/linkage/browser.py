@@ -13,13 +13,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-# Sets sliders, and returns the numbers of the table by their keys.
+# Sets sliders, draws, and returns the numbers of the table by their keys.
 SET = """
 for (const [key, value] of Object.entries(arguments[0])) {
   const input = document.getElementById(key);
   input.value = value;
   input.dispatchEvent(new Event("input"));
 }
+redraw();
 const cells = [...document.querySelectorAll("td")];
 return Object.fromEntries(cells.map((td) => [td.parentNode.id.slice(4), td.dataset.value]));
 """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ....framework.errors import FrameError
@@ -14,8 +16,8 @@ CERTAIN = (
     "Positions are closed to rounding and written to 12 digits. The table has a bound on the numerical error of the "
     "deflection at each pose. Worst cases are exact to first order in clearances and tolerances."
 )
-# Characters of the inputs that a page takes.
-ROOM = 20_000
+# Characters of the inputs that a page takes, and how large a batch of linkages is told.
+ROOM, MEMBERS = 20_000, 100
 
 
 def about(motion: FramedPoses) -> list[tuple[str, str]]:
@@ -33,6 +35,8 @@ def _drives(motion: FramedPoses) -> str:
 
 
 def _described(motion: FramedPoses) -> str:
+    if math.prod(motion.linkage.shape) > MEMBERS:
+        return f"# {motion.linkage!r}, of which each pose is another"
     try:
         text = written(tables(motion.linkage))
     except FrameError as error:

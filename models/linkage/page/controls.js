@@ -15,12 +15,11 @@ function slider(key, words, low, high, step, value, shown, change) {
   output.textContent = shown();
 }
 
-// Numbers follow at once, the drawing with the next frame, however often something moved before it.
+// All follows with the next frame, however often something moved before it.
 let waiting = null, owner = null;
 // What leaves the path and its band where they are.
 const still = ["load", "size", "colours", ...(grid.length ? [] : ["pose"])];
 function refresh(key) {
-  tell();
   if (waiting === null) { waiting = new Set(); requestAnimationFrame(redraw); }
   waiting.add(key);
 }
@@ -29,6 +28,7 @@ function redraw() {
   waiting = null;
   if ([...moved].some((key) => !still.includes(key))) drawBand();
   drawLinkage();
+  tell();
   if (owner) owner.postMessage({ linkframe: told() }, "*");
 }
 

@@ -71,7 +71,8 @@ function tube(from, to, width, tint) {
 function joint(each, p, pose) {
   const [x, y] = place(p), tint = each.driven ? colour.reach : colour.link, round = ["spherical", "fixed"].includes(each.kind);
   const shown = each.axis && !round ? seen(each.axis[pose]) : [0, 0], half = each.kind === "prismatic" ? 13 : 9;
-  later(plus(p, scaled(near, 1e-3 * reach)), () => {
+  // Before the pieces that end in it.
+  later(plus(p, scaled(near, (0.6 * PIECE) / (scale * state.zoom))), () => {
     if (each.ground) ground(x, y);
     const line = [[x - half * shown[0], y + half * shown[1]], [x + half * shown[0], y - half * shown[1]]];
     if (!round) {
