@@ -20,6 +20,8 @@ BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded
 # Unknowns above which a frame that does not vary goes a sparse way; and up to which one that does is broadcast, members
 # in line condensed.
 LARGE, FEW = 100, 48
+# The same of a frame without joints that stands still.
+_FEWEST = 24
 # Members times entries up to which extended precision does no harm.
 _MANY = 500
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
@@ -145,12 +147,14 @@ def _fastest_batch(plan: Compiled) -> Method:
     left = len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains)
     condensed = [piece for _, pieces in plan.chains for piece in pieces]
     entries, pieces = plan.grid.sizes[-1], len(plan.topology.ends) - len(condensed)
-    # of few unknowns nothing else pays, but where extended precision takes longer than all the rest
-    if left <= FEW and not (extended(entries, pieces) and entries * pieces > _MANY):
+    # of few unknowns nothing else pays, but where members stand still and extended precision takes longer than the rest
+    still = plan.topology.plain_positions is not None and not plan.frame.joints
+    fine = still and extended(entries, pieces) and entries * pieces > _MANY
+    if left <= (_FEWEST if still else FEW) and not fine:
         return Method(BROADCAST, f"broadcasting LDL^T, {why}", recorded(pieces, entries))
     coupling, graph = plan.rough_coupling, plan.graph
     apart = banded(coupling, graph)
-    shared = broadcast(coupling, graph, condensed, _PATIENCE * apart)
+    shared = broadcast(coupling, graph, condensed, apart)
     text = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
     # The condition number of a slender frame grows with the fourth power of its length, and bands are refined.
     patience = np.clip(left / max(1, graph.width - 6) / _SLENDER, 1.0, _PATIENCE)
