@@ -11,15 +11,34 @@ from .graph import Graph
 
 # Seconds of the broadcasting elimination: at all, for a member, for an operation; for an entry of the batch for a
 # member whose geometry varies or does not, and for an operation.
-_START, _MEMBER, _STEP = 3e-3, 0.3e-3, 0.5e-6
-_MOVED, _FIXED, _OPERATION = 1.2e-6, 0.2e-6, 0.6e-9
-# Times longer in batches of no more than so many entries, which are solved in extended precision.
-_EXTENDED, _SHORT = 2.5, 2**10
+_START, _MEMBER, _STEP = 2e-3, 0.28e-3, 0.2e-6
+_MOVED, _FIXED, _OPERATION = 1.2e-6, 0.4e-6, 0.6e-9
+# Times longer what is done in extended precision takes: members and operations. That is all in batches of no more than
+# so many entries with so many members in all.
+_EXTENDED, _SHORT, _FINE = (15.0, 2.5), 2**10, 2**12
 # Seconds of banded factors: at all, for a member; for an entry and a column of the band, and for each of its numbers;
 # for an entry and a member whose geometry varies or does not.
-_SET_UP, _NUMBERED = 5e-3, 0.07e-3
-_COLUMN, _NUMBER = 0.1e-6, 8e-9
-_TURNED, _SUMMED = 6e-6, 1.2e-6
+_SET_UP, _NUMBERED = 4e-3, 0.035e-3
+_COLUMN, _NUMBER = 0.05e-6, 7e-9
+_TURNED, _SUMMED = 6e-6, 0.55e-6
+# Seconds of one matrix: at all, for a member, and for an unknown in each load case.
+_ONE, _ASSEMBLED, _CASE = 4e-3, 0.025e-3, 0.1e-6
+
+
+def extended(entries: int, pieces: int) -> bool:
+    """Whether a batch is broadcast in extended precision."""
+    return entries <= _SHORT and entries * pieces <= _FINE
+
+
+def one(pieces: int, unknowns: int, cases: int, factor: float) -> float:
+    """Seconds of one matrix, of which the factor takes so many."""
+    return _ONE + _ASSEMBLED * pieces + _CASE * unknowns * cases + factor
+
+
+def recorded(pieces: int, entries: int = 1) -> float:
+    """Seconds of few unknowns, whose stiffness varies over so many entries."""
+    each = _FIXED * _EXTENDED[0] if extended(entries, pieces) else _FIXED
+    return _START + pieces * (_MEMBER + each * entries)
 
 
 def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: float = np.inf) -> float:
@@ -36,20 +55,21 @@ def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: 
     most
         What need not be told apart.
     """
-    extended = _EXTENDED if coupling.grid.sizes[-1] <= _SHORT else 1.0
-    sizes, pieces = extended * np.array(coupling.grid.sizes), max(1, sum(map(_count, _members(coupling))))
-    seconds = _START
+    pieces = max(1, sum(map(_count, _members(coupling))))
+    fine = extended(coupling.grid.sizes[-1], pieces)
+    per_member, per_operation = _EXTENDED if fine else (1.0, 1.0)
+    sizes, seconds = np.array(coupling.grid.sizes), _START
     for block in _members(coupling):
         assert block.group is not None
         count = len(np.setdiff1d(block.group.pieces, condensed))
-        seconds += count * (_MEMBER + sizes[block.mask] * (_MOVED if block.rows is None else _FIXED))
+        seconds += count * (_MEMBER + per_member * sizes[block.mask] * (_MOVED if block.rows is None else _FIXED))
     if seconds > most:  # to count operations takes longer than all the rest
         return seconds
     operations = _operations(coupling, graph) * (1.0 - len(condensed) / pieces)
     seconds += _STEP * operations
     # A pivot is computed once for all entries over which what it is coupled by does not vary.
     entries = sizes[coupling.masks[coupling.loaded]]
-    return float(seconds + _OPERATION * operations * (entries.mean() if len(entries) else 0.0))
+    return float(seconds + per_operation * _OPERATION * operations * (entries.mean() if len(entries) else 0.0))
 
 
 def banded(coupling: Coupling, graph: Graph) -> float:

@@ -9,8 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from ..errors import FrameError
+from ..structure.topology import Topology
 from .coupling import Coupling
-from .estimate import banded, broadcast
+from .estimate import banded, broadcast, extended, one, recorded
 from .graph import Graph
 from .load_cases import Loaded, count
 
@@ -19,6 +20,10 @@ BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded
 # Unknowns above which a frame that does not vary goes a sparse way; and up to which one that does is broadcast, members
 # in line condensed.
 LARGE, FEW = 100, 48
+# The same of a frame without joints that stands still.
+_FEWEST = 24
+# Members times entries up to which extended precision does no harm.
+_MANY = 500
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
@@ -42,10 +47,13 @@ class Method:
         ``broadcast``, ``banded``, ``sparse``, ``cholesky`` or ``iterative``.
     reason
         Why so, in words.
+    seconds
+        What it is expected to take, about; NaN where it was asked for.
     """
 
     name: str
     reason: str
+    seconds: float = np.nan
 
 
 class Compiled(Loaded, Protocol):
@@ -69,6 +77,11 @@ class Compiled(Loaded, Protocol):
     @property
     def graph(self) -> Graph:
         """Nodes and their coupling."""
+        ...
+
+    @property
+    def topology(self) -> Topology:
+        """Nodes and members."""
         ...
 
     @property
@@ -122,7 +135,9 @@ def choose(plan: Compiled, asked: str | None) -> Method:
     if not plan.constant:
         return _fastest_batch(plan)
     if not plan.large:
-        return Method(BROADCAST, f"broadcasting LDL^T, as {len(plan.unknowns)} unknowns are no more than {LARGE}")
+        seconds = recorded(len(plan.topology.ends))
+        unknowns = len(plan.unknowns)
+        return Method(BROADCAST, f"broadcasting LDL^T, as {unknowns} unknowns are no more than {LARGE}", seconds)
     return _fastest(plan)
 
 
@@ -130,9 +145,13 @@ def _fastest_batch(plan: Compiled) -> Method:
     """The way of a batch over which the stiffness varies."""
     why = "as the stiffness varies over the batch"
     left = len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains)
-    if left <= FEW:
-        return Method(BROADCAST, f"broadcasting LDL^T, {why}")
     condensed = [piece for _, pieces in plan.chains for piece in pieces]
+    entries, pieces = plan.grid.sizes[-1], len(plan.topology.ends) - len(condensed)
+    # of few unknowns nothing else pays, but where members stand still and extended precision takes longer than the rest
+    still = plan.topology.plain_positions is not None and not plan.frame.joints
+    fine = still and extended(entries, pieces) and entries * pieces > _MANY
+    if left <= (_FEWEST if still else FEW) and not fine:
+        return Method(BROADCAST, f"broadcasting LDL^T, {why}", recorded(pieces, entries))
     coupling, graph = plan.rough_coupling, plan.graph
     apart = banded(coupling, graph)
     shared = broadcast(coupling, graph, condensed, apart)
@@ -140,23 +159,25 @@ def _fastest_batch(plan: Compiled) -> Method:
     # The condition number of a slender frame grows with the fourth power of its length, and bands are refined.
     patience = np.clip(left / max(1, graph.width - 6) / _SLENDER, 1.0, _PATIENCE)
     if shared * patience <= apart:
-        return Method(BROADCAST, f"broadcasting LDL^T, {text}")
-    return Method(BANDED, f"banded Cholesky of each entry, {text}")
+        return Method(BROADCAST, f"broadcasting LDL^T, {text}", shared)
+    return Method(BANDED, f"banded Cholesky of each entry, {text}", apart)
 
 
 def _fastest(plan: Compiled) -> Method:
-    graph, size = plan.graph, len(plan.unknowns)
+    graph, size, pieces, cases = plan.graph, len(plan.unknowns), len(plan.topology.ends), count(plan)
+    in_bands = size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf
     if size * graph.width**2 <= _SMALL:
-        return Method(BANDED, f"banded Cholesky, as the frame is small: a band of {graph.width} by {size}")
-    factor, cases = graph.dissection, count(plan)
+        small = f"banded Cholesky, as the frame is small: a band of {graph.width} by {size}"
+        return Method(BANDED, small, one(pieces, size, cases, in_bands))
+    factor = graph.dissection
     direct = CHOLESKY if available() else SPARSE
-    seconds = {
+    ways = {
         direct: factor.operations / _RATE[direct],
         # The test for mechanisms costs about half a load case.
         ITERATIVE: (cases + 0.5) * _ITERATIONS * _ITERATION * graph.entries,
-        BANDED: size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf,
+        BANDED: in_bands,
     }
-    name = min(seconds, key=lambda name: seconds[name])
+    name = min(ways, key=lambda name: ways[name])
     dear = f"a factor in nested dissection order takes {factor.operations:.2g} operations"
     reasons = {
         ITERATIVE: f"conjugate gradients on {cases} load case(s), as {dear}",
@@ -164,4 +185,4 @@ def _fastest(plan: Compiled) -> Method:
         SPARSE: f"SuperLU in minimum degree order, as {dear}",
         CHOLESKY: f"CHOLMOD in nested dissection order, as {dear}",
     }
-    return Method(name, reasons[name])
+    return Method(name, reasons[name], one(pieces, size, cases, ways[name]))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Section
 from linkframe.framework import Frame
-from linkframe.framework.solvers import estimate, stacked
+from linkframe.framework.solvers import stacked
 from linkframe.framework.solvers.stacked import StackedSolver
 
 E, G, A, IY, IZ, J = 2e11, 8e10, 1e-4, 1e-9, 2e-9, 2e-9
@@ -233,25 +233,3 @@ def test_load_cases_along_members_are_each_their_own(sort: str) -> None:
     found = loaded(size).solve("sparse").displacement("2.3")
     for k in (0, 4, 5):
         assert_near(found[k], loaded(size[k]).solve("sparse").displacement("2.3"), 1e-12)
-
-
-def expected_seconds(count: int, entries: int) -> float:
-    """Of the way that is picked for a chain."""
-    plan = chain(count, E * np.linspace(1.0, 2.0, entries)).solve().plan
-    ways = estimate.broadcast(plan.rough_coupling, plan.graph, []), estimate.banded(plan.rough_coupling, plan.graph)
-    if len(plan.unknowns) <= 48:
-        return ways[0]
-    # of long chains broadcasting loses digits
-    patience = min(max(count / 20.0, 1.0), 3.0)
-    assert plan.method.name == ("broadcast" if patience * ways[0] <= ways[1] else "banded")
-    return ways[plan.method.name == "banded"]
-
-
-def test_no_step_in_what_is_expected() -> None:
-    """From size to size and batch to batch the expected time rises by no more than they do."""
-    sizes, batches = (8, 9, 16, 32, 64), (3, 30, 300, 3000)
-    seconds = np.array([[expected_seconds(size, entries) for entries in batches] for size in sizes])
-    for axis, steps in ((0, np.diff(np.log(sizes))), (1, np.diff(np.log(batches)))):
-        rises = np.diff(np.log(seconds), axis=axis)
-        assert (rises <= (steps[:, None] if axis == 0 else steps) + np.log(2.0)).all()
-        assert (rises >= -np.log(2.0)).all()

@@ -1,0 +1,54 @@
+"""Which way is picked follows what it is expected to take, without a step from size to size or batch to batch."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Material, Section
+from linkframe.framework import Frame
+from linkframe.framework.solvers import estimate
+
+E, MEMBERS = 2e11, (4, 6, 8, 9, 16, 17, 32, 64, 128, 256, 512, 1000, 2000)
+BATCHES = (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
+SECTION = Section(A=1e-4, Iy=1e-9, Iz=2e-9, J=2e-9)
+
+
+def chain(count: int, varying: str, entries: int) -> Frame:
+    """A clamped beam along x, 2 m long, of so many members; its modulus or its load varies over a batch."""
+    each = np.linspace(1.0, 2.0, entries)
+    beam, frame = Beam(SECTION, Material(E=E * each if varying == "modulus" else E, nu=0.25)), Frame()
+    names = [f"{k}" for k in range(count + 1)]
+    frame.add_nodes(names, np.linspace(0.0, 2.0, count + 1)[:, None] * [1.0, 0.0, 0.0])
+    frame.add_many([beam] * count, list(pairwise(names)))
+    frame.fix("0")
+    frame.load(names[-1], fx=5.0, fy=3.0 * each if varying == "load" else 3.0, mz=0.5)
+    return frame
+
+
+@pytest.mark.parametrize("varying", ["modulus", "load"])
+def test_no_step_in_what_is_expected(varying: str) -> None:
+    """From neighbour to neighbour it neither rises by more than twice what the work does nor falls by half."""
+    seconds = np.empty((len(MEMBERS), len(BATCHES)))
+    for i, count in enumerate(MEMBERS):
+        for k, entries in enumerate(BATCHES):
+            seconds[i, k] = chain(count, varying, entries).solve().plan.method.seconds
+    assert (seconds > 0.0).all()
+    for axis, at in ((0, MEMBERS), (1, BATCHES)):
+        steps = np.diff(np.log(at))
+        rises = np.diff(np.log(seconds), axis=axis)
+        assert (rises <= (steps[:, None] if axis == 0 else steps) + np.log(2.0)).all()
+        assert (rises >= -np.log(2.0)).all()
+
+
+@pytest.mark.parametrize("entries", [3, 300, 3000])
+def test_the_least_is_picked(entries: int) -> None:
+    """But that bands, which are refined, may take up to three times as long on a slender frame."""
+    for count in (9, 17, 64):
+        plan = chain(count, "modulus", entries).solve().plan
+        condensed = [piece for _, pieces in plan.chains for piece in pieces]
+        shared = estimate.broadcast(plan.rough_coupling, plan.graph, condensed)
+        apart = estimate.banded(plan.rough_coupling, plan.graph)
+        assert plan.method.seconds in (shared, apart)
+        assert plan.method.seconds <= 3.0 * min(shared, apart)
