@@ -483,8 +483,8 @@ class Linkage(LinkageDescription):
         path = Path(path)
         if path.suffix != ".dxf":
             raise FrameError(
-                f"{path.name} does not end in .dxf: a linkage is saved as a drawing; write_linkage(linkage, path) writes "
-                "what describes it, as .toml, .xml (MJCF), .urdf or .sdf"
+                f"{path.name} does not end in .dxf: a linkage is saved as a drawing; write_linkage writes what "
+                "describes it, as .toml, .xml (MJCF), .urdf or .sdf"
             )
         save_linkage(self, path, entry, unit)
 
