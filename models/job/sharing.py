@@ -99,6 +99,7 @@ class Sharing:
         from ..propagation.ordered import StoredChunks, gather
         from ..propagation.packed import packed_arrays, unpacked_arrays
         from ..propagation.workers import computed
+        from .parts import sparing_what_is_there
 
         task = PieceTask({name: kind.parts.begin(kind.names) for name, kind in kinds.items()})
         wanted = {name: kinds[name] for name, part in task.tasks.items() if part.names}
@@ -110,13 +111,14 @@ class Sharing:
         stored = set() if checkpoint is None else _stored(checkpoint) & set(pieces)
         # A copy of this process would lack the thread that tells how far it is; and the first piece of each kind, which
         # this process does, tells that soon.
-        gather(
-            pieces,
-            lambda left: computed(task, left, self.workers, "spawn", len(wanted)),
-            _Collected(wanted, advance, self.folder),
-            None if checkpoint is None else StoredChunks(checkpoint, packed_arrays, unpacked_arrays),
-            stored,
-        )
+        with sparing_what_is_there(any(part.several for part in task.tasks.values())):
+            gather(
+                pieces,
+                lambda left: computed(task, left, self.workers, "spawn", len(wanted)),
+                _Collected(wanted, advance, self.folder),
+                None if checkpoint is None else StoredChunks(checkpoint, packed_arrays, unpacked_arrays),
+                stored,
+            )
 
     def _opened(self) -> Checkpoint | None:
         from ..propagation.checkpoint import Checkpoint

@@ -152,8 +152,11 @@ def _called(option: str, nominal: float, name: str, numbers: Mapping[str, float 
         raise FrameError(f"there is no distribution {name!r}: give a continuous one of scipy.stats, such as norm")
     values = {key: value for key, value in numbers.items() if not isinstance(value, str)}
     shares = {key: 0.01 * float(value.strip("±% ")) for key, value in numbers.items() if isinstance(value, str)}
-    if shares and (nominal == 0.0 or not shares.keys() <= {"loc", "scale"} or {"loc", "scale"} & values.keys()):
-        raise FrameError(f"loc and scale are in percent both, of a number of {nominal:g}: give a number or two")
+    if shares and not (nominal and shares.keys() <= {"loc", "scale"} and not {"loc", "scale"} & values.keys()):
+        raise FrameError(
+            f"in percent are loc and scale both, deviations from the nominal value {nominal:g}, of which loc may be "
+            "left out; of 0, and for other numbers, give no percentage"
+        )
     if shares:
         values |= {"loc": nominal * (1.0 + shares.get("loc", 0.0)), "scale": abs(nominal) * shares.get("scale", 0.0)}
     try:

@@ -7,7 +7,7 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -122,7 +122,7 @@ class Checkpoint:
         except OSError as error:
             raise FrameError(f"checkpoint {self.folder} cannot be made: {error.strerror or error}") from error
         text = json.dumps({"format": FORMAT, **about}, indent=1)
-        self._write(ABOUT, text.encode(), "the run cannot be begun there")
+        self._write(ABOUT, [text.encode()], "the run cannot be begun there")
 
     def stored(self) -> set[tuple[Any, ...]]:
         """Ranges of the chunks that are there and whole; of those that are damaged a warning tells."""
@@ -151,19 +151,20 @@ class Checkpoint:
 
     def store(self, cut: tuple[Any, ...], payload: bytes) -> None:
         """Write the content of a chunk, all of it or nothing."""
-        content = hashlib.sha256(payload).hexdigest().encode() + b"\n" + payload
-        self._write(self._path(cut).name, content, "the chunks before it are whole: make room and start again")
+        total = hashlib.sha256(payload).hexdigest().encode() + b"\n"
+        self._write(self._path(cut).name, [total, payload], "the chunks before it are whole: make room and start again")
 
     def _path(self, cut: tuple[Any, ...]) -> Path:
         start, stop, *of = cut
         return self.folder / f"chunk-{'-'.join([f'{start:012d}', f'{stop:012d}', *of])}.bin"
 
-    def _write(self, name: str, content: bytes, remedy: str) -> None:
+    def _write(self, name: str, content: Sequence[bytes], remedy: str) -> None:
         """Under a name of its own first: a reader sees all of it or nothing, whenever the process ends."""
         part = self.folder / f".{name}.{os.getpid()}.part"
         try:
             try:
-                part.write_bytes(content)
+                with part.open("wb") as file:
+                    file.writelines(content)
                 part.replace(self.folder / name)
             finally:
                 part.unlink(missing_ok=True)

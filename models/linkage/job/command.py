@@ -58,6 +58,9 @@ joints.B.contact); without one the contact is found by equilibrium under the loa
   point = "P"                         the first point to report by default
   level = 0.95                        probability with which a pose should lie within its band
 
+  [tolerances]
+  "points.P.x" = "± 1e-4"             a single number by its name; also "± 5 %", "+2e-5/-1e-5", "± 5 % normal"
+
   [tolerances.springs]
   of = ["joints.B.stiffness"]         all finite numbers of a list but 0, or one: joints.B.stiffness.ux, points.B.y
   distribution = "norm"

@@ -138,7 +138,7 @@ def _in_words(
     """A tolerance of numbers by where the file names them and their names."""
     share = PERCENT.fullmatch(given) if isinstance(given, str) else None
     places, nominal = _numbers_of(source, of, relative=share is not None)
-    middle = next(iter(nominal.values()))
+    middle, deviates = next(iter(nominal.values())), True
     distribution: Distribution
     if share is not None:
         half = 0.01 * float(share[2])
@@ -150,8 +150,9 @@ def _in_words(
     elif isinstance(given, int | float) and not isinstance(given, bool):
         distribution = distribution_of(path[1], (middle - given, middle + given))
     else:
-        distribution = distribution_of(path[1], given)
-    return _checked(source, path, Tolerance(places, nominal, distribution, share is not None, str(given)))
+        distribution, deviates = distribution_of(path[1], given), False
+    found = Tolerance(places, nominal, distribution, share is not None, str(given))
+    return _checked(source, path, found, deviates=deviates)
 
 
 def _numbers_of(
@@ -169,10 +170,12 @@ def _numbers_of(
     return tuple(places), nominal
 
 
-def _checked(source: Source, path: tuple[str, str], found: Tolerance) -> Tolerance:
+def _checked(source: Source, path: tuple[str, str], found: Tolerance, *, deviates: bool = False) -> Tolerance:
+    """A tolerance that can be meant; one that is given by how far it deviates lies where it should."""
     if not found.relative:
         _check_equal(source, path, found.nominal, found.description)
-    _check_middle(source, path, found.nominal, found.distribution, found.relative, found.description)
+    if not deviates:
+        _check_middle(source, path, found.nominal, found.distribution, found.relative, found.description)
     return found
 
 

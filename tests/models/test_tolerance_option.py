@@ -1,0 +1,195 @@
+"""Tolerances on the command line, in words or as distributions, in place of those of a file or of the four-bar."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from linkframe.framework.errors import FrameError
+from linkframe.models.command_line import main
+from linkframe.models.distributions import Interval, Normal, called
+from linkframe.models.linkage.job.inputs import read_inputs
+from linkframe.models.linkage.job.report import report as report_of_file
+from linkframe.models.linkage.job.result import compute as compute_file
+from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.page import _limits
+from linkframe.models.paper.report import report
+from linkframe.models.paper.result import compute, distributions
+from numpy.testing import assert_allclose, assert_array_equal
+
+FILE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
+Q = np.array([0.01, 0.3, 0.5, 0.9])
+
+
+def of_file(*given: tuple[str, str]):
+    return read_inputs(FILE, given).tolerances
+
+
+def test_words_for_a_tolerance_of_the_file():
+    """It goes on to vary the same number, under the same name, so that its samples come from the same stream."""
+    found = of_file(("fy", "± 4"))["fy"]
+    assert found.of == (("loads", 0, "fy"),)
+    assert found.distribution == Interval(96.0, 104.0)
+    share = of_file(("stiffness.B", "± 5 % normal"))["stiffness.B"]
+    assert share.relative
+    assert share.distribution == Normal(0.0, 0.05 / 3.0)
+    assert of_file(("fy", "+6/-3 normal"))["fy"].distribution == Normal(101.5, 1.5)
+    assert list(of_file(("fy", "± 4"))) == list(of_file())
+
+
+def test_a_number_leaves_the_tolerance_that_it_was_in():
+    before, after = of_file(), of_file(("joints.B.clearance", "5 %"))
+    assert set(before) - set(after) == {"clearance.B"}
+    assert set(after) - set(before) == {"joints.B.clearance"}
+    found = after["joints.B.clearance"]
+    assert (found.of, found.relative) == ((("joints", "B", "clearance"),), True)
+
+
+def test_one_of_several_numbers_leaves_the_others(tmp_path):
+    text = FILE.read_text(encoding="utf-8")
+    shared = text.replace('of = ["joints.B.clearance"]', 'of = ["joints.B.clearance", "points.P.x"]')
+    path = tmp_path / "shared.toml"
+    path.write_text(shared.replace("loc = 1e-3\nscale = 5e-5", 'scale = "5 %"'), "utf-8")
+    found = read_inputs(path, [("points.P.x", "± 1e-4")]).tolerances
+    assert found["clearance.B"].of == (("joints", "B", "clearance"),)
+    assert found["points.P.x"].of == (("points", "P", 0),)
+
+
+def test_a_distribution_as_in_the_file_gives_its_bits():
+    """And the report says so."""
+    inputs = read_inputs(FILE)
+    again = read_inputs(FILE, [("fy", "norm(100, scale=5)"), ("clearance.D", "norm(loc=1e-3,scale=5e-5)")])
+    wanted, found = (compute_file(each) for each in (inputs, again))
+    assert_array_equal(found.displacement, wanted.displacement)
+    other = read_inputs(FILE, [("fy", "5 %")])
+    assert "| fy | 5 % | loads.0.fy |" in report_of_file(compute_file(other)).text({}, [], {})
+
+
+def test_a_file_may_have_words(tmp_path):
+    text = FILE.read_text(encoding="utf-8").partition("[tolerances")[0]
+    path = tmp_path / "words.toml"
+    words = '[tolerances]\n"joints.B.clearance" = "± 5 %"\n"loads.0.fy" = 5.0\n'
+    table = '[tolerances.springs]\nof = ["joints.B.stiffness", "joints.D.stiffness"]\ntolerance = "± 2 %"\n'
+    path.write_text(text + words + table, encoding="utf-8")
+    found = read_inputs(path).tolerances
+    assert found["loads.0.fy"].distribution == Interval(95.0, 105.0)
+    assert found["joints.B.clearance"].distribution == found["springs"].distribution.__class__(-0.05, 0.05)
+    assert len(found["springs"].nominal) == 10
+    path.write_text(text + '[tolerances]\n"loads.0.fy" = "about 5"\n', encoding="utf-8")
+    with pytest.raises(FrameError, match=r"words.toml, line \d+, tolerances.loads.0.fy: .*write it as"):
+        read_inputs(path)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (("nothing", "± 1"), r"with --tolerance nothing=± 1: 'nothing' is None"),
+        (("fy", "a bit"), r"with --tolerance fy=a bit: .* write it as"),
+        (("fy", "norm(100, 5, 3)"), r"with --tolerance fy=.*norm takes loc, scale, and there is one more number: 3"),
+        (("fy", "norm(100, wide)"), r"'wide' is no number"),
+        (("fy", "nrom(100, 5)"), r"is 'nrom': give a continuous distribution"),
+        (("fy", "norm(200, 5)"), r"with --tolerance fy=norm\(200, 5\): .*has the mean 200"),
+        (("joints.B.stiffness.ux", "5 %"), r"joints.B.stiffness.0 is in tolerance 'stiffness.B', too"),
+    ],
+)
+def test_what_is_no_tolerance_of_the_file(given, told):
+    with pytest.raises(FrameError, match=told):
+        read_inputs(FILE, [given])
+
+
+def test_calls():
+    assert called("beta(2, 3, loc=1, scale=0.5)") == ("beta", {"a": 2.0, "b": 3.0, "loc": 1.0, "scale": 0.5})
+    assert called("norm( scale = 5 % )") == ("norm", {"scale": "5 %"})
+    assert called("± 5 %") is None
+
+
+# -- the four-bar -----------------------------------------------------------------------------------------------------
+
+
+def laws(*given: tuple[str, str], **more):
+    inputs = Inputs(tolerance=given, **more)
+    return distributions(inputs, inputs.to_radius)
+
+
+def same(found, wanted, rtol=0.0):
+    assert found.keys() == wanted.keys()
+    for name, law in wanted.items():
+        assert_allclose(found[name].ppf(Q), law.ppf(Q), rtol=rtol)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "more", "rtol"),
+    [
+        ("load", "norm(100, 5)", {}, 0.0),
+        ("loads.0.fy", "± 15 normal", {}, 1e-15),
+        ("clearance", "norm(scale=5 %)", {}, 1e-15),
+        ("clearance", "norm(1e-3, 5e-5)", {"clearance_is": "diameter"}, 1e-15),
+        ("clearance", "15 % normal", {"joints": "shared"}, 1e-15),
+        ("joints.D.stiffness", "norm(2e11, 1e10)", {}, 0.0),
+        ("contact", "norm(180, 180)", {}, 1e-12),
+        ("contact.E", "norm(scale=100 %)", {}, 1e-12),
+    ],
+)
+def test_words_for_what_options_give(name, text, more, rtol):
+    """The same laws as by default."""
+    same(laws((name, text), **more), laws(**more), rtol)
+
+
+def test_what_has_no_tolerance_by_default():
+    found = laws(("young", "± 5 %"), ("young.crank", "± 1e9"), ("fx", "± 3"), ("drive", "± 0.1"), ("ktx.B", "10 %"))
+    assert found["E.rocker"] == Interval(1.9e11, 2.1e11)
+    assert found["E.crank"] == Interval(1.99e11, 2.01e11)
+    assert found["fx"] == Interval(-3.0, 3.0)
+    assert_allclose(found["drive"].ppf(np.array([0.0, 1.0])), np.radians([-0.1, 0.1]), rtol=1e-15)
+    assert_allclose(found["ktx.B"].ppf(np.array([0.0, 1.0])), [1.8e11, 2.2e11], rtol=1e-15)
+
+
+def test_the_job_samples_them():
+    """Uniform within the limits, and said in the report."""
+    at = np.radians(60.0)
+    inputs = Inputs(
+        poses=(60.0, 60.0, 1.0), samples=400, sampler="lhs", clearance=0.0, clearance_sd=0.0, load_sd=0.0,
+        stiffness_sd=0.0, tolerance=(("crank", "± 1e-4"),),
+    )  # fmt: skip
+    result = compute(inputs, large=False)
+    lengths = result.draws["crank"]
+    assert 0.0999 < lengths.min() < 0.09991 < 0.10009 < lengths.max() < 0.1001
+    # P lies half way from B, which moves along the crank, to D, which moves across the rocker and as far along x.
+    way = 0.5 * np.array([2 * np.cos(at), np.sin(at) - np.cos(at) ** 2 / np.sin(at)])
+    assert_allclose(result.study.geometry.std[0, :2], way * 1e-4 / np.sqrt(3.0), rtol=0.01)
+    text = report(result).text({}, [], {})
+    assert "| tolerance | crank ± 1e-4 |" in text
+    assert "| geometry |" in text
+    assert "| tolerance |" not in report(compute(Inputs(poses=(60.0, 60.0, 1.0), samples=4))).text({}, [], {})
+
+
+def test_the_page_goes_to_their_limits():
+    clearances, lengths = _limits(Inputs(tolerance=(("clearance.B", "± 1e-4"), ("crank", "+2e-5/-1e-5"))))
+    assert_allclose([clearances["B"], clearances["D"], lengths["crank"]], [1.1e-3, 1.15e-3, 2e-5], rtol=1e-9)
+    assert list(lengths) == ["crank"]
+
+
+def test_contact_that_follows_from_forces_has_none():
+    inputs = Inputs(tolerance=(("contact", "± 5"), ("load", "± 5")))
+    assert inputs.but(contact="reaction").tolerance == (("load", "± 5"),)
+    with pytest.raises(FrameError, match="--tolerance contact beside --contact reaction: the angle follows"):
+        laws(("contact", "± 5"), contact="reaction")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["length=± 1"], "the four-bar has no number of that name; give one of crank"),
+        (["clearance=a bit"], "--tolerance clearance=a bit: "),
+        (["fx=5 %"], "of a nominal value of zero"),
+        (["load=poisson(3)"], "there is no distribution 'poisson'"),
+        (["load=norm(100, scale=5 %)"], "in percent are loc and scale both"),
+    ],
+)
+def test_what_is_no_tolerance_of_the_four_bar(words, told, tmp_path, capsys):
+    assert main(["four-bar", "--samples", "4", "--out", str(tmp_path / "out"), "--tolerance", *words]) == 2
+    assert told in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["four-bar", "--tolerance", "clearance"])
+    assert "is 'clearance': give NAME=VALUE" in capsys.readouterr().err
