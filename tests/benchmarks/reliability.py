@@ -303,7 +303,7 @@ def draw(out: Path, rows: list[Row]) -> None:
     """Error over time, a panel for each quantity: our methods filled, those of OpenTURNS open."""
     from matplotlib.lines import Line2D
 
-    looks = {name: (COLOURS[k % len(COLOURS)], "osDX^v<P*"[k]) for k, name in enumerate(METHODS)}
+    looks = dict(zip(METHODS, zip((*COLOURS, "#882255"), "osDX^v<P*", strict=True), strict=True))
     with figure(out, "reliability", columns=4, width=3.2, height=4.2) as panels:
         for quantity, ax in zip(QUANTITIES, panels, strict=True):
             for method in dict.fromkeys(row["method"] for row in rows):
