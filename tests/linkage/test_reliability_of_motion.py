@@ -9,7 +9,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
-from linkframe.models import Linkage, reliability
+from linkframe.models import Linkage, Measured, calibrate, reliability
 from linkframe.models.linkage.zone import _Margin
 from numpy.testing import assert_allclose
 from scipy import stats
@@ -182,3 +182,31 @@ def test_the_figure_of_a_motion() -> None:
     assert len(axes.get_lines()) == 2
     with pytest.raises(FrameError, match="leave anywhere out"):
         motion.reliability("P", 3e-5, four_bar, inputs, method="random", samples=100, anywhere=True).plot()
+
+
+def test_calibration_takes_its_derivatives_from_the_adjoint() -> None:
+    """As many motions with six dimensions as with one, and the covariance that differences have."""
+    angles = np.radians(np.linspace(10.0, 170.0, 12))
+    right = {name: value * (1.0 + 2e-3) for name, value in LENGTHS.items()} | {"ground": LENGTHS["ground"]}
+    seen = four_bar(**right).move(A=angles).position("P")
+    measured = Measured(seen + 1e-6 * np.random.default_rng(0).normal(size=seen.shape), 1e-6, {"A": angles})
+    count, motion = Counting(), four_bar(**LENGTHS).move(A=angles)
+    found = motion.calibrate("P", measured, count, LENGTHS)
+    poses = len(angles)
+    assert count.poses == count.moves * poses  # never a neighbour beside
+    for name, value in right.items():
+        assert abs(found.values[name] - value) < 5.0 * found.standard_error[name]
+
+    def predict(**lengths: Array) -> Array:
+        return four_bar(**{k: v[:, None] for k, v in lengths.items()}).move(A=angles).position("P")
+
+    differences = calibrate(predict, LENGTHS, measured.position, uncertainty=1e-6)
+    assert_allclose(list(found.values.values()), list(differences.values.values()), rtol=1e-8)
+    assert_allclose(found.covariance, differences.covariance, rtol=1e-4, atol=1e-5 * np.abs(found.covariance).max())
+    with pytest.raises(FrameError, match="the gradient has no derivative by 'b'"):
+        calibrate(
+            lambda a, b: a[:, None] + b[:, None] * angles,
+            {"a": 1.0, "b": 1.0},
+            angles,
+            gradient=lambda a, b: {"a": 1.0},
+        )
