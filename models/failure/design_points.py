@@ -28,8 +28,9 @@ SHORTEST = 2.0**-8
 AROUND, FURTHER = 3.0, 2.0
 # Points closer than this are one.
 SAME = 1e-2
-# Share of the worst tenth of samples that may be outside the fifth that the points expect to be the worst.
-STRAY = 0.04
+# Of samples in the order of their values, by which share they stand appreciably before where the likely failures expect
+# them, and the share of those that may.
+APPRECIABLE, STRAY = 0.1, 0.004
 # Samples of failures that stand for likely ones, and how far they are apart.
 MANY, APART = 10, 1.0
 
@@ -73,15 +74,14 @@ class DesignPoints:
         return np.asarray(ndtr(-self.beta))
 
     def explain(self, scores: Array, values: Array) -> bool:
-        """Whether the worst of some samples (m, k), by their values (m,), are so by the tangent planes, too."""
-        known = self.converged & (self.slopes > 0.0)
-        if not known.any():
+        """Whether none of some samples (m, k) is worse, by its value (m,) among theirs, than by the tangent planes."""
+        # At an edge, where a search does not end, there is more than planes tell.
+        if not self.converged.size or not self.converged.all():
             return False
-        left = self.slopes[known] * (self.beta[known] - scores @ self.normals[known].T)
-        expected = np.argsort(np.argsort(left.min(axis=1), kind="stable"), kind="stable")
-        count = len(values) // 10
-        elsewhere = expected[np.argsort(values, kind="stable")[:count]] >= 2 * count
-        return bool(np.count_nonzero(elsewhere) <= STRAY * count)
+        left = np.min(self.slopes * (self.beta - scores @ self.normals.T), axis=1)
+        expected, found = (np.argsort(np.argsort(each, kind="stable"), kind="stable") for each in (left, values))
+        worse = expected - found > APPRECIABLE * len(values)
+        return bool(np.count_nonzero(worse) <= STRAY * len(values))
 
     def planes(self) -> Edges:
         """The tangent planes."""

@@ -319,7 +319,7 @@ class _Run:
     def _explored(self, points: DesignPoints) -> DesignPoints:
         """With samples of failures by subset simulation, where the limit state has edges or no slope to follow.
 
-        It ends with the first level whose worst samples are where the points that were found have them.
+        It ends with the first samples where the worst of them are as the points that were found have it.
         """
         found = [points]
         for problem in range(self.problems):

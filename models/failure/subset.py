@@ -47,16 +47,17 @@ def subset_simulation(
     samples
         Samples of a level, a multiple of ten.
     enough
-        Asked of the scores (m, k) and values (m,) of each level: where it holds, the run ends without an answer.
+        Asked of the scores (m, k) and values (m,) of the first samples, which do not depend on each other: where it
+        holds, the run ends without an answer.
     """
     chains = int(SHARE * samples)
     scores = rng.normal(size=(samples, size))
     probability, spread = 1.0, SPREAD
     table = value(scores)[None]
+    if enough is not None and enough(scores, table[0]):
+        return Subset(np.nan, np.zeros((0, size)))
     for _ in range(MOST):
         flat = table.reshape(-1)
-        if enough is not None and enough(scores.reshape(-1, size), flat):
-            return Subset(np.nan, np.zeros((0, size)))
         order = np.argsort(flat, kind="stable")
         threshold = float(0.5 * (flat[order[chains - 1]] + flat[order[chains]]))
         last = threshold <= 0.0

@@ -12,8 +12,13 @@ from ...framework.errors import FrameError
 from ..measured.calibration import Calibration, calibrate
 from ..measured.comparison import Comparison, compare
 from ..measured.table import Measured
+from .derivatives.built import along_inputs
+from .derivatives.position_sensitivity import position_sensitivity
 from .poses.kinematics import Kinematics
 from .zone import Build, driven_values
+
+# Differences of the description, by which it depends on the dimensions, are taken over this share of their size.
+STEP = 1e-5
 
 
 def comparison_of(motion: Kinematics, point: str, measured: Measured, deviation: ArrayLike, level: float) -> Comparison:
@@ -38,7 +43,19 @@ def calibration_of(
         columns = {name: values[:, None] for name, values in dimensions.items()}
         return build(**columns).move(drives).position(point)
 
-    return calibrate(predict, start, measured.position, uncertainty=measured.uncertainty, scales=scales)
+    steps = {name: STEP * abs(float((scales or {}).get(name, value))) for name, value in start.items()}
+
+    def gradient(**dimensions: float) -> dict[str, Array]:
+        rows = {name: np.full(len(measured.position), value) for name, value in dimensions.items()}
+        ends = {name: (values - steps[name], values + steps[name]) for name, values in rows.items()}
+        by = position_sensitivity(build(**rows).move(drives), point)
+        weights = np.broadcast_to(np.eye(3)[:, None], (3, len(measured.position), 3))
+        each = [along_inputs(by, weight, build, rows, ends) for weight in weights]
+        return {name: np.stack([slopes[name] for slopes in each], axis=-1) for name in rows}
+
+    return calibrate(
+        predict, start, measured.position, uncertainty=measured.uncertainty, scales=scales, gradient=gradient
+    )
 
 
 def _check(motion: Kinematics, measured: Measured) -> None:

@@ -398,7 +398,8 @@ class UncertainMotion(LoadedMotion):
         measured
             Its measured positions at the poses of this motion.
         build
-            Called with dimensions by name, (m, 1) each, as keywords; returns the linkage with them.
+            Called with dimensions by name, (m, 1) or (m,) each, as keywords; returns the linkage with them. Derivatives
+            come from `sensitivity`, so that each step of the search takes two motions, however many dimensions.
         start
             Where to begin, by name: the dimensions of this motion.
         scales

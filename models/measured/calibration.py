@@ -17,6 +17,7 @@ from .table import checked_uncertainty
 Array = NDArray[np.float64]
 # Called with the parameters by name, (m,) each; returns what would be measured with each set, (m, ...).
 Predict = Callable[..., Any]
+Gradient = Callable[..., Mapping[str, ArrayLike]]
 
 # Step of the central differences, as a share of a parameter's scale: the cube root of rounding.
 STEP = 6e-6
@@ -97,6 +98,7 @@ def calibrate(
     *,
     uncertainty: ArrayLike | None = None,
     scales: Mapping[str, float] | None = None,
+    gradient: Gradient | None = None,
 ) -> Calibration:
     """Find the parameters with which a model predicts best what was measured.
 
@@ -113,6 +115,9 @@ def calibrate(
         uncertain, by as much as the residuals spread.
     scales
         Sizes by which parameters may change, by name; their values in `start` by default, which must not be 0 then.
+    gradient
+        Called with the parameters by name, one number each, as keywords; returns the derivatives of what is predicted
+        by each, by name, (...). Left out, and where one of them is NaN, differences are taken.
 
     Returns
     -------
@@ -141,7 +146,7 @@ def calibrate(
     there = np.isfinite(target)
     spread = checked_uncertainty(uncertainty, target.shape)
     weight = (np.ones(target.shape) if spread is None else 1.0 / spread)[there]
-    model = _Model(predict, start, scales or {}, target.shape, there, weight)
+    model = _Model(predict, start, scales or {}, target.shape, there, weight, gradient)
     if not np.isfinite(model.residual(np.zeros(len(start)))).all():
         raise FrameError("the model predicts no value at the start for something measured: begin elsewhere")
 
@@ -168,6 +173,7 @@ class _Model:
     shape: tuple[int, ...]
     there: NDArray[np.bool_]
     weight: Array
+    gradient: Gradient | None = None
 
     def __post_init__(self) -> None:
         for name in self.scales.keys() - self.start.keys():
@@ -203,7 +209,10 @@ class _Model:
         return np.asarray(self.residual(changes)[0] - target[self.there] * self.weight)
 
     def slopes(self, changes: Array) -> Array:
-        """Derivatives of the residuals, (n, p), by differences in one batch."""
+        """Derivatives of the residuals, (n, p): as they are given, or by differences in one batch."""
+        given = None if self.gradient is None else self._given(changes, self.gradient)
+        if given is not None and np.isfinite(given).all():
+            return given
         steps = STEP * np.eye(len(changes))
         found = self.residual(np.concatenate([changes + steps, changes - steps]))
         if not np.isfinite(found).all():
@@ -212,6 +221,14 @@ class _Model:
                 "something measured: begin elsewhere, or leave out what was measured there"
             )
         return np.asarray((found[: len(steps)] - found[len(steps) :]).T / (2.0 * STEP))
+
+    def _given(self, changes: Array, gradient: Gradient) -> Array:
+        by_name = gradient(**dict(zip(self.start, self.values(changes).tolist(), strict=True)))
+        missing = [name for name in self.start if name not in by_name]
+        if missing:
+            raise FrameError(f"the gradient has no derivative by {missing[0]!r}: give one for each parameter")
+        columns = [np.broadcast_to(by_name[name], self.shape)[self.there] * self.weight for name in self.start]
+        return np.stack(columns, axis=-1) * self.sizes
 
 
 def _calibration(model: _Model, changes: Array, target: Array, *, known: bool) -> Calibration:

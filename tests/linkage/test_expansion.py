@@ -92,7 +92,7 @@ def found() -> Any:
         TOLERANCES,
         "P",
         {"A": ANGLES},
-        n=128,
+        n=64,
         rng=0,
         sampler="sobol",
         progress=False,

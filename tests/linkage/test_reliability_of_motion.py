@@ -9,7 +9,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
-from linkframe.models import Linkage, reliability
+from linkframe.models import Linkage, Measured, calibrate, reliability
 from linkframe.models.linkage.zone import _Margin
 from numpy.testing import assert_allclose
 from scipy import stats
@@ -120,18 +120,18 @@ class Counting:
 
 def test_one_batch_an_iteration_however_many_inputs() -> None:
     """All poses and starting points together: with six inputs as many solutions as with two, and the same answer."""
-    motion = four_bar(**LENGTHS).move(A=np.radians([20.0, 60.0, 100.0, 140.0]))
+    motion = four_bar(**LENGTHS).move(A=np.radians([20.0, 60.0]))
     solved: dict[int, Counting] = {}
     for k in (2, 6):
         some = dict(list(laws(LENGTHS, 1e-4).items())[:k])
         rest = {name: value for name, value in LENGTHS.items() if name not in some}
         solved[k] = count = Counting()
         found = motion.reliability(
-            "P", 1e-4, lambda c=count, r=rest, **given: c(**given, **r), some, method="form", starts=5
+            "P", 1e-4, lambda c=count, r=rest, **given: c(**given, **r), some, method="form", starts=4
         )
         assert count.moves == found.batches
-        assert count.poses == found.evaluations <= 4 * 5 * found.batches
-    differences = motion.reliability("P", 1e-4, four_bar, laws(LENGTHS, 1e-4), method="form", starts=5, gradient=None)
+        assert count.poses == found.evaluations <= 2 * 4 * found.batches
+    differences = motion.reliability("P", 1e-4, four_bar, laws(LENGTHS, 1e-4), method="form", starts=4, gradient=None)
     assert_allclose(found.beta, differences.beta, rtol=1e-7)
     assert differences.evaluations > 10 * found.evaluations
     assert_allclose(sum(found.importance.values()), 1.0, rtol=1e-9)
@@ -171,14 +171,42 @@ def test_a_gradient_that_comes_with_the_values() -> None:
 def test_the_figure_of_a_motion() -> None:
     motion = four_bar(**LENGTHS).move(A=np.radians([20.0, 60.0, 100.0]))
     inputs = laws(LENGTHS, 1e-4)
-    found = motion.reliability("P", 2e-4, four_bar, inputs, accuracy=0.2, rng=0)
+    found = motion.reliability("P", 3e-5, four_bar, inputs, method="random", samples=1000, rng=0)
     axes = found.plot()
     line = axes.get_lines()[0]
     assert_allclose(line.get_xdata(), [20.0, 60.0, 100.0])
     assert_allclose(line.get_ydata(), found.probability)
     assert (axes.get_yscale(), axes.get_xlabel(), len(axes.collections)) == ("log", "A [°]", 1)
-    first = motion.reliability("P", 2e-4, four_bar, inputs, method="form").plot(axes)
+    first = motion.reliability("P", 3e-5, four_bar, inputs, method="form", starts=3).plot(axes)
     assert first is axes
     assert len(axes.get_lines()) == 2
     with pytest.raises(FrameError, match="leave anywhere out"):
-        motion.reliability("P", 2e-4, four_bar, inputs, method="form", anywhere=True).plot()
+        motion.reliability("P", 3e-5, four_bar, inputs, method="random", samples=100, anywhere=True).plot()
+
+
+def test_calibration_takes_its_derivatives_from_the_adjoint() -> None:
+    """As many motions with six dimensions as with one, and the covariance that differences have."""
+    angles = np.radians(np.linspace(10.0, 170.0, 12))
+    right = {name: value * (1.0 + 2e-3) for name, value in LENGTHS.items()} | {"ground": LENGTHS["ground"]}
+    seen = four_bar(**right).move(A=angles).position("P")
+    measured = Measured(seen + 1e-6 * np.random.default_rng(0).normal(size=seen.shape), 1e-6, {"A": angles})
+    count, motion = Counting(), four_bar(**LENGTHS).move(A=angles)
+    found = motion.calibrate("P", measured, count, LENGTHS)
+    poses = len(angles)
+    assert count.poses == count.moves * poses  # never a neighbour beside
+    for name, value in right.items():
+        assert abs(found.values[name] - value) < 5.0 * found.standard_error[name]
+
+    def predict(**lengths: Array) -> Array:
+        return four_bar(**{k: v[:, None] for k, v in lengths.items()}).move(A=angles).position("P")
+
+    differences = calibrate(predict, LENGTHS, measured.position, uncertainty=1e-6)
+    assert_allclose(list(found.values.values()), list(differences.values.values()), rtol=1e-8)
+    assert_allclose(found.covariance, differences.covariance, rtol=1e-4, atol=1e-5 * np.abs(found.covariance).max())
+    with pytest.raises(FrameError, match="the gradient has no derivative by 'b'"):
+        calibrate(
+            lambda a, b: a[:, None] + b[:, None] * angles,
+            {"a": 1.0, "b": 1.0},
+            angles,
+            gradient=lambda a, b: {"a": 1.0},
+        )
