@@ -161,7 +161,7 @@ def frame_in_space(axes: Any, points: Array) -> None:
     tower = max(0.0, float((high - low)[2] / np.linalg.norm(high - low)) - 0.6)
     axes.set_box_aspect(high - low, zoom=0.86 - 0.4 * tower)
     for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
-        axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))))
+        axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))), min_n_ticks=1)
         axis.set_tick_params(labelsize=7.0, pad=1.0)
         axis.labelpad = 7.0
 
