@@ -336,7 +336,7 @@ def _free(at: Array, scene: Scene, shown: list[int]) -> Array:
     """Direction from a place (2,) in the middle of the widest angle without a line, (2,)."""
     near = 0.02 * scene.size
     ways = [np.array([0.0, -1.0])] if any(_close(j.at[shown], at, near) for j in _standing(scene)) else []
-    ways += [a.force[shown] for a in scene.arrows if _close(a.at[shown], at, near)]
+    ways += [a.force[shown] for a in (*scene.arrows, *scene.moves) if _close(a.at[shown], at, near)]
     for stroke in scene.strokes:
         if stroke.kind not in ("ghost", "sample", "ordinate"):
             ways += _leaving(stroke.points[:, shown], at, near)
