@@ -161,7 +161,7 @@ def frame_in_space(axes: Any, points: Array) -> None:
     tower = max(0.0, float((high - low)[2] / np.linalg.norm(high - low)) - 0.6)
     axes.set_box_aspect(high - low, zoom=0.86 - 0.4 * tower)
     for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
-        axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))))
+        axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))), min_n_ticks=1)
         axis.set_tick_params(labelsize=7.0, pad=1.0)
         axis.labelpad = 7.0
 
@@ -336,7 +336,7 @@ def _free(at: Array, scene: Scene, shown: list[int]) -> Array:
     """Direction from a place (2,) in the middle of the widest angle without a line, (2,)."""
     near = 0.02 * scene.size
     ways = [np.array([0.0, -1.0])] if any(_close(j.at[shown], at, near) for j in _standing(scene)) else []
-    ways += [a.force[shown] for a in scene.arrows if _close(a.at[shown], at, near)]
+    ways += [a.force[shown] for a in (*scene.arrows, *scene.moves) if _close(a.at[shown], at, near)]
     for stroke in scene.strokes:
         if stroke.kind not in ("ghost", "sample", "ordinate"):
             ways += _leaving(stroke.points[:, shown], at, near)

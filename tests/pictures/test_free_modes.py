@@ -12,9 +12,12 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame, MechanismWarning, Solution, picture
+from linkframe.framework.graphics.canvas import ARROW
 from linkframe.framework.paraview.entries import series
 from linkframe.framework.pictures.drawing import LONGEST, diagonal, drawing
 from linkframe.framework.pictures.rendering import can_render
+from linkframe.models import Linkage
+from linkframe.models.linkage.graphics.bodies import MotionBodies
 from numpy.testing import assert_allclose
 from pictures.test_plots import artists
 
@@ -69,3 +72,26 @@ def test_pictures_in_space_have_the_same_arrows_and_name_places(tmp_path: Path) 
     image = matplotlib.image.imread(tmp_path / "free.png")[..., :3]
     violet = (image[..., 2] > 0.35) & (image[..., 1] < 0.3) & (image[..., 0] > 0.25) & (image[..., 0] < 0.6)
     assert violet.sum() > 20
+
+
+def test_a_linkage_at_a_dead_point_is_drawn_as_it_can_move() -> None:
+    """Coupler and rocker in line, crank locked: the pin between them goes across them, the crank pin stands still."""
+    linkage = Linkage(A=(0, 0), B=(0, 1), C=(2, 1), D=(2, 0))
+    links = ("ground", "AB", "BC", "CD", "ground")
+    for link in links[1:-1]:
+        linkage.link(link, *link)
+    for k, pin in enumerate("ABCD"):
+        linkage.revolute(pin, links[k], links[k + 1], drive=pin == "A")
+    motion = linkage.move(A=[np.pi / 2, 0.3])
+    axes: Any = motion.plot(pose=0)
+    (arrow,) = artists(axes, "free motion")
+    assert_allclose(arrow.xyann, (1.0, 0.0), atol=1e-9)
+    assert arrow.xy[0] == pytest.approx(1.0)
+    assert axes.get_title(loc="left") == "arrows: free motion, drives locked"
+    assert_allclose(motion.free_velocity("C")[1], 0.0, atol=0.0)
+    assert not artists(motion.plot(pose=1), "free motion")
+    bodies = MotionBodies(motion, (0, 1))
+    assert bodies.caption == "arrows: free motion, drives locked"
+    long, none = (np.ptp(bodies.surfaces(k)["free"][0].points, axis=0).max() for k in (0, 1))
+    assert long == pytest.approx(ARROW * bodies.scene(0).size)
+    assert none == 0.0

@@ -11,13 +11,13 @@ import numpy as np
 from ....elements.cross_section import CrossSection
 from ....elements.outlines import outlines
 from ....framework.batch import Array
-from ....framework.graphics.canvas import ARROW
+from ....framework.graphics.canvas import ARROW, FREE
 from ....framework.graphics.deformed import round_scale
-from ....framework.graphics.scene import JointSymbol, Scene, outline
+from ....framework.graphics.scene import JointSymbol, LoadArrow, Scene, outline
 from ....framework.graphics.style import COLOURS
 from ....framework.pictures.shapes import Surface, arrow, block, copies, joined, prism, sphere, tubes, upright
 from ..description.parts import LinkageLink, Pair
-from .places import DrawnPoses, PosePlaces
+from .places import FREE_TEXT, DrawnPoses, PosePlaces, free_arrows
 from .plane import plane
 from .regions import DrawnRegion, drawn_regions, magnified, outline_of, told
 from .scene import linkage_scene
@@ -79,7 +79,9 @@ class MotionBodies:
         """Lines, symbols and texts of one of the poses, by its number among them."""
         if pose not in self.scenes:
             places = PosePlaces(self.motion, self.poses[pose])
-            self.scenes[pose] = linkage_scene(places, self.flat, names=self.looks.names, force_unit=self.looks.units[1])
+            scene = linkage_scene(places, self.flat, names=self.looks.names, force_unit=self.looks.units[1])
+            scene.moves.extend(free_arrows(self.motion, self.poses[pose]))
+            self.scenes[pose] = scene
         return self.scenes[pose]
 
     @property
@@ -97,6 +99,7 @@ class MotionBodies:
             for pose in self.poses:
                 at = PosePlaces(self.motion, pose).position(region.point, region.link)
                 tips += list(at + np.nan_to_num(self.region_scale * region.outermost(pose, ways)))
+        tips += [each.at + ARROW * scene.size * each.force for scene in scenes for each in scene.moves]
         return np.concatenate([*(scene.points for scene in scenes), np.reshape(tips, (-1, 3))])
 
     @property
@@ -158,6 +161,8 @@ class MotionBodies:
         lines = [told(self.regions, self.region_scale)]
         if self._loose and self.clearance_scale > 0.0:
             lines.append(f"clearances × {self.clearance_scale:g}")
+        if self._most_moving:
+            lines.append(FREE_TEXT)
         return "\n".join(line for line in lines if line)
 
     def surfaces(self, pose: int) -> dict[str, tuple[Surface, str]]:
@@ -176,6 +181,8 @@ class MotionBodies:
         if self.clearance_scale > 0.0:
             rings = [self._bearing(places, joint) for joint in scene.joints]
             found["clearances"] = joined([ring for each in rings for ring in each]), BEARING
+        if self._most_moving:
+            found["free"] = self._free(scene), FREE
         for number, region in enumerate(self.regions):
             colour = COLOURS[(number + 3) % len(COLOURS)]
             found[f"region {region.point} {number}"] = self._region(region, self.poses[pose]), colour
@@ -253,6 +260,20 @@ class MotionBodies:
             around = [(joint.at + end * half * self.pin * rows[0], rows[0], 1.25) for end in (-1.0, 1.0)]
         for at, axis, radius in around:
             yield tubes(circle_arcs(at, axis, radius * self.pin + gap), np.zeros((4, ARC_POINTS)), thick)
+
+    @cached_property
+    def _most_moving(self) -> int:
+        """Greatest number of arrows of a free motion at any of the poses."""
+        return max(len(self.scene(k).moves) for k in range(len(self.poses)))
+
+    def _free(self, scene: Scene) -> Surface:
+        """Arrows of a free motion; at each pose as many, those that are not needed without length."""
+        nothing = [LoadArrow(scene.points[0], np.zeros(3), "")] * (self._most_moving - len(scene.moves))
+        shown = [*scene.moves, *nothing]
+        ways = ARROW * scene.size * np.array([each.force for each in shown])
+        length = np.linalg.norm(ways, axis=-1)
+        axes = upright(np.where(length[:, None] > 0.0, ways, self.up))
+        return copies(arrow(), np.array([each.at for each in shown]) + ways, length, axes)
 
     def _region(self, region: DrawnRegion, pose: int) -> Surface:
         """A region as a body about its point: a thin disc in a plane; never thinner than can be seen."""

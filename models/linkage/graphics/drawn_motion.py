@@ -41,7 +41,7 @@ class DrawnMotion(ABC):
         loads: bool = True,
         units: Units = SI,
     ) -> Axes:
-        """Draw one pose, others faintly behind it, and the paths of points.
+        """Draw one pose, others faintly behind it, and the paths of points; at a dead point how it moves, as arrows.
 
         Parameters
         ----------
@@ -146,6 +146,8 @@ class DrawnMotion(ABC):
         units: Units = SI,
     ) -> None:
         """Render one pose in space: links with their sections, joints by kind, drives in orange, ground, forces.
+
+        At a dead point violet arrows show the motion that the locked drives let pass.
 
         ``motion.frame().solve()`` with ``linkframe.framework.picture`` shows it deformed, coloured by its stress.
 

@@ -10,10 +10,14 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape, one_entry
 from ....framework.errors import FrameError
+from ....framework.graphics.scene import LoadArrow
 from ..description.linkage_description import LinkageDescription
 
 # Points and axes off a plane by less than this share of the linkage's size lie in it.
 FLAT = 1e-9
+# A point moves that has this share of the fastest's speed.
+MOVES = 1e-6
+FREE_TEXT = "arrows: free motion, drives locked"
 
 
 class DrawnPlaces(Protocol):
@@ -36,12 +40,8 @@ class DrawnPlaces(Protocol):
         """One entry of something that may vary over the batch of the description, without its batch axes."""
 
 
-class DrawnPoses(Protocol):
-    """A batch of poses, as figures need them; `Kinematics` has more."""
-
-    @property
-    def linkage(self) -> LinkageDescription:
-        """The description."""
+class PosesInRow(Protocol):
+    """A batch of poses of which some are there."""
 
     @property
     def shape(self) -> Shape:
@@ -55,6 +55,14 @@ class DrawnPoses(Protocol):
     def closure_status(self) -> NDArray[np.str_]:
         """Why the others are not there, (...)."""
 
+
+class DrawnPoses(PosesInRow, Protocol):
+    """A batch of poses, as figures need them; `ClassifiedPoses` has more."""
+
+    @property
+    def linkage(self) -> LinkageDescription:
+        """The description."""
+
     def position(self, point: str, link: str | None = None) -> Array:
         """Position of a point of a link, (..., 3)."""
 
@@ -66,6 +74,9 @@ class DrawnPoses(Protocol):
 
     def origin(self, link: str) -> Array:
         """Where the global origin goes to as a point of a link, (..., 3)."""
+
+    def free_velocity(self, point: str, link: str | None = None) -> Array:
+        """Velocity of a point in the motion that locked drives let pass, (..., 3); zero where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +117,10 @@ class ReferencePoses:
 
     def origin(self, link: str) -> Array:
         """See `DrawnPoses`."""
+        return np.zeros((*self.shape, 3))
+
+    def free_velocity(self, point: str, link: str | None = None) -> Array:
+        """See `DrawnPoses`; a single configuration does not tell."""
         return np.zeros((*self.shape, 3))
 
 
@@ -185,7 +200,21 @@ def at_entry(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
     return np.asarray(np.broadcast_to(array, (*full, *own))[inside])
 
 
-def series_of(motion: DrawnPoses, pose: int | tuple[int, ...] | None) -> tuple[list[int], int]:
+def free_arrows(motion: DrawnPoses, entry: int) -> list[LoadArrow]:
+    """Arrows of the motion that locked drives let pass at a pose, by its flat number; none where they hold it."""
+    places = PosePlaces(motion, entry)
+    found = []
+    for link in motion.linkage.links.values():
+        for point in link.points:
+            way = places.value(motion.free_velocity(point, link.name), 1)
+            found.append(LoadArrow(places.position(point, link.name), np.nan_to_num(way), ""))
+    most = max((float(np.linalg.norm(each.force)) for each in found), default=0.0)
+    moving = [each for each in found if np.linalg.norm(each.force) > MOVES * most]
+    seen = {tuple(np.round([*each.at, *(each.force / most)], 6)): each for each in moving}
+    return [LoadArrow(each.at, each.force / most, "") for each in seen.values()]
+
+
+def series_of(motion: PosesInRow, pose: int | tuple[int, ...] | None) -> tuple[list[int], int]:
     """Flat numbers of the poses along the longest batch axis, and of the one that is drawn.
 
     Parameters

@@ -18,7 +18,7 @@ from ....framework.graphics.scene import Region, Scene, Stroke
 from ....framework.graphics.style import fitting_figure, space_figure, styled
 from ...job.envelope import swept
 from ..description.linkage_description import LinkageDescription
-from .places import DrawnPoses, PosePlaces, ReferencePlaces, series_of
+from .places import FREE_TEXT, DrawnPoses, PosePlaces, ReferencePlaces, free_arrows, series_of
 from .plane import plane
 from .regions import drawn_regions, magnified, outline_of, told
 from .scene import ghost, linkage_scene
@@ -106,6 +106,7 @@ def scene_of(
     series, number = series_of(motion, pose)
     places = PosePlaces(motion, number)
     scene = linkage_scene(places, plane(motion), names=names, loads=loads, force_unit=unit)
+    scene.moves.extend(free_arrows(motion, number))
     there = [k for k in series if np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)[k]]
     for other in there[:: max(1, len(there) // ghosts)] if ghosts else []:
         scene.strokes.extend(ghost(PosePlaces(motion, other)))
@@ -140,6 +141,8 @@ def plot_motion(
     if regions is not None:
         lines = [title, _add_regions(scene, motion, series_of(motion, pose)[1], regions, level, magnify)]
         title = "\n".join(line for line in lines if line)
+    if scene.moves:
+        title = "\n".join(line for line in (title, FREE_TEXT) if line)
     found = axes_for(scene, axes)
     draw(scene, found)
     finish(scene, found, units[0], title)

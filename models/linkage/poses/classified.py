@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.states import States, among
+from ..description.parts import GROUND
+from ..kinematics.entries import cross
 from .kinematics import Kinematics
 from .singular import conditioning, pose_states
 from .states import PoseState
@@ -69,3 +72,53 @@ class ClassifiedPoses(Kinematics):
     def conditioned(self) -> tuple[Array, Array]:
         """Conditioning, (...), and at singular poses the motions of unknown velocity coordinates that nothing holds."""
         return conditioning(self)
+
+    def free_velocity(self, point: str, link: str | None = None) -> Array:
+        """Velocity of a point in the motion that the locked drives let pass at a dead point.
+
+        Parameters
+        ----------
+        point
+            Name of the point.
+        link
+            The link on which it is taken; the first that has it where None.
+
+        Returns
+        -------
+        ndarray
+            Its direction, and its size beside those of other points, (..., 3); of several such motions that which is
+            resisted least. Zero at poses that the drives hold.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point or link, or the link has it not.
+
+        Examples
+        --------
+        A slider-crank that its piston drives, at the end of the stroke: the crank pin moves across, and nothing else.
+
+        >>> from linkframe.models import Linkage
+        >>> linkage = Linkage(A=(0, 0), B=(0, 1), C=(8**0.5, 0))
+        >>> linkage.link("crank", "A", "B"); linkage.link("rod", "B", "C"); linkage.link("piston", "C")
+        >>> linkage.revolute("A", "ground", "crank"); linkage.revolute("B", "crank", "rod")
+        >>> linkage.revolute("C", "rod", "piston")
+        >>> linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), reference=8**0.5, name="slide", drive=True)
+        >>> motion = linkage.move(slide=[3.0, 4.0])
+        >>> abs(motion.free_velocity("B")).round(6).tolist()[0], motion.is_singular.tolist()
+        ([0.0, 0.0, 0.0], [False, True])
+        >>> way = motion.free_velocity("B")[1]
+        >>> bool(abs(way[1]) > 0.1), abs(way[[0, 2]]).round(6).tolist(), abs(motion.free_velocity("C")).max().round(6)
+        (True, [0.0, 0.0], 0.0)
+        """
+        name, place = self._on(point, link)
+        if name == GROUND:
+            return np.zeros((*self.shape, 3))
+        least, count = self.conditioned[1][..., -1], len(self.mechanism.columns)
+        velocities: list[Any] = [0.0] * count
+        for number, k in enumerate(self.mechanism.unknown):
+            velocities[k] = least[..., number]
+        speed = self._run(self.mechanism.rates_of(name), self.assembly.state, velocities, [0.0] * count)
+        arm = self._arm(name, self._pose(name)[1], place)
+        there = [x + y for x, y in zip(speed[3:6], cross(speed[:3], arm), strict=True)]
+        return self._global(there, self.mechanism.size)
