@@ -2,8 +2,7 @@
 
 What is found once for the batch is which number goes where, and the order of elimination. Where loads vary over more
 than the stiffness does, a unit of each right-hand-side parameter is solved for, as far as these are fewer than the
-entries that share a factor. An entry of which a random load tells that rounding would show is refined in extended
-precision.
+entries that share a factor. Each load case is refined as often as it takes until nothing but rounding is left.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
 from .spring_residual import Deformations, SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
-from .stacked_refinement import ROUGH, Residual, StaticsResidual, refine
+from .stacked_refinement import Residual, StaticsResidual, refine
 
 Mask = NDArray[np.bool_]
 _Kind = TypeVar("_Kind", np.bool_, np.float64)
@@ -281,8 +280,8 @@ class _Solved:
             factor.solve(values)
             values *= factor.root[:, None]
             values[self.singular[matrices]] = np.nan
-        unsure = np.isin(np.arange(len(matrices)), list(factor.instead))
-        hard = np.flatnonzero(((factor.rough > ROUGH) | unsure) & ~self.singular[matrices])
+        # pivots tell what is singular and not what is soft: a step of refinement does
+        hard = np.flatnonzero(~self.singular[matrices])
         if len(hard) and len(columns):
             with timed(self.plan.times, "refinement"):
                 self._refine(matrices, columns, hard, factor, right, values)

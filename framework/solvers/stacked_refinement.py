@@ -22,8 +22,8 @@ from .evaluation import Picked
 from .stacked_bands import StackedFactor
 
 Mask = NDArray[np.bool_]
-# Relative error of a solution from which on it is refined; what is left then; steps at most.
-ROUGH, _FINE, _STEPS = 1e-14, 1e-15, 5
+# Relative error that is left of a solution; steps at most.
+_FINE, _STEPS = 1e-15, 5
 # Share of the solution that the last step of refinement may change: else of the matrix nothing but rounding is left in
 # some direction.
 _LOST = 1e-6

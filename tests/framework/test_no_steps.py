@@ -10,8 +10,8 @@ from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame
 from linkframe.framework.solvers import estimate
 
-E, MEMBERS = 2e11, (4, 6, 8, 9, 16, 17, 32, 64, 128, 256, 512, 1000, 2000)
-BATCHES = (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
+E, MEMBERS = 2e11, (4, 8, 9, 16, 17, 32, 64, 128, 256, 512, 1000, 2000)
+BATCHES = {"modulus": (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000), "load": (1, 10, 1000, 100_000)}
 SECTION = Section(A=1e-4, Iy=1e-9, Iz=2e-9, J=2e-9)
 
 
@@ -30,12 +30,13 @@ def chain(count: int, varying: str, entries: int) -> Frame:
 @pytest.mark.parametrize("varying", ["modulus", "load"])
 def test_no_step_in_what_is_expected(varying: str) -> None:
     """From neighbour to neighbour it neither rises by more than twice what the work does nor falls by half."""
-    seconds = np.empty((len(MEMBERS), len(BATCHES)))
+    batches = BATCHES[varying]
+    seconds = np.empty((len(MEMBERS), len(batches)))
     for i, count in enumerate(MEMBERS):
-        for k, entries in enumerate(BATCHES):
+        for k, entries in enumerate(batches):
             seconds[i, k] = chain(count, varying, entries).solve().plan.method.seconds
     assert (seconds > 0.0).all()
-    for axis, at in ((0, MEMBERS), (1, BATCHES)):
+    for axis, at in ((0, MEMBERS), (1, batches)):
         steps = np.diff(np.log(at))
         rises = np.diff(np.log(seconds), axis=axis)
         assert (rises <= (steps[:, None] if axis == 0 else steps) + np.log(2.0)).all()
