@@ -100,8 +100,7 @@ def save(
 
 def _save_pose(solution: Results, path: Path, index: Index, stations: int) -> None:
     with whole_or_nothing(path.parent) as stage:
-        write_grid(stage / path.name, _parts(solution, index, stations), 0)
-        write_names(stage / path.name, _names(solution))
+        write_grid(stage / path.name, _parts(solution, index, stations), 0, _names(solution))
 
 
 def _save_series(solution: Results, path: Path, index: Index, times: Sequence[float], stations: int) -> None:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...framework.errors import FrameError
-from ..linkage.linkage import Linkage
 from .description import JOINTS
 from .frame import JOINT_LINKS
 from .kinematics import FourBarKinematics
+
+if TYPE_CHECKING:
+    from ..linkage.linkage import Linkage
 
 POINTS = ("A", "B", "P", "D", "E")
 
@@ -26,6 +29,8 @@ def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Lin
     clearance
         Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
     """
+    from ..linkage.linkage import Linkage  # with all the kinematics that the closed form has no use for
+
     four_bar = drawn.four_bar
     for joint in clearance:
         if joint not in JOINTS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,13 +12,15 @@ from numpy.typing import ArrayLike
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
 from ...framework.frame import Frame
-from ..linkage.linkage import Linkage
 from .as_linkage import linkage
 from .closure import Closure
 from .description import FourBarDescription
 from .frame import frame
 from .kinematics import FourBarKinematics
 from .kinetostatics import Kinetostatics, Link, kinetostatics
+
+if TYPE_CHECKING:
+    from ..linkage.linkage import Linkage
 
 
 @dataclass(frozen=True, eq=False)
