@@ -76,7 +76,7 @@ def _write_array(file: BinaryIO, name: str, values: Array) -> None:
     kind = f"{_LETTERS[values.dtype.kind]}{8 * values.dtype.itemsize}"
     width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
     file.write(f'<DataArray type="{kind}" Name="{name}"{width} format="binary">\n'.encode())
-    data = memoryview(np.ascontiguousarray(values).reshape(-1)).cast("B")
+    data = np.ascontiguousarray(values).reshape(-1).view(np.uint8).data
     # Eight bytes of the length and one of the data are twelve characters: the rest is encoded where it lies.
     begun = struct.pack("=Q", len(data)) + data[:1]
     file.write(b2a_base64(begun, newline=False))

@@ -6,14 +6,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .read_linkage import read_linkage
+    from .linkage_file import read_linkage
     from .write import write_linkage
 
 __all__ = ["read_linkage", "write_linkage"]
 
 # Imported where they are first asked for: a linkage reads parts of files, and files make linkages.
 _LATER = {
-    "read_linkage": ".read_linkage",
+    "read_linkage": ".linkage_file",
     "write_linkage": ".write",
 }
 
