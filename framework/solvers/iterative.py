@@ -32,7 +32,7 @@ _PROBE = 1e-5
 # Vectors that lead to the least eigenvalues, and steps.
 _BLOCK, _SOFT_STEPS = 4, 40
 # Share of a load that is left where a few digits do.
-_ROUGH = 1e-3
+_ROUGH = 1e-2
 # Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
 _FLOOR = 1e-12
 _EPS = float(np.finfo(float).eps)

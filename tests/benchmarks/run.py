@@ -32,6 +32,7 @@ BENCHMARKS = (
     "middle",
     "one_frame",
     "reliability",
+    "bulk",
 )
 PACKAGES = (
     "linkframe",
