@@ -19,7 +19,9 @@ BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))
 
 def loaded(program: str) -> set[str]:
     script = f"{program}\nimport sys\nprint(*sys.modules)"
-    return set(subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True).stdout.split())
+    return set(
+        subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True).stdout.split()
+    )
 
 
 def test_command_line_lists_its_options_without_kinematics_and_solvers() -> None:
@@ -127,7 +129,7 @@ def test_nodes_that_move_leave_members_gathered_as_they_are(monkeypatch: pytest.
 
 
 def test_least_eigenvalue_is_confirmed_from_the_motion_that_was_found() -> None:
-    """Of a load along the softest motion the answer is that motion, by the eigenvalue: few steps are left."""
+    """Of a load along the softest motion the answer is that motion by its eigenvalue: fewer steps are left."""
     size = 6
     frame = Frame()
     grid = np.stack(np.meshgrid(*[np.arange(size)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
