@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import repeat
+from itertools import chain, repeat
 from operator import attrgetter, eq
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from .names import found, plain
 from .protocol import JointElement, LineElement, changed, is_proven, stacked, unstacked
 
 Names = Sequence[str]
+Row = TypeVar("Row", Node, Member, JointLink)
 
 
 @dataclass(eq=False, repr=False)
@@ -135,9 +136,9 @@ class InBulk(Editable):
         >>> float(frame.solve().displacement(names[-1])[1].round(6))
         -0.000806
         """
-        start = len(self.nodes)
-        new = [str(start + k) for k in range(names)] if isinstance(names, (int, np.integer)) else list(names)
-        self._check_new("node", new, self.nodes, self.aliases)
+        counted = isinstance(names, (int, np.integer))
+        new = _numbers(len(self.nodes), names) if counted else list(names)  # type: ignore[arg-type]
+        self._check_new("node", new, self.nodes, self.aliases, counted=counted)
         if body is not None:
             body = found("nodes: body", body, self.bodies)
         what = f"coordinates of {len(new)} nodes"
@@ -148,7 +149,7 @@ class InBulk(Editable):
             return []
         self._join({f"nodes {new[0]!r} to {new[-1]!r}": places.shape[:-2]})
         rows = list(places) if places.ndim == 2 else [places[..., k, :] for k in range(len(new))]
-        self.nodes.update(zip(new, map(Node, rows, repeat(body)), strict=True))
+        self.nodes.update(zip(new, _rows(Node, rows, repeat(body)), strict=True))
         there = places
         if body is not None:
             frame = self.bodies[body]
@@ -196,12 +197,12 @@ class InBulk(Editable):
         >>> frame.add_many(Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), np.array([(0, 1), (1, 2), (2, 3)]))
         ['0', '1', '2']
         """
-        starts, stops = self._ends(pairs)
+        starts, stops, numbers = self._ends(pairs)
         count = len(self.members) + len(self.joints) + len(self.masses)
-        new = [str(count + k) for k in range(len(starts))] if names is None else list(names)
+        new = _numbers(count, len(starts)) if names is None else list(names)
         if len(new) != len(starts):
             raise FrameError(f"add_many was given {len(new)} names for {len(starts)} pairs of nodes: give one for each")
-        self._check_new("element", new, self.members, self.joints, self.masses)
+        self._check_new("element", new, self.members, self.joints, self.masses, counted=names is None)
         one = isinstance(element, (LineElement, JointElement))
         each = _each(element, len(new)) if one else list(element)  # type: ignore[arg-type]
         if not (one and len(each) == 1) and len(each) != len(new):
@@ -211,7 +212,7 @@ class InBulk(Editable):
         kinds = {type(given) for given in each}
         if all(issubclass(kind, LineElement) for kind in kinds):
             families = [np.arange(len(new))] if one else _families(each)  # type: ignore[arg-type]
-            self._add_members(new, each, starts, stops, families)  # type: ignore[arg-type]
+            self._add_members(new, each, starts, stops, numbers, families)  # type: ignore[arg-type]
         elif all(issubclass(kind, JointElement) for kind in kinds):
             self._add_joints(new, each, starts, stops)  # type: ignore[arg-type]
         else:
@@ -267,18 +268,19 @@ class InBulk(Editable):
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
-    def _check_new(self, what: str, names: list[str], *known: Mapping[str, object]) -> None:
-        """Refuse names that are none, that exist, or that are given twice."""
-        if set(map(type, names)) - {str} or not all(names):
-            names[:] = [plain(what, name) for name in names]
-        distinct = set(names)
-        if len(distinct) < len(names):
-            seen: set[str] = set()
-            twice = next(name for name in names if name in seen or seen.add(name))  # type: ignore[func-returns-value]
-            raise FrameError(f"{what} {twice!r} is given twice: choose another name")
+    def _check_new(self, what: str, names: list[str], *known: Mapping[str, object], counted: bool) -> None:
+        """Refuse names that exist and, where they are not `counted` numbers, that are none or are given twice."""
+        if not counted:
+            if set(map(type, names)) - {str} or not all(names):
+                names[:] = [plain(what, name) for name in names]
+            if len(set(names)) < len(names):
+                seen: set[str] = set()
+                twice = next(name for name in names if name in seen or seen.add(name))  # type: ignore[func-returns-value]
+                raise FrameError(f"{what} {twice!r} is given twice: choose another name")
         for names_known in known:
-            if clash := distinct & names_known.keys():
-                raise FrameError(f"{what} {min(clash)!r} exists already: choose another name")
+            if not names_known.keys().isdisjoint(names):
+                clash = min(names_known.keys() & set(names))
+                raise FrameError(f"{what} {clash!r} exists already: choose another name")
 
     def _known(self, nodes: Names, of: str) -> list[str]:
         """Names of nodes in the description."""
@@ -287,8 +289,11 @@ class InBulk(Editable):
             return given
         return [self._node(name, of) for name in given]
 
-    def _ends(self, pairs: Iterable[tuple[str, str]] | NDArray[np.integer[Any]]) -> tuple[list[str], list[str]]:
-        """Names of the first and of the second node of each pair."""
+    def _ends(
+        self, pairs: Iterable[tuple[str, str]] | NDArray[np.integer[Any]]
+    ) -> tuple[list[str], list[str], NDArray[np.integer[Any]] | None]:
+        """Names of the first and of the second node of each pair, and their numbers where these were given."""
+        numbers: NDArray[np.integer[Any]] | None = None
         if isinstance(pairs, np.ndarray) and pairs.dtype.kind in "iu":
             names = list(self.nodes)
             inside = not pairs.size or 0 <= pairs.min() <= pairs.max() < len(names)
@@ -296,6 +301,7 @@ class InBulk(Editable):
                 text = f"numbers of nodes from 0 to {len(names) - 1}, (n, 2)"
                 raise FrameError(f"add_many was given pairs of shape {pairs.shape}: give {text}")
             starts, stops = (list(map(names.__getitem__, side)) for side in pairs.T.tolist())
+            numbers = pairs
         else:
             given: list[Any] = list(pairs)
             if set(map(type, given)) & {str} or set(map(len, given)) - {2}:
@@ -305,7 +311,7 @@ class InBulk(Editable):
         if any(map(eq, starts, stops)):
             alone = next(a for a, b in zip(starts, stops, strict=True) if a == b)
             raise FrameError(f"add_many was given the pair {(alone, alone)}: give two different nodes")
-        return starts, stops
+        return starts, stops, numbers
 
     def _add_members(
         self,
@@ -313,11 +319,12 @@ class InBulk(Editable):
         elements: list[LineElement],
         starts: list[str],
         stops: list[str],
+        numbers: NDArray[np.integer[Any]] | None,
         families: list[NDArray[np.int64]],
     ) -> None:
         """Members, with what `add` looks at looked at for those of one element together."""
         kinds: dict[Hashable, str] = {}
-        chords = self._chords(starts, stops)
+        chords = self._chords(starts, stops, numbers)
         if chords is not None:
             for k in np.flatnonzero(~chords.any(axis=-1)).tolist():
                 self._check_length(names[k], starts[k], stops[k])
@@ -334,7 +341,7 @@ class InBulk(Editable):
             kinds |= self._examine(names[at[0]], element, (starts[at[0]], stops[at[0]]))
             self._join({f"member {names[at[0]]!r}": element.shape})
         each = elements if len(elements) == len(names) else repeat(elements[0])
-        self.members.update(zip(names, map(Member, each, starts, stops), strict=True))
+        self.members.update(zip(names, _rows(Member, each, starts, stops), strict=True))
         self._examined |= kinds
 
     def _add_joints(self, names: list[str], elements: list[JointElement], starts: list[str], stops: list[str]) -> None:
@@ -348,19 +355,38 @@ class InBulk(Editable):
             check_ideal(names[k], elements[k])
         self._join({f"joint {names[k]!r}": elements[k].shape for k in leaders})
         each = elements if len(elements) == len(names) else repeat(elements[0])
-        self.joints.update(zip(names, map(JointLink, each, starts, stops), strict=True))
+        self.joints.update(zip(names, _rows(JointLink, each, starts, stops), strict=True))
 
-    def _chords(self, starts: list[str], stops: list[str]) -> Array | None:
+    def _chords(self, starts: list[str], stops: list[str], numbers: NDArray[np.integer[Any]] | None) -> Array | None:
         """From start to end of each (n, 3); None where a body or the batch moves nodes."""
-        ends = []
-        for side in (starts, stops):
-            nodes = list(map(self.nodes.__getitem__, side))
-            places = list(map(attrgetter("coordinates"), nodes))
-            if set(map(attrgetter("body"), nodes)) != {None} or set(map(attrgetter("ndim"), places)) != {1}:
-                return None
-            ends.append(np.concatenate(places).reshape(-1, 3))
-        chords: Array = ends[1] - ends[0]
-        return chords
+        whole = None
+        if numbers is not None and len(self.nodes) <= 4 * len(starts):
+            whole = _plain_places(list(self.nodes.values()))
+        if whole is None:
+            # each node once: a member has two ends, and a node some members
+            number = {node: k for k, node in enumerate(dict.fromkeys(chain(starts, stops)))}
+            numbers = np.array([list(map(number.__getitem__, side)) for side in (starts, stops)]).T
+            whole = _plain_places(list(map(self.nodes.__getitem__, number)))
+        return None if whole is None or numbers is None else whole[numbers[:, 1]] - whole[numbers[:, 0]]
+
+
+def _plain_places(nodes: list[Node]) -> Array | None:
+    """Positions of nodes (n, 3); None where a body or the batch moves one."""
+    places = list(map(attrgetter("coordinates"), nodes))
+    if set(map(attrgetter("body"), nodes)) != {None} or set(map(attrgetter("ndim"), places)) != {1}:
+        return None
+    whole: Array = np.concatenate(places).reshape(-1, 3)
+    return whole
+
+
+def _rows(kind: type[Row], *columns: Iterable[object]) -> Iterator[Row]:
+    """Named tuples of their fields, as their own constructor makes them in twice the time."""
+    return map(tuple.__new__, repeat(kind), zip(*columns, strict=False))
+
+
+def _numbers(first: int, count: int) -> list[str]:
+    """Names that count on."""
+    return list(map(str, range(first, first + count)))
 
 
 def _families(elements: Sequence[LineElement]) -> list[NDArray[np.int64]]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,16 +49,14 @@ class Body:
         return float(np.abs(self.origin).max(initial=0.0))
 
 
-@dataclass(frozen=True)
-class Node:
+class Node(NamedTuple):
     """A point with six degrees of freedom; coordinates (..., 3) in the axes of `body`, global where it is None."""
 
     coordinates: Array
     body: str | None
 
 
-@dataclass(frozen=True)
-class Member:
+class Member(NamedTuple):
     """A line element between two nodes."""
 
     element: LineElement
@@ -66,8 +64,7 @@ class Member:
     end: str
 
 
-@dataclass(frozen=True)
-class JointLink:
+class JointLink(NamedTuple):
     """A joint element between two coincident nodes."""
 
     element: JointElement
@@ -75,8 +72,7 @@ class JointLink:
     second: str
 
 
-@dataclass(frozen=True)
-class MassPoint:
+class MassPoint(NamedTuple):
     """Inertia at a node."""
 
     element: PointElement
@@ -461,7 +457,7 @@ class Description:
                 examined.add(kind)
         self._shape, self._shapes = widened
         for name, member, number in zip(names, members, which.tolist(), strict=True):
-            self.members[name] = replace(member, element=made[number])
+            self.members[name] = member._replace(element=made[number])
             if added.pushes:
                 self.member_loads.setdefault(name, []).append(FormLoad(added))
 

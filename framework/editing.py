@@ -144,7 +144,7 @@ class Editable(Description):
         if isinstance(before.element, FormedElement) and isinstance(new, LineElement):
             new = replace(before.element, own=new)
         kinds = self._fitting(name, before, new)
-        parts[name] = replace(before, element=new)
+        parts[name] = before._replace(element=new)
         try:
             self._rejoin([before.element.shape], {f"{kind} {name!r}": new.shape})
         except FrameError:
@@ -207,7 +207,7 @@ class Editable(Description):
             if member.start in moved or member.end in moved:
                 self._check_length(name, member.start, member.end)
                 if isinstance(member.element, FormedElement) and member.element.length is not None:
-                    self.members[name] = replace(member, element=replace(member.element, length=self.length(name)))
+                    self.members[name] = member._replace(element=replace(member.element, length=self.length(name)))
                 member.element.check(self._chord(member.start, member.end))
                 for load in self.member_loads.get(name, ()):
                     if isinstance(load, FormLoad):  # all along

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .batched.block import BlockFactor
 from .batched.plan import Plan
-from .batched.reuse import same_members, same_structure
+from .batched.reuse import same_connections, same_members, same_structure
 from .batched.unloaded import Chained, Unloaded
 from .cache import SOLVED
 from .description import Description, alone
@@ -64,12 +64,19 @@ def planned(frame: Description, described: Description, method: str | None) -> t
     if last is not None and last[0].asked == method and same_structure(last[0].frame, described):
         found = last[0].reloaded(described), last[1]
     else:
-        former = last[0].unloaded if last is not None and same_members(last[0].frame, described) else None
-        found = Plan(described, method=method, former=former), Factors()
+        former, moved = (None, False) if last is None else _known(last[0], described)
+        found = Plan(described, method=method, former=former, moved=moved), Factors()
         if method is not None:
             choose(found[0], method)  # refuses at once what does not suit the batch
     SOLVED.put(frame, found)
     return found
+
+
+def _known(last: Plan, described: Description) -> tuple[Unloaded | None, bool]:
+    """What the plan of a last solution knows of the members of a description, and whether nodes have moved since."""
+    if same_members(last.frame, described):
+        return last.unloaded, False
+    return (last.unloaded, True) if same_connections(last.frame, described) else (None, False)
 
 
 def share(frame: Description, other: Description) -> None:

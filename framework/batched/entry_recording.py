@@ -18,7 +18,7 @@ from ..program.recording import Recording, Term
 from ..solvers.method import BROADCAST, Compiled, choose
 from ..structure.assembly import enter
 from ..structure.edge import Edge
-from ..structure.parts import Extended, Row, Value, add, combine, is_zero
+from ..structure.parts import Extended, Row, Value, add, is_zero, product
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of, spanning
 from .block import Block
@@ -214,7 +214,7 @@ class _Writer:
                 put(6 * node + k, term)
                 continue
             for c in range(3):
-                put(6 * node + 3 * (k // 3) + c, combine([(term, turn[k % 3][c])]))
+                put(6 * node + 3 * (k // 3) + c, product(term, turn[k % 3][c]))
         for (dof, _), term in zip(self.loads.shares, self.pushes[len(self.loads.nodal) :], strict=True):
             put(dof, term)
         return forces

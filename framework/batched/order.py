@@ -50,9 +50,8 @@ class Order:
 
 def link(pattern: Pattern, i: int, j: int, mask: int) -> None:
     """Note that entry (i, j) is there and varies over `mask`."""
-    pattern.setdefault(i, {})
-    pattern.setdefault(j, {})
-    pattern[i][j] = pattern[j][i] = pattern[i].get(j, 0) | mask
+    row = pattern.setdefault(i, {})
+    row[j] = pattern.setdefault(j, {})[i] = row.get(j, 0) | mask
 
 
 def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:
@@ -120,6 +119,7 @@ def _eliminate(pattern: Pattern, k: int) -> tuple[list[int], int]:
     for j in below:
         del pattern[j][k]
     for a, i in enumerate(below):
+        filled, own = pattern[i], row[i] | mask
         for j in below[a:]:
-            link(pattern, i, j, row[i] | row[j] | mask)
+            filled[j] = pattern[j][i] = filled.get(j, 0) | own | row[j]
     return below, functools.reduce(operator.or_, row.values(), mask)

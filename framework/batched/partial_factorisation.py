@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..program.recording import Term
-from ..structure.parts import Grid, Row, Value, add, add_row, combine, unknowns
+from ..structure.parts import Grid, Row, Value, add, add_row, combine, product, unknowns
 from .order import Order
 from .stage import Forces, Stage, backward, carried, closure, subtract
 
@@ -160,7 +160,7 @@ class PartialFactorisation:
                 over, factor = self.masks.rows[a][i], row[i]
                 for mask, value in inner.scale.get(a, {}).items():
                     if _is(outer, wanted, mask | over):
-                        term = combine([(factor, combine([(factor, value)]))])
+                        term = product(factor, product(factor, value))
                         add(outer.scale.setdefault(i, {}), mask | over, term)
 
     def _congruence(
@@ -169,24 +169,25 @@ class PartialFactorisation:
         (a, row), (b, other), (mask, value) = left, right, part
         first, second = self.masks.rows[a], self.masks.rows[b]
         for i, factor in row.items():
-            met = {j: mask | first[i] | second[j] for j in other if a != b or (i >= 0 and (j >= i or j < 0))}
-            met = {j: over for j, over in met.items() if _is(self.outer, wanted, over)}
-            half = combine([(factor, value)]) if met else 0.0
-            for j, over in met.items():
-                self._put((i, j), over, combine([(other[j], half)]), twice=a != b)
+            half: Value | None = None
+            for j, known in other.items():
+                over = mask | first[i] | second[j]
+                if (a != b or (i >= 0 and (j >= i or j < 0))) and _is(self.outer, wanted, over):
+                    half = product(factor, value) if half is None else half
+                    self._put((i, j), over, product(known, half), twice=a != b)
 
     def _add_springs(self, wanted: Wanted, *, given: bool) -> None:
         """Add k r r^T and -k r times the known part of every spring to the second stage."""
         outer = self.outer
         for (row, stiffness), (masks, mask) in zip(self.springs, self.masks.springs, strict=True):
             for i in unknowns(row):
-                half = combine([(row[i], stiffness)])
+                half = product(row[i], stiffness)
                 for j, second in row.items():
                     over = mask | masks[i] | masks[j]
                     # A stiffness as it was given is added whole, whatever its size: that costs nothing.
                     now = _is(outer, wanted, over) if masks[i] | masks[j] else given
                     if now and (j >= i or j < 0):
-                        term = combine([(second, half)])
+                        term = product(second, half)
                         self._put((i, j), over, term, twice=False)
                         if i == j:
                             add(outer.scale.setdefault(i, {}), over, term)
@@ -229,7 +230,7 @@ class PartialFactorisation:
                 for source, pushed in self.inner.forces.get(a, {}).items():
                     for mask, value in pushed.items():
                         if _is(self.outer, wanted, mask | over):
-                            add(self.outer.force(i, source), mask | over, combine([(factor, value)]))
+                            add(self.outer.force(i, source), mask | over, product(factor, value))
 
 
 def _is(stage: Stage, wanted: Wanted, mask: int) -> bool:

@@ -47,14 +47,22 @@ class Plan:
         The way in which it is to be solved, see `linkframe.framework.solvers.method`; the plan chooses where None.
     former
         What is known of a frame with the same members, not cut, if anything.
+    moved
+        Whether its nodes lay in other places.
     """
 
     def __init__(
-        self, frame: Description, *, cut: bool = False, method: str | None = None, former: Unloaded | None = None
+        self,
+        frame: Description,
+        *,
+        cut: bool = False,
+        method: str | None = None,
+        former: Unloaded | None = None,
+        moved: bool = False,
     ) -> None:
         times: dict[str, float] = {}
         with timed(times, "numbering"):
-            unloaded = Unloaded(frame, cut=cut, method=method, former=former)
+            unloaded = Unloaded(frame, cut=cut, method=method, former=former, moved=moved)
         self._chained: Bounded[tuple[object, ...], Chained] = Bounded(_CHAINED)
         self._of(frame, unloaded, times, again=False)
 

@@ -21,5 +21,14 @@ def same_members(one: Description, other: Description) -> bool:
     return _same(one, other, _MEMBERS)
 
 
+def same_connections(one: Description, other: Description) -> bool:
+    """Whether two descriptions have the same members, between nodes that may lie in other places."""
+    return (
+        list(one.nodes) == list(other.nodes)
+        and _same(one, other, ("members", "bodies"))
+        and all(a.body == b.body for a, b in zip(one.nodes.values(), other.nodes.values(), strict=True))
+    )
+
+
 def _same(one: Description, other: Description, parts: tuple[str, ...]) -> bool:
     return one.shape == other.shape and all(alike(getattr(one, part), getattr(other, part)) for part in parts)

@@ -107,8 +107,11 @@ class Stage:
         for a, (i, own, _) in enumerate(columns):
             del self.matrix[i][k]
             low = lower[i]
+            filled = self.matrix.setdefault(i, {})
             for j, other, value in columns[a:]:
-                subtract(self.entry(i, j), own | other | varying, low * value)
+                if j not in filled:
+                    filled[j] = self.matrix.setdefault(j, {})[i] = {}
+                subtract(filled[j], own | other | varying, low * value)
             add(self.scale.setdefault(i, {}), own | varying | over, low * low * weight)
         self.pivots[k] = Pivot(mask, inverse, lower)
 

@@ -47,14 +47,24 @@ class Unloaded:
         The way in which it is to be solved; None for the one that promises to be fastest.
     former
         What is known of a frame with the same members, not cut, if anything.
+    moved
+        Whether its nodes lay in other places.
     """
 
-    def __init__(self, frame: Description, *, cut: bool, method: str | None, former: Unloaded | None = None) -> None:
+    def __init__(
+        self,
+        frame: Description,
+        *,
+        cut: bool,
+        method: str | None,
+        former: Unloaded | None = None,
+        moved: bool = False,
+    ) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
         self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
-        self.topology: Topology = Topology.of(frame, cut=cut) if former is None else former.topology.loaded(frame)
-        self._stacks = None if former is None else former.known_stacks
+        self.topology = _topology(frame, cut=cut, former=former, moved=moved)
+        self._stacks = None if former is None or moved else former.known_stacks
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
         if not (self._plain and forest(frame)):
             self.tree  # noqa: B018  # refuses at once what contradicts itself
@@ -273,6 +283,13 @@ class Chained:
         orders = _orders(self.unloaded.grid, pattern, inner, ends, springs, unknown)
         scale = {a: self.scale(a) if a in own else {} for a in matrix}
         return Block(self.unloaded.grid, orders, matrix, scale, {}, ends, springs, [], varying), own
+
+
+def _topology(frame: Description, *, cut: bool, former: Unloaded | None, moved: bool) -> Topology:
+    """Nodes and members, as far as they are known from what was `former`."""
+    if former is None:
+        return Topology.of(frame, cut=cut)
+    return former.topology.moved(frame) if moved else former.topology.loaded(frame)
 
 
 def _orders(

@@ -80,13 +80,13 @@ def frame_at(frame: Description, picked: Picked) -> Description:
     clone.bodies = {
         name: replace(body, origin=at(body.origin, 1), axes=at(body.axes, 2)) for name, body in frame.bodies.items()
     }
-    clone.nodes = {name: replace(node, coordinates=at(node.coordinates, 1)) for name, node in frame.nodes.items()}
+    clone.nodes = {name: node._replace(coordinates=at(node.coordinates, 1)) for name, node in frame.nodes.items()}
     clone.members = {
-        name: replace(member, element=cut[k])
+        name: member._replace(element=cut[k])
         for (name, member), k in zip(frame.members.items(), which.tolist(), strict=True)
     }
     clone.masses = {
-        name: replace(mass, element=_PickedMass(mass.element, picked)) for name, mass in frame.masses.items()
+        name: mass._replace(element=_PickedMass(mass.element, picked)) for name, mass in frame.masses.items()
     }
     clone.loads = {node: [(k, at(value, 0)) for k, value in given] for node, given in frame.loads.items()}
     clone.member_loads = {member: [changed(load, at) for load in given] for member, given in frame.member_loads.items()}

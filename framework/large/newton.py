@@ -27,7 +27,8 @@ from .state import DisplacedState
 CLOSE = 1e-16
 # Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one.
 _ROUNDINGS = 4.0 * float(np.finfo(np.float64).eps)
-_ITERATIONS = 30
+# Iterations after which one that has not settled wanders, and smaller steps find their way in less.
+_ITERATIONS = 16
 # Longest step, and one that is nothing, in radians or sizes of the frame.
 _LONGEST, NOTHING = 1.0, 1e-13
 

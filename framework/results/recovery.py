@@ -10,7 +10,7 @@ from ..arm import transferred
 from ..batch import Array, rotated
 from ..structure.assembly import nodal_loads
 from ..structure.edge import ABOUT, ALONG, Edge
-from ..structure.parts import Row, add_row, combine
+from ..structure.parts import Row, add_row, product
 from ..structure.tree import TreeEdge
 from .along_member import AlongMembers
 from .member_field import deflection, end_loads, internal_forces
@@ -131,7 +131,7 @@ class Recovery(AlongMembers):
         force: list[Row] = [{} for _ in range(6)]
         for k, row in enumerate(edge.elastic(moved)):
             add_row(force[k], row, edge.stiffness[k])
-        add_row(force[ABOUT], force[ALONG], combine([(-1.0, edge.pitch)]))
+        add_row(force[ABOUT], force[ALONG], product(-1.0, edge.pitch))
         return self.solution.stacked(force)
 
     @cached_property

@@ -14,7 +14,7 @@ from ..batch import Array, Shape, aligned, block_diagonal, rotated
 from ..batched.condensation import Condensation
 from ..batched.stage import Forces, Matrix
 from .member_loads import applied_forces, equivalent, strain_forces, weight_forces
-from .parts import Grid, RightHandSideParameters, Value, add, combine, is_zero
+from .parts import Grid, RightHandSideParameters, Value, add, is_zero, product
 from .topology import Group, Index, Topology
 from .varying import Varying
 
@@ -90,7 +90,7 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
                 put(6 * node + k, -1 - key, factor)
                 continue
             for c, share in enumerate(grid.components(_in_node(topology, node, np.eye(6)[k]))):
-                put(6 * node + c, -1 - key, combine([(factor, share)]))
+                put(6 * node + c, -1 - key, product(factor, share))
     for dof, share in member_and_mass_loads(topology, grid):
         put(dof, 0, share)
     return forces

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import FrameError
 from .edge import Edge
-from .parts import RightHandSideParameters, Row, Value, add_row, combine, unknowns
+from .parts import RightHandSideParameters, Row, Value, add_row, combine, product, unknowns
 
 # A coefficient smaller than this share of what such coefficients are made of is rounding.
 _ROUNDING = 1e-11
@@ -89,8 +89,8 @@ def eliminate(rhs_parameters: RightHandSideParameters, given: list[Constraint]) 
         pivot, row = chosen.pivot, chosen.row
         assert pivot is not None  # its size is above zero
         inverse = -1.0 / row.pop(pivot)
-        new = {key: combine([(value, inverse)]) for key, value in row.items()}
-        source = {key: combine([(value, inverse)]) for key, value in chosen.source.items()}
+        new = {key: product(value, inverse) for key, value in row.items()}
+        source = {key: product(value, inverse) for key, value in chosen.source.items()}
         for dependent in out.rows:
             _substitute(out.rows[dependent], out.sources[dependent], pivot, new, source)
         for other in waiting.values():

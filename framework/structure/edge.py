@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from .parts import Row, Value, add_row, combine
+from .parts import Row, Value, add_row, product
 
 GROUND = -1
 # Components that a screw couples: uz and rz in the joint's axes.
@@ -65,5 +65,5 @@ class Edge:
         out = [dict(row) for row in moved]
         for row, offset in zip(out, self.offset, strict=True):
             add_row(row, offset, -1.0)
-        add_row(out[ALONG], moved[ABOUT], combine([(-1.0, self.pitch)]))
+        add_row(out[ALONG], moved[ABOUT], product(-1.0, self.pitch))
         return out

@@ -92,6 +92,13 @@ def total(parts: Parts) -> tuple[int, Value]:
     return varying, result
 
 
+def product(a: Value, b: Value) -> Value:
+    """a times b; of an exact zero the exact zero, of one the other itself."""
+    if is_zero(a) or is_zero(b):
+        return 0.0
+    return b if not isinstance(a, np.ndarray) and a == 1.0 else a * b
+
+
 def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
     """Sum of products, without the terms that are exactly zero."""
     result: Value = 0.0
@@ -113,7 +120,7 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
 def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:
     """Add `factor` times the sparse row `other` to `row`."""
     for key, value in other.items():
-        term = combine([(factor, value)])
+        term = product(factor, value)
         if not is_zero(term):
             row[key] = row[key] + term if key in row else term
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -170,6 +170,15 @@ class Topology:
         """The same members under the loads of another description, with all that is known of them."""
         clone = copy.copy(self)
         clone.frame = frame
+        return clone
+
+    def moved(self, frame: Description) -> Topology:
+        """The same members between nodes that another description has in other places, gathered as they are here."""
+        clone = Topology(frame, self.number, self.bodies, self.counts, self.ends)
+        known: list[Group] | None = vars(self).get("groups")
+        chords = clone._chords
+        if known is not None and self._plain is not None and isinstance(chords, np.ndarray):
+            clone.groups = [replace(group, chord=chords[group.pieces].reshape(group.chord.shape)) for group in known]
         return clone
 
     @cached_property

