@@ -1,10 +1,6 @@
-"""What a program does not need is not done for it: imports, other packages' writers, work that is known already."""
+"""What is known already is not done again."""
 
 from __future__ import annotations
-
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,62 +11,6 @@ from linkframe.framework.solvers.sparse import SparseSolver
 from linkframe.framework.structure.topology import Topology
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))
-
-
-def loaded(program: str) -> set[str]:
-    script = f"{program}\nimport sys\nprint(*sys.modules)"
-    return set(
-        subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True).stdout.split()
-    )
-
-
-def test_command_line_lists_its_options_without_kinematics_and_solvers() -> None:
-    modules = loaded("import linkframe.models.command_line")
-    assert not modules & {"linkframe.models.linkage.linkage", "linkframe.models.propagation", "scipy", "meshio"}
-    assert "linkframe.models.paper.command" in modules
-
-
-def test_closed_form_of_a_four_bar_needs_no_kinematics() -> None:
-    program = "from linkframe.models import FourBar\nFourBar().move(1.0).frame()"
-    assert "linkframe.models.linkage.linkage" not in loaded(program)
-
-
-def test_grids_are_written_without_meshio(tmp_path: Path) -> None:
-    program = f"""
-from linkframe.elements import Beam, Circle, Material
-from linkframe.framework import Frame
-frame = Frame()
-frame.add_nodes(["A", "B"], [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
-frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
-frame.fix("A")
-frame.load("B", fy=-10.0)
-frame.solve().save({str(tmp_path / "rod.vtu")!r})"""
-    assert "meshio" not in loaded(program)
-    assert (tmp_path / "rod.vtu").exists()
-
-
-@pytest.mark.parametrize("missing", [0, 1, 2, 3, 4])
-def test_any_length_of_data_is_read_back(tmp_path: Path, missing: int) -> None:
-    """Base 64 takes three bytes at a time, wherever an array ends."""
-    import meshio
-    from linkframe.framework.paraview import vtu
-    from linkframe.framework.paraview.scene import Part
-
-    count = 9 - missing
-    points = np.random.default_rng(missing).random((1, count, 3))
-    cells = np.stack([np.arange(count - 1), np.arange(1, count)], axis=-1)
-    small = np.arange(count, dtype=np.int8)[None]
-    grid = Part("beams", "line", points, cells, {"small": small}, {"number": np.arange(count - 1)[None] / 7.0})
-    before, vtu._PIECE = vtu._PIECE, 3
-    try:
-        vtu.write_grid(tmp_path / "grid.vtu", [grid], 0)
-    finally:
-        vtu._PIECE = before
-    found = meshio.read(tmp_path / "grid.vtu")
-    np.testing.assert_array_equal(found.points, points[0])
-    np.testing.assert_array_equal(found.cells_dict["line"], cells)
-    np.testing.assert_array_equal(found.point_data["small"], small[0])
-    np.testing.assert_array_equal(found.cell_data["number"][0], np.arange(count - 1) / 7.0)
 
 
 def bracket(tip: object = (1.0, 0.5, 0.2), load: object = 3.0, body: bool = False) -> Frame:

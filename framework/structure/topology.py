@@ -177,7 +177,7 @@ class Topology:
         clone = Topology(frame, self.number, self.bodies, self.counts, self.ends)
         known: list[Group] | None = vars(self).get("groups")
         chords = clone._chords
-        if known is not None and self._plain is not None and isinstance(chords, np.ndarray):
+        if known is not None and self.plain_positions is not None and isinstance(chords, np.ndarray):
             clone.groups = [replace(group, chord=chords[group.pieces].reshape(group.chord.shape)) for group in known]
         return clone
 

@@ -17,8 +17,7 @@ from ....framework.errors import FrameError
 from ....framework.graphics.scene import Scene
 from ....framework.paraview.files import whole_or_nothing
 from ..description.linkage_description import LinkageDescription
-from ..poses.kinematics import Kinematics
-from .places import DrawnPlaces, PosePlaces, ReferencePlaces, series_of
+from .places import DrawnPlaces, DrawnPoses, PosePlaces, ReferencePlaces, series_of
 from .plane import plane
 from .scene import linkage_scene
 
@@ -48,7 +47,7 @@ def save_linkage(linkage: LinkageDescription, path: Path, entry: int, unit: str)
     drawing.write(path)
 
 
-def save_motion(motion: Kinematics, path: Path, unit: str) -> None:
+def save_motion(motion: DrawnPoses, path: Path, unit: str) -> None:
     """See `Motion.save`."""
     if len(motion.shape) > 1:
         raise FrameError(f"{path.name} holds one row of poses, but the batch shape is {motion.shape}: save one row")
@@ -142,14 +141,18 @@ class CadDrawing:
             if slides:
                 _line(layout, joint.at + np.outer((-3.0, 3.0), radius * axis), layer["layer"])
 
-    def add_paths(self, motion: Kinematics, numbers: list[int]) -> None:
+    def add_paths(self, motion: DrawnPoses, numbers: list[int]) -> None:
         """Paths of the points of links that move, broken where a pose is not assembled."""
         moved = {point: link.name for link in self.linkage.links.values() for point in reversed(link.points)}
-        for point, link in moved.items():
-            path = np.broadcast_to(motion.position(point, link), (*motion.shape, 3)).reshape(-1, 3)[numbers]
+        paths = {
+            point: np.broadcast_to(motion.position(point, link), (*motion.shape, 3)).reshape(-1, 3)[numbers]
+            for point, link in moved.items()
+        }
+        places = np.concatenate([np.zeros((0, 3)), *paths.values()])
+        extent = np.ptp(places[np.isfinite(places).all(axis=-1)], axis=0).max(initial=0.0)
+        for point, path in paths.items():
             known = np.asarray(np.isfinite(path).all(axis=-1))
-            size = np.ptp(path[known], axis=0).max(initial=0.0)
-            if size <= 1e-9 * motion.mechanism.size:
+            if np.ptp(path[known], axis=0).max(initial=0.0) <= 1e-9 * extent:
                 continue
             for part in np.split(np.arange(len(path)), np.flatnonzero(~known)):
                 row = path[part][known[part]]
