@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from ....framework import rotation
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
@@ -114,8 +115,7 @@ class MjcfWriter:
         element = add(self.elements[body.parent], "body", name=body.name, pos=body.origin - above)
         self.elements[body.name] = element
         own = body.mass
-        tensor = own.tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-        add(element, "inertial", pos=own.centre - body.origin, mass=own.mass, fullinertia=tensor)
+        add(element, "inertial", pos=own.centre - body.origin, mass=own.mass, **_principal(own.tensor))
         for step in body.steps:
             self._joint(element, step)
         if body.part_of is None:
@@ -232,6 +232,15 @@ class MjcfWriter:
         note(
             self.root, "Angles in radians, joint coordinates as linkframe has them: see linkframe.models.write_linkage."
         )
+
+
+def _principal(tensor: Array) -> dict[str, Number]:
+    """Principal moments of inertia, and where they differ from the axes of the body, their directions."""
+    if np.array_equal(tensor, np.diag(np.diag(tensor))):
+        return {"diaginertia": np.diag(tensor)}
+    moments, axes = np.linalg.eigh(tensor)
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    return {"diaginertia": moments, "quat": rotation.of_matrix(axes)}
 
 
 def check_names(linkage: LinkageDescription) -> None:
