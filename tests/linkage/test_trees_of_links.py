@@ -228,6 +228,17 @@ def test_names_that_stand_twice(ending: str, tmp_path: Path) -> None:
         write_linkage(linkage, tmp_path / f"x.{ending}")
 
 
+def test_long_chains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Links one on another as many as MuJoCo reads; of more the number is told."""
+    monkeypatch.setattr("linkframe.models.linkage.robot_files.mjcf_write.DEEPEST", 3)
+    chain = Linkage({f"P{k}": (k, 0.0) for k in range(5)})
+    for k in range(4):
+        chain.link(f"link {k}", f"P{k}", f"P{k + 1}")
+        chain.revolute(f"P{k}", f"link {k - 1}" if k else "ground", f"link {k}")
+    with pytest.raises(FrameError, match="more than 3 links hang one on another"):
+        write_linkage(chain, tmp_path / "x.xml")
+
+
 def test_inertia_of_no_body(tmp_path: Path) -> None:
     """More about one axis than about both others together: told, and raised about these; about z alone, a plate."""
     for inertia, told in (((1.0, 1.0, 3.0, 0, 0, 0), 1), ((1.0, 1.0, 2.0, 0, 0, 0), 0), (2.0, 0)):
