@@ -43,6 +43,8 @@ def mjcf_linkage(file: Path, kind: type[Described]) -> Described:
         linkage = reader.whole()
     except FrameError as error:
         raise FrameError(f"{file}: {error}") from error
+    except RecursionError:
+        raise FrameError(f"{file}: its elements lie too deep in one another: write the bodies flatter") from None
     tell(file, reader.left, "a linkage", depth=3)
     return linkage
 
