@@ -76,15 +76,15 @@ class MjcfReader(Generic[Described]):
 
     def whole(self) -> Described:
         """All of the linkage."""
-        names = {id(each): self.points.of(each) for each in self.joinings}
+        named = [(each, self.points.of(each)) for each in self.joinings]
         self.points.complete(self.bodies)
         for name, place in self.points.places.items():
             self.linkage.point(name, place)
         for link, points in self.points.on_links.items():
             if link != GROUND:
                 self.linkage.link(link, *points, **self._mass(link))
-        for each in self.joinings:
-            self._join(each, names[id(each)])
+        for each, names in named:
+            self._join(each, names)
         self._springs()
         self._actuators()
         option = {key: text for element in self.source.root.findall("option") for key, text in element.attrib.items()}
