@@ -12,11 +12,12 @@ if TYPE_CHECKING:
     from .clearances.contact import Contact
     from .error_bounds.sensitivity import Sensitivity
     from .frame import Frame
+    from .joint_protocol import JointElement
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
     from .matrices import FrameMatrices
     from .paraview.vtu import read_names
-    from .protocol import JointElement, LineElement, PointElement
+    from .protocol import LineElement, PointElement
     from .results.buckling import Buckling
     from .results.modes import Modes
     from .results.singular import FreeMotion

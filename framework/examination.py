@@ -20,8 +20,9 @@ from .dofs import DISPLACEMENTS
 from .entries import Change, Stretch, flattened
 from .errors import FrameError
 from .examined import Examined, Unanswered, attribute_of, fits
+from .joint_protocol import JointElement
 from .member_law import deformation_rows
-from .protocol import JointElement, LineElement, PointElement
+from .protocol import LineElement, PointElement
 
 Extended = np.longdouble
 _EPS = float(np.finfo(np.float64).eps)

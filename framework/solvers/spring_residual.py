@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.deformations import constant_rows
-from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.kinematic_edge import Real, extended
 from ..structure.topology import Group, Index
 from .evaluation import Picked
 from .graph import by_rows
