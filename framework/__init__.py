@@ -58,7 +58,7 @@ _LATER = {
     "Frame": ".frame",
     "FrameMatrices": ".matrices",
     "FreeMotion": ".results.singular",
-    "JointElement": ".protocol",
+    "JointElement": ".joint_protocol",
     "LargeSolution": ".large.solution",
     "LineElement": ".protocol",
     "Modes": ".results.modes",
