@@ -8,11 +8,11 @@ from numpy.typing import ArrayLike
 from ..dofs import DISPLACEMENTS, components, values
 from ..errors import FrameError
 from ..names import found
-from .elements import DescribedElements
+from .members import DescribedMembers
 from .parts import Tie
 
 
-class DescribedSupports(DescribedElements):
+class DescribedSupports(DescribedMembers):
     """A description whose nodes are held, tied to each other or displaced."""
 
     def rigid(self, master: str, *slaves: str) -> None:

@@ -25,7 +25,7 @@ COINCIDENT = 1e-9
 _ALL = "beam"
 
 
-class DescribedElements(DescribedNodes):
+class DescribedMembers(DescribedNodes):
     """A description whose nodes carry members, joints and masses."""
 
     def add(self, name: str, element: LineElement | JointElement | PointElement, *nodes: str) -> None:
