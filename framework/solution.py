@@ -27,7 +27,7 @@ class Solution(ResultsWithBounds):
     plan
         The compiled frame.
     clearances
-        Where its joints with clearance rest; None where there are none, or they were left out.
+        Contact of its joints with clearance; None where there are none, or they were left out.
     primary
         Its unknowns, and what solves for them.
 
@@ -77,8 +77,8 @@ class Solution(ResultsWithBounds):
         without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
-        resting = Clearances(described, without_clearance, cls.of)
-        return cls(described, Plan(resting.offsets(), method=plan.asked), resting)
+        contact = Clearances(described, without_clearance, cls.of)
+        return cls(described, Plan(contact.offsets(), method=plan.asked), contact)
 
     def explain(self) -> str:
         """What is built at which batch shapes, what is skipped, and why, in plain words.

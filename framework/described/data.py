@@ -20,7 +20,7 @@ from .parts import Body, JointLink, MassPoint, Member, Node, Tie
 # Dimensions of results beside the batch axes.
 TAKEN = ("node", "component", "support", "force", "joint", "status")
 
-# What is held by name and may grow under that name.
+# What is kept by name and may grow under that name.
 _GROWING = ("supports", "offsets", "loads", "member_loads")
 
 

@@ -94,7 +94,7 @@ class DescribedNodes(DescriptionData):
             self.size = max(self.size, float(np.abs(self.position(name)).max(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
-        """Give a node another name, by which it is loaded, held and asked for results as well.
+        """Give a node another name, by which it is loaded, supported and asked for results as well.
 
         Parameters
         ----------

@@ -13,7 +13,7 @@ from .parts import Tie
 
 
 class DescribedSupports(DescribedMembers):
-    """A description whose nodes are held, tied to each other or displaced."""
+    """A description whose nodes are supported, tied to each other or displaced."""
 
     def rigid(self, master: str, *slaves: str) -> None:
         """Join nodes by rigid links, exactly: they move as one body.
@@ -94,7 +94,7 @@ class DescribedSupports(DescribedMembers):
 
         Examples
         --------
-        A hinge about z: everything is held but ``rz``.
+        A hinge about z: everything is constrained but ``rz``.
 
         >>> from linkframe.framework import Frame
         >>> frame = Frame()

@@ -62,7 +62,7 @@ class NamedResults(FrameStates):
 
         Examples
         --------
-        The end of a rod that is pulled by 1 kN, ``u = F L / E A`` (Timoshenko, *Strength of Materials* I).
+        The end of a rod under a tension of 1 kN, ``u = F L / E A`` (Timoshenko, *Strength of Materials* I).
 
         >>> from linkframe.elements import Beam, Rectangle, Material
         >>> from linkframe.framework import Frame
@@ -191,7 +191,7 @@ class NamedResults(FrameStates):
         Returns
         -------
         ndarray
-            Force ``fx fy fz`` and moment ``mx my mz``, (..., 6); zero in components that are not held.
+            Force ``fx fy fz`` and moment ``mx my mz``, (..., 6); zero in components without support.
 
         Raises
         ------

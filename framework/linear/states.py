@@ -34,8 +34,8 @@ class FrameStates(SolvedFrame):
         ``regular``; ``mechanism`` where it is kinematically unstable, as far as extended precision can tell
         (`distance_to_singularity` is rounding, 1e-15, where it is so); ``statically consistent mechanism`` where the
         load does no work on its free motion: forces hold, and displacements but those along that motion, which are NaN
-        (a `MechanismWarning` tells so), while what no load reaches at all rests; ``free`` where joints can move within
-        their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding hides
+        (a `MechanismWarning` tells so), while what no load reaches is not displaced; ``free`` where joints can move
+        within their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding hides
         a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries at which that is
         not regular carry its words, such as ``near dead point``.
         """
@@ -112,7 +112,7 @@ class FrameStates(SolvedFrame):
         Returns
         -------
         FreeMotion
-            As many motions as are independent, (count, ...); count is 0 where everything is held.
+            As many motions as are independent, (count, ...); count is 0 where everything is constrained.
 
         Raises
         ------
@@ -162,7 +162,7 @@ class FrameStates(SolvedFrame):
         array = self._present(array, mask)
         singular = self._singular
         if self.clearances is not None and not (self._warned or singular.any()):
-            self._told_free()
+            self._warn_free()
         if singular.any():
             if not self._warned:
                 self._warned = True
@@ -170,8 +170,8 @@ class FrameStates(SolvedFrame):
             array[singular] = mask
         return array
 
-    def _told_free(self) -> None:
-        """Warn where no force says where a journal rests: the results are one choice of many, and so are statistics."""
+    def _warn_free(self) -> None:
+        """Warn where no force determines the contact of a journal, so that results are one choice of many."""
         free = self.state == SolutionState.FREE
         if free.any():
             self._warned = True
@@ -193,7 +193,7 @@ class FrameStates(SolvedFrame):
             f"{more if moving else ''}; the first, {entry}: {self.mechanism(*entry)}"
         )
 
-    def _loose(self) -> str:
+    def _warning_of_consistent_mechanisms(self) -> str:
         assert self.consistent_mechanisms is not None
         entry = tuple(int(k) for k in np.argwhere(self.consistent_mechanisms.mask)[0])
         return (
@@ -209,11 +209,11 @@ class FrameStates(SolvedFrame):
             and not (self._warned or self._singular.any())
         ):
             self._warned = True
-            warnings.warn(self._loose(), MechanismWarning, stacklevel=_reader())
+            warnings.warn(self._warning_of_consistent_mechanisms(), MechanismWarning, stacklevel=_reader())
         return found
 
     def _settled(self, rows: Sequence[Row]) -> Array:
-        """Six displacements, NaN where they depend on how far an idle frame has moved."""
+        """Six displacements, NaN where they have a part in the free motion of a statically consistent mechanism."""
         found = self.stacked(rows)
         return (
             found

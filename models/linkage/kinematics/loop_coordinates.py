@@ -68,7 +68,7 @@ class LoopCoordinates:
 
     @cached_property
     def reference_state(self) -> list[float]:
-        """State of the drawing."""
+        """State in the reference configuration."""
         state = [0.0] * len(self.mechanism.state_names)
         for name, those in self.mechanism.states.items():
             if self.mechanism.linkage.joint(name).kind.name == "spherical":

@@ -177,7 +177,7 @@ class WorstCase:
         )
 
     def contributors(self, direction: ArrayLike | None = None) -> Contributors:
-        """Who is to blame for how much: shares of the worst case and of the variance, at every pose.
+        """Shares of the contributors in the worst case and in the variance, at every pose.
 
         Parameters
         ----------
