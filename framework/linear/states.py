@@ -36,8 +36,8 @@ class FrameStates(SolvedFrame):
         load does no work on its free motion: forces hold, and displacements but those along that motion, which are NaN
         (a `MechanismWarning` tells so), while what no load reaches is not displaced; ``free`` where joints can move
         within their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding
-        hides a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries at which that is
-        not regular carry its words, such as ``near dead point``.
+        hides a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries at which that
+        is not regular carry its words, such as ``near dead point``.
         """
         return with_origin(words(self.own_state, SolutionState), self.frame.made_from, self.shape)
 
