@@ -110,15 +110,18 @@ class Normal(ContinuousDistribution):
     deviation: float
 
     def ppf(self, q: Array, /) -> Array:
+        """Quantile at probability `q`."""
         from scipy.special import ndtri
 
         return np.asarray(ndtri(q) * self.deviation + self.mean)
 
     def pdf(self, x: Array, /) -> Array:
+        """Probability density."""
         off = (x - self.mean) / self.deviation
         return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.deviation))
 
     def cdf(self, x: Array, /) -> Array:
+        """Probability of a value below `x`."""
         from scipy.special import ndtr
 
         return np.asarray(ndtr((x - self.mean) / self.deviation))
@@ -144,6 +147,7 @@ class Interval(ContinuousDistribution):
             raise FrameError(f"interval ({self.low}, {self.high}): give two finite bounds, the lower one first")
 
     def ppf(self, q: Array, /) -> Array:
+        """Quantile at probability `q`."""
         return np.asarray(self.low + (self.high - self.low) * np.asarray(q))
 
     def isf(self, q: Array, /) -> Array:
@@ -162,10 +166,12 @@ class Interval(ContinuousDistribution):
         return np.asarray(self.high - (self.high - self.low) * np.asarray(q))
 
     def pdf(self, x: Array, /) -> Array:
+        """Probability density."""
         inside = (x >= self.low) & (x <= self.high)
         return np.where(inside, 1.0 / (self.high - self.low), 0.0)
 
     def cdf(self, x: Array, /) -> Array:
+        """Probability of a value below `x`."""
         return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
 
 

@@ -177,7 +177,7 @@ class WorstCase:
         )
 
     def contributors(self, direction: ArrayLike | None = None) -> Contributors:
-        """Shares of the contributors in the worst case and in the variance, at every pose.
+        """Rank the contributors by their shares in the worst case and in the variance, at every pose.
 
         Parameters
         ----------
