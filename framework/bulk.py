@@ -16,7 +16,7 @@ from .described.parts import JointLink, Member, Node, check_ideal
 from .dofs import FORCES, component, components
 from .editing import Editable
 from .errors import FrameError
-from .examination import examine_joint
+from .joint_examination import examine_joint
 from .joint_protocol import JointElement
 from .meshes.lines import lines_by_element
 from .meshes.sources import line_mesh_of

@@ -15,8 +15,9 @@ from .described.parts import JointLink, MassPoint, Member, Node, check_ideal
 from .description import Description
 from .dofs import DISPLACEMENTS, FORCES, values
 from .errors import FrameError
-from .examination import examine_joint, examine_mass
+from .examination import examine_mass
 from .formed import FormedElement
+from .joint_examination import examine_joint
 from .joint_protocol import JointElement
 from .loads import LineLoad
 from .names import plain

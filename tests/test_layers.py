@@ -25,7 +25,8 @@ LAYERS = {
     "loads": "added_forms loads",
     "members in scikit-fem": "scikit_fem/*",
     "elements, and how they are examined": (
-        "clearances/contact section_law stacking protocol joint_protocol composed formed examined examination"
+        "clearances/contact section_law stacking protocol joint_protocol composed formed examined examination "
+        "joint_examination"
     ),
     "description": "described/* description editing meshes/* bulk",
     "structure": "structure/*",

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from ..added_forms import AddedForm, FormLoad
 from ..batch import aligned, distinct, finite
 from ..errors import FrameError
-from ..examination import examine_joint, examine_mass, examine_member
+from ..examination import examine_mass, examine_member
 from ..formed import FormedElement
+from ..joint_examination import examine_joint
 from ..joint_protocol import JointElement
 from ..names import found, new, plain
 from ..protocol import LineElement, PointElement, is_proven

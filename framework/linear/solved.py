@@ -14,8 +14,8 @@ from ..batched.plan import Plan
 from ..clearances.clearance import Clearances
 from ..description import Description
 from ..error_bounds.resolved import Solved
-from ..examination import require_springs
 from ..factor_cache import Factors
+from ..joint_examination import require_springs
 from ..results.consistent_mechanisms import ConsistentMechanisms
 from ..results.primary import Primary
 from ..results.recovery import Recovery

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, finite, numbers
 from ....framework.errors import FrameError
+from .acting import LoadedSketch
 from .joints import COMPONENTS, Kind
 from .parts import GROUND, Pair, joint_axes, kind_of
-from .sketch import Sketch
 
 
-class JoinedSketch(Sketch):
+class JoinedSketch(LoadedSketch):
     """A sketch whose links are joined; see `Linkage`."""
 
     def drive(self, joint: str, *coordinates: str) -> None:
