@@ -1,10 +1,12 @@
-"""What an element returns, put to the test once: when it is added to a frame.
+"""What a member or a mass returns, put to the test once: when it is added to a frame.
 
 Shapes and finite numbers are examined by `linkframe.framework.examined` at every call. Here answers are held against
 each other, at two lengths and at a few entries of the batch: matrix, springs and end forces describe one stiffness,
 deformations and axes come in the precision that is asked for, displacement between the ends begins and ends with
 theirs.
 """
+
+from __future__ import annotations
 
 from contextlib import suppress
 from typing import Any
