@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..description import Description
-from ..protocol import JointElement
+from ..joint_protocol import JointElement
 from ..rotation import dot
 from ..structure.edge import Edge
 from ..structure.topology import Topology

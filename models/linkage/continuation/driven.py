@@ -9,7 +9,8 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from .start import jacobian_at, rank_of
 
 # What moves by less, in units of the linkage's size and radians, does not move.

@@ -8,8 +8,9 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ..kinematics.closed_poses import Pose
 from ..kinematics.elimination import order_of
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.loops import Loops
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import nearest, open_by
 

@@ -43,8 +43,6 @@ def mjcf_linkage(file: Path, kind: type[Described]) -> Described:
         linkage = reader.whole()
     except FrameError as error:
         raise FrameError(f"{file}: {error}") from error
-    except RecursionError:
-        raise FrameError(f"{file}: its elements lie too deep in one another: write the bodies flatter") from None
     tell(file, reader.left, "a linkage", depth=3)
     return linkage
 
@@ -76,15 +74,15 @@ class MjcfReader(Generic[Described]):
 
     def whole(self) -> Described:
         """All of the linkage."""
-        named = [(each, self.points.of(each)) for each in self.joinings]
+        names = [self.points.of(each) for each in self.joinings]
         self.points.complete(self.bodies)
         for name, place in self.points.places.items():
             self.linkage.point(name, place)
         for link, points in self.points.on_links.items():
             if link != GROUND:
                 self.linkage.link(link, *points, **self._mass(link))
-        for each, names in named:
-            self._join(each, names)
+        for each, name in zip(self.joinings, names, strict=True):
+            self._join(each, name)
         self._springs()
         self._actuators()
         option = {key: text for element in self.source.root.findall("option") for key, text in element.attrib.items()}
@@ -119,7 +117,7 @@ class MjcfReader(Generic[Described]):
     # -- what acts --------------------------------------------------------------------------------------------------
 
     def _springs(self) -> None:
-        """Tendons from site to site that pull."""
+        """Tendons from one site to another, as springs."""
         for tendon in self.source.section("tendon"):
             given = self.source.attributes(tendon)
             what = shown(tendon)
@@ -128,7 +126,7 @@ class MjcfReader(Generic[Described]):
                 continue
             sites = [child.get("site", "") for child in tendon]
             if tendon.tag != "spatial" or len(sites) != 2 or any(child.tag != "site" for child in tendon):
-                raise FrameError(f"{what} pulls over more than two sites: a spring goes from one point to another")
+                raise FrameError(f"{what} runs over more than two sites: a spring goes from one point to another")
             ends = [site_named(self.bodies, name, what)[0] for name in sites]
             (one, start), (other, end) = (
                 (self.points.link_of(body.name), self.points.of_site(name))

@@ -104,7 +104,7 @@ class MjcfWriter:
     # -- bodies -----------------------------------------------------------------------------------------------------
 
     def _ground_points(self, world: Element) -> None:
-        """Points that are on no link, and those where springs end or drives push on the ground."""
+        """Points that are on no link, and those where springs end, or drives act, on the ground."""
         linkage = self.linkage
         on_links = {point for link in linkage.links.values() for point in link.points}
         ends = {end[1] for spring in linkage.springs for end in (spring.first, spring.second) if end[0] == GROUND}
@@ -215,7 +215,7 @@ class MjcfWriter:
             add(element, "position", name=name, joint=joint, gear=gear, kp=gains.stiffness, kv=gains.damping)
 
     def _reference(self, actuators: Element) -> None:
-        """A keyframe in which the drives stay where they are drawn."""
+        """A keyframe in which the drives stay at their reference values."""
         steps = self.tree.steps
         signals = [steps[own.get("joint", "")].reference if own.tag == "position" else 0.0 for own in actuators]
         add(add(self.root, "keyframe"), "key", name="reference", ctrl=signals)

@@ -320,7 +320,7 @@ class AccuracyStudy:
         return to_xarray(self)
 
     def __repr__(self) -> str:
-        """A table of the first point, and who is to blame."""
+        """A table of the first point and its contributors."""
         heads = [*self.drives, *(f"{name}{axis}" for name in ("mean u_", "σ_") for axis in "xyz"), "worst", "status"]
         columns = [*self.drives.values(), *self.mean[0].T, *self.std[0].T, self.greatest[0]]
         rows = [

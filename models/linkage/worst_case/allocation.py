@@ -85,7 +85,7 @@ class FitAllocation:
         return {name: each / whole for name, each in sorted(reach.items(), key=lambda pair: -pair[1])}
 
     def __repr__(self) -> str:
-        """Fits, cost, and what binds: the pose and who is to blame there."""
+        """Fits, cost, and what binds: the pose and its contributors."""
         parts = ", ".join(f"{joint} {each.name}" for joint, each in self.fits.items())
         where = ", ".join(map(str, self.binding[0]))
         at = f" at pose {where}" if where else ""

@@ -177,7 +177,7 @@ class WorstCase:
         )
 
     def contributors(self, direction: ArrayLike | None = None) -> Contributors:
-        """Who is to blame for how much: shares of the worst case and of the variance, at every pose.
+        """Rank the contributors by their shares in the worst case and in the variance, at every pose.
 
         Parameters
         ----------
