@@ -874,7 +874,8 @@ class Description:
         return vars(self) | {"_examined": {}, "made_from": made_from}
 
     def __repr__(self) -> str:
-        counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"
+        parts = {"node": self.nodes, "member": self.members, "joint": self.joints}
+        counts = ", ".join(f"{len(each)} {name}{'' if len(each) == 1 else 's'}" for name, each in parts.items())
         return f"<Frame of shape {self.shape}: {counts}>"
 
     def _repr_html_(self) -> str:
