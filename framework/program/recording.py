@@ -120,6 +120,10 @@ class Term:
     def __abs__(self) -> Any:
         return self.recording.write(Operation.ABSOLUTE, self)
 
+    def chosen(self, a: Any, b: Any) -> Any:
+        """a where this holds, b elsewhere."""
+        return self.recording.write(Operation.CHOOSE, self, a, b)
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *operands: Any, **options: Any) -> Any:
         if ufunc not in _UFUNCS or method != "__call__" or options:
             return NotImplemented
@@ -128,7 +132,7 @@ class Term:
 
 
 def _constant(value: object, constant: float) -> bool:
-    return isinstance(value, float) and value == constant
+    return isinstance(value, float | int) and value == constant
 
 
 def _number(value: Any) -> int:
@@ -146,7 +150,7 @@ def _recording(*values: Any) -> Recording:
 def choose(condition: Any, a: Any, b: Any) -> Any:
     """a where a condition holds, b elsewhere: of numbers, of arrays, or written down."""
     if isinstance(condition, Term):
-        return condition.recording.write(Operation.CHOOSE, condition, a, b)
+        return condition.chosen(a, b)
     return np.where(condition, a, b)
 
 
