@@ -71,6 +71,14 @@ def tangent(x: Array) -> Array:
     return out
 
 
+def sinc(x: Array) -> Array:
+    """Sine over angle."""
+    if not is_recorded(x):
+        return np.asarray(np.sinc(x / np.pi))
+    safe = where(less(-np.abs(x), 0.0), x, 1.0)
+    return where(less(-np.abs(x), 0.0), sine(x) / safe, 1.0)
+
+
 def minimum(a: Array, b: Any) -> Array:
     """The lesser of two."""
     out: Array = _minimum(a, b) if is_recorded(a) else np.minimum(a, b)

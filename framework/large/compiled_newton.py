@@ -7,6 +7,7 @@ with arrays. Both say the same to rounding.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,18 +16,32 @@ from ..program import machine_code
 from ..program.calculation import COMPILING, MOST, TWICE, Calculation
 from .elimination import LARGE, SymbolicFactorisation
 from .limits import NOTHING
+from .model import Model
 from .numbers import Where
 from .planar_model import PlanarModel
-from .planar_state import PlanarState
 from .protocols import FoundEquilibria
-from .recorded_newton import PlanarNumbers, RecordedNewton
+from .recorded_newton import NewtonRecording, RecordedNewton, State
+from .recorded_numbers import GivenNumbers, PlanarNumbers, SpatialNumbers
 
-# Seconds, as order of magnitude, that arrays take: for each entry and step of the program, and for each step alone.
-_EACH, _CALL = 4e-9, 2e-6
-# Pieces and unknowns up to which a program may have a length that is compiled.
-_PIECES = 64
 # What is compiled is kept on disk, and is likely to be run again: so often it may take to pay for itself.
 _TIMES = 4
+
+
+@dataclass(frozen=True)
+class _Costs:
+    """Seconds that arrays take for a step of the program alone and by entry; steps that a piece has at least."""
+
+    alone: float
+    each: float
+    steps: int
+
+    def pay(self, steps: int, count: int) -> bool:
+        """Whether compiling so many steps takes less time than it saves."""
+        saved = steps * (self.alone + self.each * count)
+        return _TIMES * saved > COMPILING * steps * (1.0 + steps / TWICE)
+
+
+_PLANE, _SPACE = _Costs(2e-6, 4e-9, 600), _Costs(2e-6, 9e-9, 6000)
 
 
 class CompiledNewton:
@@ -42,63 +57,56 @@ class CompiledNewton:
         Length that displacements are compared with.
     """
 
-    def __init__(self, numbers: PlanarNumbers, recorded: RecordedNewton, size: float) -> None:
+    def __init__(self, numbers: GivenNumbers, recorded: RecordedNewton, size: float) -> None:
         self.numbers, self.recorded, self.size = numbers, recorded, size
 
     @classmethod
     def of(
-        cls, model: PlanarModel, elimination: SymbolicFactorisation, zero: float, size: float
+        cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float, size: float
     ) -> CompiledNewton | None:
         """Newton's method for a model as machine code; None where that is not possible or does not pay."""
-        frame = model.model
-        count = math.prod(frame.frame.shape)
-        pieces = sum(len(stack.ends) for stack in model.stacks)
-        able = machine_code.available() and machine_code.fused() and pieces <= _PIECES and 0 < frame.free <= LARGE
-        if not able or not _pays(_LEAST_STEPS * pieces, count) or any(j.joint.law is not None for j in model.joints):
+        planar = isinstance(model, PlanarModel)
+        space, costs = (model.model, _PLANE) if isinstance(model, PlanarModel) else (model, _SPACE)
+        count, pieces = math.prod(space.frame.shape), sum(len(stack.ends) for stack in model.stacks)
+        able = machine_code.available() and machine_code.fused() and 0 < space.free <= LARGE and _suits(space)
+        steps = costs.steps * pieces
+        if not able or steps > MOST or not costs.pay(steps, count):
             return None
-        numbers = PlanarNumbers(model)
-        key = "large displacement", zero, _structure(model), numbers.key
-        recorded: RecordedNewton = KERNELS.found(key, lambda: RecordedNewton(numbers, elimination, zero), 1000 * pieces)
+        numbers = PlanarNumbers(model) if isinstance(model, PlanarModel) else SpatialNumbers(model)
+        key = "large displacement", planar, zero, _structure(model), numbers.key
+        recorded: RecordedNewton = KERNELS.found(
+            key, lambda: NewtonRecording(numbers, elimination, zero).recorded(), steps
+        )
         steps = recorded.program.weight
-        return cls(numbers, recorded, size) if steps <= MOST and _pays(steps, count) else None
+        return cls(numbers, recorded, size) if steps <= MOST and costs.pay(steps, count) else None
 
-    def solve(self, where: Where, state: PlanarState, factor: float) -> FoundEquilibria:
+    def solve(self, where: Where, state: State, factor: float) -> FoundEquilibria:
         """Stable equilibria at a share `factor` of the loads; not converged where none was found."""
         recorded = self.recorded
-        count = state.rotations.shape[-1]
-        rows = [*self.numbers.values(where, factor), *self._limits()]
-        rows += [coordinate.of(state) for coordinate in recorded.coordinates]
-        given = [rows[place] for place in recorded.places]
-        work = Calculation(
-            recorded.program, [x if x.size > 1 or count == 1 else x.item() for x in given], (count,), compiled=True
-        )
+        count = state.displacements.shape[-1]
+        rows = [*self.numbers.values(where, factor), np.full(1, 1.0 / self.size)]
+        rows += [np.full(1, NOTHING * min(1.0, self.size)), *(number.of(state) for number in recorded.moved)]
+        work = Calculation(recorded.program, [rows[place] for place in recorded.places], (count,), compiled=True)
         with np.errstate(all="ignore"):
             outs = [np.broadcast_to(out, (count,)) for out in work.results()]
-        found = FoundEquilibria.nothing(state)
-        found.state = recorded.state(outs[:-2], state)
+        found = FoundEquilibria.nothing(recorded.state(outs[:-2], state), copied=False)
         found.converged[:] = found.stable[:] = outs[-2]
         found.iterations[:] = outs[-1]
         return found
 
-    def _limits(self) -> list[np.ndarray]:
-        return [np.full(1, 1.0 / self.size), np.full(1, NOTHING * min(1.0, self.size))]
+
+def _suits(model: Model) -> bool:
+    """Whether a model has nothing that is not written down: forces on nodes, members and joints of springs alone."""
+    plain = all(stack.work is None and stack.tension is None and stack.plain for stack in model.stacks)
+    linked = not model.loops and all(joint.law is None for joint in model.joints)
+    return plain and linked and model.symmetric and not model.loads.offset_forces
 
 
-# Steps that a piece takes at least.
-_LEAST_STEPS = 300
-
-
-def _pays(steps: int, count: int) -> bool:
-    """Whether compiling so many steps takes less time than it saves."""
-    saved = steps * (_CALL + _EACH * count)
-    return _TIMES * saved > COMPILING * steps * (1.0 + steps / TWICE)
-
-
-def _structure(model: PlanarModel) -> tuple[object, ...]:
+def _structure(model: Model | PlanarModel) -> tuple[object, ...]:
     """All that the equations depend on beside numbers."""
-    frame = model.model
-    joints = tuple((j.joint.parent, j.joint.child, j.joint.forward, j.joint.edge.kind != "tie") for j in model.joints)
-    stacks = tuple((s.ends.tobytes(), k.tobytes()) for s, k in zip(model.stacks, model.linked, strict=True))
+    frame = model if isinstance(model, Model) else model.model
+    joints = tuple((j.parent, j.child, j.forward, j.edge.kind != "tie", j.movable.tobytes()) for j in frame.joints)
+    stacks = tuple((model.stacks[k].ends.tobytes(), linked.tobytes()) for k, linked in enumerate(model.linked))
     return (
         frame.count,
         frame.free,

@@ -95,16 +95,14 @@ class Newton:
     @cached_property
     def compiled(self) -> CompiledNewton | None:
         """The same as machine code, where that pays for the frame's batch."""
-        if self.planar_model is None:
-            return None
-        return CompiledNewton.of(self.planar_model, self.elimination, self.zero, self.size)
+        return CompiledNewton.of(self.planar_model or self.model, self.elimination, self.zero, self.size)
 
     def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
         """
-        if self.compiled is None or not isinstance(state, PlanarState):
+        if self.compiled is None or not isinstance(state, PlanarState | DisplacedState):
             return self._iterated(where, state, factor)
         found = self.compiled.solve(where, state, factor)
         left = np.flatnonzero(~found.converged)

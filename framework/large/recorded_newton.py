@@ -1,12 +1,11 @@
 """Newton's method on one entry written down as a program, its rounds and all.
 
-What is recorded is what `PlanarEquations` says, whose formulas are carried out on terms. The program finds an
-equilibrium or gives up; it tells nothing of tangents that are not positive definite.
+What is recorded is what `PlanarEquations` and `EquilibriumEquations` say, whose formulas are carried out on terms. The
+program finds an equilibrium or gives up; it tells nothing of tangents that are not positive definite.
 """
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -14,177 +13,95 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from ..program.program import Operation
+from ..program.program import Operation, Program
 from ..program.recording import Recording, Term, choose
 from .elimination import SymbolicFactorisation
-from .joint_law import ContactMultipliers
 from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
-from .model import HELD
-from .numbers import Numbers, Where
+from .model import HELD, Model
 from .planar import PlanarEquations
-from .planar_model import PlanarModel
 from .planar_state import PlanarState
+from .recorded_numbers import GivenNumbers
+from .state import DisplacedState
 
+State = PlanarState | DisplacedState
 _LARGEST = float(np.finfo(np.float64).max)
-# Numbers that stand in a program where a value is that for all entries.
-_PLAIN = (0.0, 1.0, -1.0)
 
 
 @dataclass(frozen=True)
-class Given:
-    """Numbers of a model that a program takes.
+class StateNumber:
+    """A number of a state, by the array that holds it and its place there."""
+
+    array: str
+    place: tuple[int, ...]
+
+    def of(self, state: State) -> Any:
+        """Its value (m,)."""
+        return getattr(state, self.array)[self.place]
+
+    def put(self, state: State, value: Any) -> None:
+        """Change its value."""
+        getattr(state, self.array)[self.place] = value
+
+
+def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
+    """The numbers of a state that steps of the coordinates (k, nodes) change."""
+    slides, flat = len(columns) // 3 + 1, len(columns) == 3
+    out = []
+    links = {joint.child: number for number, joint in enumerate(model.joints)}
+    for node in range(model.count):
+        free = [k for k in range(len(columns)) if columns[k, node] != HELD]
+        if node in links:
+            out += [StateNumber("own", (k, links[node])) for k in free]
+            continue
+        out += [StateNumber("displacements", (k, node)) for k in free if k < slides]
+        if free and free[-1] >= slides:
+            out += [StateNumber("rotations", (node,) if flat else (k, node)) for k in range(1 if flat else 4)]
+    return out
+
+
+def carried(model: Model, flat: bool) -> list[StateNumber]:
+    """The numbers of a state that nodes attached to others take from these."""
+    out = []
+    for joint in model.joints:
+        out += [StateNumber("displacements", (k, joint.child)) for k in range(2 if flat else 3)]
+        out += [StateNumber("rotations", (joint.child,) if flat else (k, joint.child)) for k in range(1 if flat else 4)]
+    return out
+
+
+@dataclass(frozen=True)
+class RecordedNewton:
+    """Newton's method written down for a model.
 
     Attributes
     ----------
-    numbers
-        The numbers.
+    program
+        It takes what `GivenNumbers` are, then the inverse of the frame's length and the largest residual of
+        prescribed coordinates, then the numbers of the state that steps change. It makes these and those of nodes that
+        are attached to others, whether that is a stable equilibrium, and the number of steps.
     places
-        Which of the components, flattened, are given; the others are 0, 1 or -1 everywhere.
-    loaded
-        Whether they are multiplied by the share of the loads.
+        Which of these numbers it takes: those that bear on the result.
+    moved
+        Numbers of the state that steps change.
+    carried
+        Those of nodes that are attached to others.
     """
 
-    numbers: Numbers
-    places: tuple[int, ...]
-    plain: tuple[float, ...]
-    loaded: bool
+    program: Program
+    places: list[int]
+    moved: list[StateNumber]
+    carried: list[StateNumber]
 
-    @classmethod
-    def of(cls, numbers: Numbers, *, loaded: bool = False) -> Given:
-        """What of some numbers has to be given."""
-        array, ndim = numbers.array, numbers.ndim
-        rows = array.reshape(-1, int(np.prod(array.shape[array.ndim - ndim :], dtype=np.int64)))
-        first = rows[:, 0]
-        alike = (rows == first[:, None]).all(axis=1) & np.isin(first, _PLAIN[:1] if loaded else _PLAIN)
-        plain = np.where(alike, first, np.nan)
-        return cls(numbers, tuple(np.flatnonzero(~alike).tolist()), tuple(plain.tolist()), loaded)
-
-    @property
-    def varies(self) -> bool:
-        """Whether they vary over the batch."""
-        shape = self.numbers.array.shape
-        return max(shape[len(shape) - self.numbers.ndim :], default=1) > 1
-
-    @property
-    def key(self) -> tuple[object, ...]:
-        """What the program depends on."""
-        shape = self.numbers.array.shape
-        told = tuple(x if x == x else None for x in self.plain)
-        return shape[: len(shape) - self.numbers.ndim], told, self.varies
-
-    def terms(self, recording: Recording) -> Numbers:
-        """The numbers as terms of a recording, of one batch axis."""
-        shape = self.numbers.array.shape[: self.numbers.array.ndim - self.numbers.ndim]
-        out = np.array(self.plain, dtype=object)
-        for place in self.places:
-            out[place] = recording.later(int(self.varies))
-        return Numbers(out.reshape(*shape, 1), 1)
-
-    def at(self, where: Where, factor: float) -> list[Array]:
-        """The given values at some entries, (m,) or (1,) each."""
-        if not self.places:
-            return []
-        found = self.numbers.at(where)
-        rows = found.reshape(-1, found.shape[-1])[list(self.places)]
-        return list(np.ascontiguousarray(factor * rows if self.loaded else rows))
-
-
-class PlanarNumbers:
-    """What a program takes of a model in the plane, in the order in which it takes it.
-
-    Parameters
-    ----------
-    model
-        The model.
-    """
-
-    def __init__(self, model: PlanarModel) -> None:
-        self.model = model
-        self.stacks = [tuple(map(Given.of, (s.direction, s.length, s.stiffness))) for s in model.stacks]
-        self.joints = [
-            (*map(Given.of, (j.axes, j.sense, j.arm, j.stiffness)), Given.of(j.offset, loaded=True))
-            for j in model.joints
-        ]
-        self.loads = Given.of(model.loads, loaded=True)
-        self.prescribed = [Given.of(model.model.prescribed_values[key], loaded=True) for key in model.model.prescribed]
-
-    @property
-    def all(self) -> list[Given]:
-        """All of them, in order."""
-        parts = [each for part in (*self.stacks, *self.joints) for each in part]
-        return [*parts, self.loads, *self.prescribed]
-
-    @property
-    def key(self) -> tuple[object, ...]:
-        """What the program depends on beside the model's structure."""
-        return tuple(each.key for each in self.all)
-
-    def equations(self, recording: Recording) -> PlanarEquations:
-        """The equations of one entry, of which the numbers are terms."""
-        model = copy(self.model)
-        model.stacks = [
-            replace(stack, direction=a.terms(recording), length=b.terms(recording), stiffness=c.terms(recording))
-            for stack, (a, b, c) in zip(self.model.stacks, self.stacks, strict=True)
-        ]
-        model.joints = [
-            replace(
-                joint,
-                **{name: each.terms(recording) for name, each in zip(_JOINT, given, strict=True)},  # type: ignore[arg-type]
-            )
-            for joint, given in zip(self.model.joints, self.joints, strict=True)
-        ]
-        model.loads = self.loads.terms(recording)
-        out = PlanarEquations(model, (np.zeros(1, dtype=np.int64),), 1)
-        values = [each.terms(recording).array for each in self.prescribed]
-        out.prescribed_values = np.concatenate([np.zeros((0, 1), dtype=object), *(v.reshape(1, 1) for v in values)])
+    def state(self, outs: list[Array], before: State) -> State:
+        """The state from what the program has made of that `before`, (m,) each."""
+        arrays = (before.displacements.copy(), before.rotations.copy(), before.own.copy())
+        out = replace(before, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
+        for number, value in zip([*self.moved, *self.carried], outs, strict=True):
+            number.put(out, value)
         return out
 
-    def values(self, where: Where, factor: float) -> list[Array]:
-        """What is given at some entries."""
-        return [row for each in self.all for row in each.at(where, factor)]
 
-
-_JOINT = ("axes", "sense", "arm", "stiffness", "offset")
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A number of the state that is unknown or prescribed: of a plain node, or of a link's own displacement."""
-
-    component: int
-    node: int
-    link: int
-    column: int
-
-    def of(self, state: PlanarState) -> Any:
-        """Its value (m,)."""
-        if self.link >= 0:
-            return state.own[self.component, self.link]
-        return state.displacements[self.component, self.node] if self.component < 2 else state.rotations[self.node]
-
-    def put(self, state: PlanarState, value: Any) -> None:
-        """Change its value."""
-        if self.link >= 0:
-            state.own[self.component, self.link] = value
-        elif self.component < 2:
-            state.displacements[self.component, self.node] = value
-        else:
-            state.rotations[self.node] = value
-
-
-def coordinates(model: PlanarModel) -> list[Coordinate]:
-    """The numbers of a state that steps change."""
-    links = {joint.joint.child: number for number, joint in enumerate(model.joints)}
-    return [
-        Coordinate(k, node, links.get(node, -1), int(model.columns[k, node]))
-        for node in range(model.model.count)
-        for k in range(3)
-        if model.columns[k, node] != HELD
-    ]
-
-
-class RecordedNewton:
-    """Newton's method written down for a model in the plane.
+class NewtonRecording:
+    """A recording of Newton's method.
 
     Parameters
     ----------
@@ -194,76 +111,50 @@ class RecordedNewton:
         Order of the elimination.
     zero
         Pivot, in units of the diagonal, that is rounding.
-
-    Attributes
-    ----------
-    program
-        It takes what `PlanarNumbers` gives, then the inverse of the frame's length and the largest residual of
-        prescribed coordinates, then the coordinates at the beginning. It makes the coordinates, the displacements and
-        angles of nodes that are attached to others, whether that is a stable equilibrium, and the number of steps.
     """
 
-    def __init__(self, numbers: PlanarNumbers, elimination: SymbolicFactorisation, zero: float) -> None:
-        self.elimination, self.zero = elimination, zero
-        self.recording = Recording(fixed=True)
-        self.equations = numbers.equations(self.recording)
-        self.model = numbers.model
-        self.coordinates = coordinates(self.model)
+    def __init__(self, numbers: GivenNumbers, elimination: SymbolicFactorisation, zero: float) -> None:
+        self.elimination, self.zero, self.model = elimination, zero, numbers.space
+        self.recording = Recording(fixed=True, signless=True)
+        self.equations: Any = numbers.equations(self.recording)
+        self.flat = isinstance(self.equations, PlanarEquations)
+        self.moved, self.carried = moved(self.model, numbers.columns), carried(self.model, self.flat)
         self.inverse_size, self.least = self._later(), self._later()
-        begin = [self._later() for _ in self.coordinates]
-        yes = self.recording.write(Operation.LESS, 0.0, 1.0)
-        no = ~yes
-        exact = self.equations.linearised(self._state(begin)).stresses
-        flat = [term for stress in exact for term in stress.reshape(-1)]
-        begins = [*begin, *flat, yes, no, 0.0]
-        _, after = self.recording.rounds(begins, self._round, ITERATIONS)
-        n = len(begin)
-        state = self._state(after[:n])
-        children = [joint.joint.child for joint in self.model.joints]
-        attached = [state.displacements[k, child, 0] for child in children for k in range(2)]
-        attached += [state.rotations[child, 0] for child in children]
-        outputs = [*after[:n], *attached, *after[-2:]]
-        program, self.places = self.recording.program([self._term(x) for x in outputs])
-        # What a round begins with varies, whatever it begins with first.
-        self.program = program.over(program.masks[: program.given])
 
-    def state(self, outs: list[Array], before: PlanarState) -> PlanarState:
-        """The state from what the program has made of that `before`, (m,) each."""
-        out = replace(
-            before,
-            displacements=before.displacements.copy(),
-            rotations=before.rotations.copy(),
-            own=before.own.copy(),
-        )
-        for coordinate, value in zip(self.coordinates, outs, strict=False):
-            coordinate.put(out, value)
-        children = [joint.joint.child for joint in self.model.joints]
-        places = outs[len(self.coordinates) :]
-        for number, child in enumerate(children):
-            out.displacements[:, child] = places[2 * number : 2 * number + 2]
-            out.rotations[child] = places[2 * len(children) + number]
-        return out
+    def recorded(self) -> RecordedNewton:
+        """The method as a program."""
+        begin = [self._later() for _ in self.moved]
+        yes = self.recording.write(Operation.LESS, 0.0, 1.0)
+        exact = self.equations.linearised(self._state(begin)).stresses
+        self._shapes = [stress.shape for stress in exact]
+        begins = [*begin, *(term for stress in exact for term in stress.reshape(-1)), yes, ~yes, 0.0]
+        _, after = self.recording.rounds(begins, self._round, ITERATIONS)
+        state = self._state(after[: len(begin)])
+        outputs = [*after[: len(begin)], *(number.of(state)[0] for number in self.carried), *after[-2:]]
+        program, places = self.recording.program([self._term(x) for x in outputs])
+        # What a round begins with varies, whatever it begins with first.
+        program = program.over(program.masks[: program.given])
+        return RecordedNewton(program, places, self.moved, self.carried)
 
     def _later(self) -> Any:
         return cast(Any, self.recording.later(1))
 
-    def _state(self, values: list[Any]) -> PlanarState:
-        """The state with these coordinates, in which links carry their nodes along."""
-        model = self.model.model
-        count, links = model.count, len(self.model.joints)
-        state = PlanarState(_none(2, count, 1), _none(count, 1), _none(3, links, 1), ContactMultipliers.none(0, 1))
-        for coordinate, value in zip(self.coordinates, values, strict=True):
-            coordinate.put(state, value)
+    def _state(self, values: list[Any]) -> Any:
+        """The state with these numbers, in which links carry their nodes along."""
+        start: State = PlanarEquations.start(self.model, 1) if self.flat else DisplacedState.start(self.model, 1)
+        arrays = (start.displacements.astype(object), start.rotations.astype(object), start.own.astype(object))
+        state = replace(start, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
+        for number, value in zip(self.moved, values, strict=True):
+            number.put(state, value)
         self.equations.follow(state)
         return state
 
     def _round(self, begins: list[Any]) -> tuple[list[Any], Any]:
-        n = len(self.coordinates)
+        n = len(self.moved)
         values, (moving, good, count) = begins[:n], begins[-3:]
-        state, stresses = self._state(values), self._stresses(begins[n:-3])
-        at = self.equations.linearised(state, stresses)
-        residual = self.equations.prescribed_residual(state)
-        step, positive = self._solved(at.values, at.forces, residual)
+        state = self._state(values)
+        at = self.equations.linearised(state, self._stresses(begins[n:-3]))
+        step, positive = self._solved(at.values, at.forces, self.equations.prescribed_residual(state))
         first = count < 1.0
         usable = positive | ~first
         for each in step:
@@ -272,32 +163,31 @@ class RecordedNewton:
         largest = self._largest(step)
         share = 1.0 / np.maximum(largest / LONGEST, 1.0)
         close = usable & (largest <= LONGEST) & self._close(at.forces[:, 0], at.energy[0], step, largest, first)
-        moved = [share * each for each in step]
-        predicted = self.equations.step_stresses(at, np.array(moved, dtype=object)[:, None])
-        new = [value + moved[c.column] for c, value in zip(self.coordinates, values, strict=True)]
-        new = [choose(moving, a, b) for a, b in zip(new, values, strict=True)]
+        whole = np.array([[share * each] for each in step], dtype=object)
+        ahead = self.equations.advanced(state, whole)
+        new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
         good = choose(moving, close & positive, good)
         count = choose(moving, count + 1.0, count)
         moving = moving & usable & ~close
-        flat = [term for stress in predicted for term in stress.reshape(-1)]
-        return [*new, *flat, moving, good, count], moving
+        predicted = [term for stress in self.equations.step_stresses(at, whole) for term in stress.reshape(-1)]
+        return [*new, *predicted, moving, good, count], moving
 
     def _stresses(self, flat: list[Any]) -> list[Array]:
-        out, place = [], 0
-        for stack in self.model.stacks:
-            size = 3 * len(stack.ends)
-            out.append(np.array(flat[place : place + size], dtype=object).reshape(3, -1, 1))
-            place += size
+        out = []
+        for shape in self._shapes:
+            size = int(np.prod(shape))
+            part = np.empty(size, dtype=object)
+            part[:] = flat[:size]
+            out.append(part.reshape(shape))
+            flat = flat[size:]
         return out
 
     def _largest(self, step: list[Any]) -> Any:
         """Largest component of a step, in radians or sizes of the frame."""
         largest: dict[bool, Any] = {}
-        for coordinate in self.coordinates:
-            # Own coordinates of links stand where the model in space has them.
-            place = self.model.model.columns[:3] == coordinate.column
-            size = abs(step[coordinate.column])
-            slides = bool(place.any())
+        translations = set(self.model.columns[:3].reshape(-1).tolist())
+        for column, each in enumerate(step):
+            size, slides = abs(each), column in translations
             largest[slides] = np.maximum(largest[slides], size) if slides in largest else size
         if True in largest:
             largest[True] = largest[True] * self.inverse_size
@@ -308,20 +198,20 @@ class RecordedNewton:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing."""
         work = abs(sum((force * each for force, each in zip(forces, step, strict=True)), 0.0))
         near = (work <= CLOSE * energy) & (energy > 0.0)
-        for each in step[self.model.model.free :]:
+        for each in step[self.model.free :]:
             near = near & (abs(each) <= self.least)
         return near | (largest <= choose(first, 0.0, NOTHING))
 
     def _solved(self, values: Array, forces: Array, residual: Array) -> tuple[list[Any], Any]:
         """Newton's step, and whether all pivots are positive."""
-        free, order = self.model.model.free, self.elimination
+        free, order = self.model.free, self.elimination
         load = [-force for force in forces[:free, 0]]
         prescribed = residual[:, 0].tolist()
         for which, row, column in zip(*(each.tolist() for each in order.prescribed), strict=True):
             load[row] = load[row] - values[which, 0] * prescribed[column]
         work: list[Any] = [0.0] * order.entries
-        for goal, inside in zip(order.goal.tolist(), order.inside.tolist(), strict=True):
-            work[goal] = values[inside, 0]
+        for goal, place in zip(order.goal.tolist(), order.inside[order.source].tolist(), strict=True):
+            work[goal] = values[place, 0]
         least = [self.zero * abs(work[k]) for k in range(order.size)]
         positive: Any = self.recording.write(Operation.LESS, 0.0, 1.0)
         done: list[tuple[int, list[int], list[Any], Any]] = []
@@ -344,7 +234,3 @@ class RecordedNewton:
 
     def _term(self, value: Any) -> Any:
         return value if isinstance(value, Term) else self.recording.constant(float(value))
-
-
-def _none(*shape: int) -> Array:
-    return np.zeros(shape).astype(object)
