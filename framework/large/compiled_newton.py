@@ -13,7 +13,7 @@ import numpy as np
 
 from ..cache import KERNELS
 from ..program import machine_code
-from ..program.calculation import COMPILING, MOST, TWICE, Calculation
+from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation
 from .elimination import LARGE, SymbolicFactorisation
 from .limits import NOTHING
 from .model import Model
@@ -25,6 +25,8 @@ from .recorded_numbers import GivenNumbers, PlanarNumbers, SpatialNumbers
 
 # What is compiled is kept on disk, and is likely to be run again: so often it may take to pay for itself.
 _TIMES = 4
+# The same where compiling takes fewer seconds than this.
+_SHORT, _OFTEN = 0.3, 25
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,8 @@ class _Costs:
     def pay(self, steps: int, count: int) -> bool:
         """Whether compiling so many steps takes less time than it saves."""
         saved = steps * (self.alone + self.each * count)
-        return _TIMES * saved > COMPILING * steps * (1.0 + steps / TWICE)
+        compiling = COMPILING * steps * (1.0 + steps / TWICE)
+        return count >= LEAST and (_OFTEN if compiling < _SHORT else _TIMES) * saved > compiling
 
 
 _PLANE, _SPACE = _Costs(2e-6, 4e-9, 600), _Costs(2e-6, 9e-9, 6000)
@@ -68,9 +71,10 @@ class CompiledNewton:
         planar = isinstance(model, PlanarModel)
         space, costs = (model.model, _PLANE) if isinstance(model, PlanarModel) else (model, _SPACE)
         count, pieces = math.prod(space.frame.shape), sum(len(stack.ends) for stack in model.stacks)
-        able = machine_code.available() and machine_code.fused() and 0 < space.free <= LARGE and _suits(space)
         steps = costs.steps * pieces
-        if not able or steps > MOST or not costs.pay(steps, count):
+        if not (machine_code.available() and 0 < steps <= MOST and costs.pay(steps, count)):
+            return None
+        if not (machine_code.fused() and 0 < space.free <= LARGE and _suits(space)):
             return None
         numbers = PlanarNumbers(model) if isinstance(model, PlanarModel) else SpatialNumbers(model)
         key = "large displacement", planar, zero, _structure(model), numbers.key
