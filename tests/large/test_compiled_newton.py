@@ -188,3 +188,12 @@ def test_signless_recordings_calculate_what_others_do() -> None:
     results = [Calculation(p, [numbers[k] for k in q], (5,), compiled=False).results() for p, q in made]
     for one, other in zip(*results, strict=True):
         assert (np.asarray(one) == np.asarray(other)).all()
+
+
+@needs_llvm
+@pytest.mark.parametrize(("count", "across", "told"), [(40, 0.0, "as machine code"), (2, 0.0, "so few entries"),
+                                                       (40, 1.0, "so few entries")])  # fmt: skip
+def test_explained(count: int, across: float, told: str) -> None:
+    theta = np.radians(np.linspace(20.0, 110.0, count))
+    frame = four_bar(theta, np.full(count, 1e9), np.linspace(1.0, 2.0, count), across)
+    assert told in str(frame.solve(large=True).explain())
