@@ -1,7 +1,6 @@
-"""Newton's method as machine code, for all entries of a long batch that it finds a stable equilibrium of.
+"""Newton's method as machine code, for batches of which compiling takes less time than it saves.
 
-The others, and batches for which compiling would take longer than it saves, are left to `Newton`, which does the same
-with arrays. Both say the same to rounding.
+The others are left to `Newton`, which does the same with arrays. Both say the same to rounding.
 """
 
 from __future__ import annotations
@@ -81,7 +80,7 @@ class CompiledNewton:
         return cls(numbers, recorded, size) if pays else None
 
     def solve(self, where: Where, state: State, factor: float) -> FoundEquilibria:
-        """Stable equilibria at a share `factor` of the loads; not converged where none was found."""
+        """Equilibria at a share `factor` of the loads; stable where all pivots of the last tangent were positive."""
         recorded = self.recorded
         count = state.displacements.shape[-1]
         rows = [*self.numbers.values(where, factor), np.full(1, 1.0 / self.size)]
@@ -89,8 +88,9 @@ class CompiledNewton:
         work = Calculation(recorded.program, [rows[place] for place in recorded.places], (count,), compiled=True)
         with np.errstate(all="ignore"):
             outs = [np.broadcast_to(out, (count,)) for out in work.results()]
-        found = FoundEquilibria.nothing(recorded.state(outs[:-2], state), copied=False)
-        found.converged[:] = found.stable[:] = outs[-2]
+        found = FoundEquilibria.nothing(recorded.state(outs[:-3], state), copied=False)
+        found.converged[:] = outs[-3]
+        found.stable[:] = found.converged & outs[-2].astype(bool)
         found.iterations[:] = outs[-1]
         return found
 
@@ -109,9 +109,7 @@ def choice(model: Model | PlanarModel) -> Choice:
         return Choice(False, "by arrays; with so many pieces it would take too long to compile")
     if not costs.pay(steps, math.prod(space.frame.shape)):
         return Choice(False, "by arrays; for so few entries compiling it would take longer")
-    return Choice(
-        True, "as machine code, all iterations of an entry at once; by arrays where that finds nothing stable"
-    )
+    return Choice(True, "as machine code, all iterations of an entry at once")
 
 
 def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:

@@ -103,7 +103,7 @@ def test_angles_of_more_than_a_turn() -> None:
 
 
 @needs_llvm
-def test_what_the_program_does_not_find_is_left_to_the_arrays() -> None:
+def test_saddles_are_left_alike() -> None:
     """Columns below and beyond their buckling load, which are left along their free mode."""
     frame = cantilever(3)
     critical = STEEL.E * min(BAR.Iy, BAR.Iz) * np.pi**2 / 4.0
