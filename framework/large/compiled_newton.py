@@ -1,7 +1,6 @@
-"""Newton's method as machine code, for all entries of a long batch that it finds a stable equilibrium of.
+"""Newton's method as machine code, for batches of which compiling takes less time than it saves.
 
-The others, and batches for which compiling would take longer than it saves, are left to `Newton`, which does the same
-with arrays. Both say the same to rounding.
+The others are left to `Newton`, which does the same with arrays. Both say the same to rounding.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import numpy as np
 
 from ..cache import KERNELS
 from ..program import machine_code
-from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation
+from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation, Choice
 from .elimination import LARGE, SymbolicFactorisation
 from .limits import NOTHING
 from .model import Model
@@ -68,24 +67,20 @@ class CompiledNewton:
         cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float, size: float
     ) -> CompiledNewton | None:
         """Newton's method for a model as machine code; None where that is not possible or does not pay."""
-        planar = isinstance(model, PlanarModel)
-        space, costs = (model.model, _PLANE) if isinstance(model, PlanarModel) else (model, _SPACE)
-        count, pieces = math.prod(space.frame.shape), sum(len(stack.ends) for stack in model.stacks)
-        steps = costs.steps * pieces
-        if not (machine_code.available() and 0 < steps <= MOST and costs.pay(steps, count)):
+        if not choice(model).compiled:
             return None
-        if not (machine_code.fused() and 0 < space.free <= LARGE and _suits(space)):
-            return None
+        space, costs, steps = _size(model)
         numbers = PlanarNumbers(model) if isinstance(model, PlanarModel) else SpatialNumbers(model)
-        key = "large displacement", planar, zero, _structure(model), numbers.key
+        key = "large displacement", isinstance(model, PlanarModel), zero, _structure(model), numbers.key
         recorded: RecordedNewton = KERNELS.found(
             key, lambda: NewtonRecording(numbers, elimination, zero).recorded(), steps
         )
         steps = recorded.program.weight
-        return cls(numbers, recorded, size) if steps <= MOST and costs.pay(steps, count) else None
+        pays = steps <= MOST and costs.pay(steps, math.prod(space.frame.shape))
+        return cls(numbers, recorded, size) if pays else None
 
     def solve(self, where: Where, state: State, factor: float) -> FoundEquilibria:
-        """Stable equilibria at a share `factor` of the loads; not converged where none was found."""
+        """Equilibria at a share `factor` of the loads; stable where all pivots of the last tangent were positive."""
         recorded = self.recorded
         count = state.displacements.shape[-1]
         rows = [*self.numbers.values(where, factor), np.full(1, 1.0 / self.size)]
@@ -93,10 +88,34 @@ class CompiledNewton:
         work = Calculation(recorded.program, [rows[place] for place in recorded.places], (count,), compiled=True)
         with np.errstate(all="ignore"):
             outs = [np.broadcast_to(out, (count,)) for out in work.results()]
-        found = FoundEquilibria.nothing(recorded.state(outs[:-2], state), copied=False)
-        found.converged[:] = found.stable[:] = outs[-2]
+        found = FoundEquilibria.nothing(recorded.state(outs[:-3], state), copied=False)
+        found.converged[:] = outs[-3]
+        found.stable[:] = found.converged & outs[-2].astype(bool)
         found.iterations[:] = outs[-1]
         return found
+
+
+def choice(model: Model | PlanarModel) -> Choice:
+    """Whether machine code promises to be faster, by the frame and its batch alone, and why."""
+    space, costs, steps = _size(model)
+    if not machine_code.available():
+        return Choice(False, "by arrays; llvmlite (extra 'fast'), which would compile it, is not installed")
+    if not machine_code.fused():
+        return Choice(False, "by arrays; machine code takes a processor with fused operations for sines")
+    if not _suits(space):
+        what = "loops, contacts, laws, moments in space, and loads or strains of members"
+        return Choice(False, f"by arrays, as all is where there are {what}")
+    if not 0 < steps <= MOST or space.free > LARGE:
+        return Choice(False, "by arrays; with so many pieces it would take too long to compile")
+    if not costs.pay(steps, math.prod(space.frame.shape)):
+        return Choice(False, "by arrays; for so few entries compiling it would take longer")
+    return Choice(True, "as machine code, all iterations of an entry at once")
+
+
+def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:
+    """The model in space, and how long its program is about."""
+    space, costs = (model.model, _PLANE) if isinstance(model, PlanarModel) else (model, _SPACE)
+    return space, costs, costs.steps * sum(len(stack.ends) for stack in space.stacks)
 
 
 def _suits(model: Model) -> bool:

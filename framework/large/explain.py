@@ -6,7 +6,9 @@ import numpy as np
 
 from ..clearances.clearance import joints_with_clearance
 from ..listing import Explanation
+from .compiled_newton import choice
 from .elimination import LARGE
+from .planar_model import PlanarModel
 from .results import LargeResults
 
 _PLANES = {5: "xy", 4: "xz", 3: "yz"}
@@ -29,6 +31,7 @@ def explain(solution: LargeResults, steps: int) -> str:
         _clearances(solution, names),
         f"Load steps: {steps}. In each, Newton's method ({factors}) for the entries that it has not yet solved; "
         "where it fails, smaller steps, the way out of a saddle along its mode, and the descent of the energy.",
+        f"Newton's method is done {choice(PlanarModel(model) if PlanarModel.suits(model) else model).reason}.",
     ]
     return Explanation("\n".join(lines))
 

@@ -105,10 +105,10 @@ class Newton:
         if self.compiled is None or not isinstance(state, PlanarState | DisplacedState):
             return self._iterated(where, state, factor)
         found = self.compiled.solve(where, state, factor)
-        left = np.flatnonzero(~found.converged)
-        if len(left):
-            found.iterations[left] = 0
-            found.take(left, self._iterated(tuple(k[left] for k in where), state.taken(left), factor))
+        unclear = np.flatnonzero(found.converged & ~found.stable)
+        if len(unclear):
+            balance = self.equations(tuple(k[unclear] for k in where), len(unclear), factor)
+            found.stable[unclear] = self.definite(balance.linearised(found.state.taken(unclear)).values)
         return found
 
     def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:

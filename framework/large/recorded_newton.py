@@ -1,7 +1,7 @@
 """Newton's method on one entry written down as a program, its rounds and all.
 
 What is recorded is what `PlanarEquations` and `EquilibriumEquations` say, whose formulas are carried out on terms. The
-program finds an equilibrium or gives up; it tells nothing of tangents that are not positive definite.
+program does not tell whether a tangent of which a pivot is not positive is singular by rounding alone.
 """
 
 from __future__ import annotations
@@ -77,7 +77,8 @@ class RecordedNewton:
     program
         It takes what `GivenNumbers` are, then the inverse of the frame's length and the largest residual of
         prescribed coordinates, then the numbers of the state that steps change. It makes these and those of nodes that
-        are attached to others, whether that is a stable equilibrium, and the number of steps.
+        are attached to others, whether that is an equilibrium, whether all pivots were positive in the last step, and
+        the number of steps.
     places
         Which of these numbers it takes: those that bear on the result.
     moved
@@ -127,10 +128,10 @@ class NewtonRecording:
         yes = self.recording.write(Operation.LESS, 0.0, 1.0)
         exact = self.equations.linearised(self._state(begin)).stresses
         self._shapes = [stress.shape for stress in exact]
-        begins = [*begin, *(term for stress in exact for term in stress.reshape(-1)), yes, ~yes, 0.0]
+        begins = [*begin, *(term for stress in exact for term in stress.reshape(-1)), yes, ~yes, ~yes, 0.0]
         _, after = self.recording.rounds(begins, self._round, ITERATIONS)
         state = self._state(after[: len(begin)])
-        outputs = [*after[: len(begin)], *(number.of(state)[0] for number in self.carried), *after[-2:]]
+        outputs = [*after[: len(begin)], *(number.of(state)[0] for number in self.carried), *after[-3:]]
         program, places = self.recording.program([self._term(x) for x in outputs])
         # What a round begins with varies, whatever it begins with first.
         program = program.over(program.masks[: program.given])
@@ -151,9 +152,9 @@ class NewtonRecording:
 
     def _round(self, begins: list[Any]) -> tuple[list[Any], Any]:
         n = len(self.moved)
-        values, (moving, good, count) = begins[:n], begins[-3:]
+        values, (moving, converged, definite, count) = begins[:n], begins[-4:]
         state = self._state(values)
-        at = self.equations.linearised(state, self._stresses(begins[n:-3]))
+        at = self.equations.linearised(state, self._stresses(begins[n:-4]))
         step, positive = self._solved(at.values, at.forces, self.equations.prescribed_residual(state))
         first = count < 1.0
         usable = positive | ~first
@@ -166,11 +167,11 @@ class NewtonRecording:
         whole = np.array([[share * each] for each in step], dtype=object)
         ahead = self.equations.advanced(state, whole)
         new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
-        good = choose(moving, close & positive, good)
+        converged, definite = choose(moving, close, converged), choose(moving, positive, definite)
         count = choose(moving, count + 1.0, count)
         moving = moving & usable & ~close
         predicted = [term for stress in self.equations.step_stresses(at, whole) for term in stress.reshape(-1)]
-        return [*new, *predicted, moving, good, count], moving
+        return [*new, *predicted, moving, converged, definite, count], moving
 
     def _stresses(self, flat: list[Any]) -> list[Array]:
         out = []

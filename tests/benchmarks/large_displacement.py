@@ -283,22 +283,18 @@ def run(out: Path, quick: bool) -> list[Target]:
 def targets(found: list[Row]) -> list[Target]:
     """Twenty times faster than exudyn at equal error, with one piece a member and with two, and ahead of it for few."""
     ours = [row for row in found if row["contender"] == OURS]
-    space = next(row for row in found if row["contender"] == SPACE)
     told = f"{ours[0]['microseconds']:.3g} us, error {ours[0]['error']:.1g}"
-    ratio = space["microseconds"] / ours[0]["microseconds"]
-    out = [
-        Target("9 large displacement", "one piece a member: error below 1e-5", told, ours[0]["error"] < 1e-5),
-        Target(
-            "9 large displacement",
-            "in space at most three times the time in the plane",
-            f"{ratio:.3g} times ({space['microseconds']:.3g} us)",
-            ratio <= 3.0,
-        ),
-    ]
+    out = [Target("9 large displacement", "one piece a member: error below 1e-5", told, ours[0]["error"] < 1e-5)]
+    for space in [row for row in found if row["contender"] == SPACE][:1]:
+        ratio = space["microseconds"] / ours[0]["microseconds"]
+        told = f"{ratio:.3g} times ({space['microseconds']:.3g} us)"
+        out.append(
+            Target("9 large displacement", "in space at most three times the time in the plane", told, ratio <= 3.0)
+        )
     for mine, peer, wanted in ((OURS, EXUDYN, 20.0), (FEW, EXUDYN, 1.0), (OURS, OPENSEES, 10.0)):
-        rivals = [row for row in found if row["contender"] == peer]
-        if rivals:
-            out.append(_faster([row for row in found if row["contender"] == mine], rivals, wanted))
+        rivals, own = ([row for row in found if row["contender"] == name] for name in (peer, mine))
+        if rivals and own:
+            out.append(_faster(own, rivals, wanted))
     return out
 
 

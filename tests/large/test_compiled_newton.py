@@ -103,7 +103,7 @@ def test_angles_of_more_than_a_turn() -> None:
 
 
 @needs_llvm
-def test_what_the_program_does_not_find_is_left_to_the_arrays() -> None:
+def test_saddles_are_left_alike() -> None:
     """Columns below and beyond their buckling load, which are left along their free mode."""
     frame = cantilever(3)
     critical = STEEL.E * min(BAR.Iy, BAR.Iz) * np.pi**2 / 4.0
@@ -188,3 +188,12 @@ def test_signless_recordings_calculate_what_others_do() -> None:
     results = [Calculation(p, [numbers[k] for k in q], (5,), compiled=False).results() for p, q in made]
     for one, other in zip(*results, strict=True):
         assert (np.asarray(one) == np.asarray(other)).all()
+
+
+@needs_llvm
+@pytest.mark.parametrize(("count", "across", "told"), [(40, 0.0, "as machine code"), (2, 0.0, "so few entries"),
+                                                       (40, 1.0, "so few entries")])  # fmt: skip
+def test_explained(count: int, across: float, told: str) -> None:
+    theta = np.radians(np.linspace(20.0, 110.0, count))
+    frame = four_bar(theta, np.full(count, 1e9), np.linspace(1.0, 2.0, count), across)
+    assert told in str(frame.solve(large=True).explain())
