@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -49,7 +51,8 @@ class Description(DescribedLoads):
         self.absent = left if self.absent is None else self.absent | left
 
     def __repr__(self) -> str:
-        counts = f"{len(self.nodes)} nodes, {len(self.members)} members, {len(self.joints)} joints"
+        parts: dict[str, Sized] = {"node": self.nodes, "member": self.members, "joint": self.joints}
+        counts = ", ".join(f"{len(each)} {name}{'' if len(each) == 1 else 's'}" for name, each in parts.items())
         return f"<Frame of shape {self.shape}: {counts}>"
 
     def _repr_html_(self) -> str:

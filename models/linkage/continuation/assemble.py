@@ -135,8 +135,8 @@ def assembled(
 ) -> Assembly:
     """Close the loops at all values of the drives, up to a tolerance in units of the mechanism's size."""
     if mechanism.begun is None or mechanism.begun[1].tolerance != tolerance:
-        nominal, loops, start = leader(mechanism, tolerance)
-        check_driven(loops, nominal, start)
+        member, nominal, loops, start = leader(mechanism, tolerance)
+        check_driven(loops, nominal, start, member)
         mechanism.begun = nominal, loops, start
         mechanism.starts = None
     nominal, loops, start = mechanism.begun
