@@ -23,7 +23,7 @@ _HERE = (np.zeros(1, dtype=np.int64),)
 
 
 @dataclass(frozen=True)
-class GivenComponents:
+class ProgramInput:
     """Numbers of a model that a program takes.
 
     Attributes
@@ -44,7 +44,7 @@ class GivenComponents:
     loaded: bool
 
     @classmethod
-    def of(cls, numbers: Numbers, *, loaded: bool = False) -> GivenComponents:
+    def of(cls, numbers: Numbers, *, loaded: bool = False) -> ProgramInput:
         """What of some numbers has to be given."""
         shape = _components(numbers)
         rows = numbers.array.reshape(int(np.prod(shape, dtype=np.int64)), -1)
@@ -103,13 +103,13 @@ class GivenNumbers:
     def __init__(self, model: Model | PlanarModel, stacks: Sequence[str], joints: Sequence[str]) -> None:
         space = model if isinstance(model, Model) else model.model
         self.space, self.columns = space, model.columns
-        self.loads = GivenComponents.of(space.loads.nodal if isinstance(model, Model) else model.loads, loaded=True)
+        self.loads = ProgramInput.of(space.loads.nodal if isinstance(model, Model) else model.loads, loaded=True)
         self.stacks = [_named(stack, stacks) for stack in model.stacks]
         self.joints = [_named(joint, joints) for joint in model.joints]
-        self.prescribed = [GivenComponents.of(space.prescribed_values[key], loaded=True) for key in space.prescribed]
+        self.prescribed = [ProgramInput.of(space.prescribed_values[key], loaded=True) for key in space.prescribed]
 
     @property
-    def all(self) -> list[GivenComponents]:
+    def all(self) -> list[ProgramInput]:
         """All of them, in order."""
         return [
             self.loads,
@@ -190,10 +190,10 @@ class SpatialNumbers(GivenNumbers):
         return out
 
 
-def _named(part: object, names: Sequence[str]) -> dict[str, GivenComponents]:
+def _named(part: object, names: Sequence[str]) -> dict[str, ProgramInput]:
     found = {name: getattr(part, name) for name in names}
-    return {name: GivenComponents.of(each, loaded=name == "offset") for name, each in found.items() if each is not None}
+    return {name: ProgramInput.of(each, loaded=name == "offset") for name, each in found.items() if each is not None}
 
 
-def _terms(parts: list[dict[str, GivenComponents]], recording: Recording) -> list[dict[str, Any]]:
+def _terms(parts: list[dict[str, ProgramInput]], recording: Recording) -> list[dict[str, Any]]:
     return [{name: each.terms(recording) for name, each in part.items()} for part in parts]

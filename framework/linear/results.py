@@ -148,6 +148,7 @@ class NamedResults(FrameStates):
             else self._announced(found, self._recovery.moved_along(member, stations))
         )
 
+    forces = of_part(of_member)(SavedResults.forces)
     stress = of_part(of_member)(SavedResults.stress)
 
     @of_part(of_member)
