@@ -13,6 +13,8 @@ from ..files.toml import Path
 
 AXES = ("x", "y", "z")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
+# Tables of a file that describe no part of the linkage.
+OTHERS = ("run", "tolerances", "choices", "measured", "title")
 DIRECTIONS = ("axis", "second", "up", "axes")
 
 
@@ -37,8 +39,10 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     """
     place = _place(source, path, text)
     value = source.get(place)
-    if place[0] in ("run", "tolerances", "choices", "measured", "title"):
+    if place[0] in OTHERS:
         source.fail(path, f"{text!r} is no part of the linkage")
+    if value is None:
+        source.fail(path, _missing(source, place, text))
     numbers = dict(_numbers(value, place))
     if not numbers or any(isinstance(entry, bool) or not isinstance(entry, int | float) for entry in numbers.values()):
         source.fail(path, f"{text!r} is {shown_value(value)} in this file: name a number, or a list of numbers")
@@ -56,6 +60,17 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     if relative and 0.0 in varied.values():
         source.fail(path, f"{text!r} is 0, of which a percentage is 0: give loc and scale as numbers")
     return place, varied
+
+
+def _missing(source: Source, place: Path, text: str) -> str:
+    """What to tell of an entry that the file has not: what there is beside it."""
+    depth = next(k for k in reversed(range(len(place))) if k == 0 or source.get(place[:k]) is not None)
+    beside = source.data if depth == 0 else source.get(place[:depth])
+    where = "the file" if depth == 0 else ".".join(map(str, place[:depth]))
+    if not isinstance(beside, dict):
+        return f"there is no {text!r} in this file: {where} is {shown_value(beside)}"
+    names = [name for name in beside if depth or name not in OTHERS]
+    return f"there is no {text!r} in this file: {where} has {', '.join(names) or 'nothing'}"
 
 
 def _place(source: Source, path: Path, text: str) -> Path:
