@@ -360,7 +360,7 @@ def log_density(name: str, law: Distribution, x: Array) -> Array:
 def probability(name: str, law: Distribution, x: Array) -> Array:
     """Probability of a value below `x`, (m,)."""
     if not hasattr(law, "cdf"):
-        raise FrameError(f"distribution of {name!r} has no cdf, which correlated inputs need here")
+        raise FrameError(f"distribution of {name!r} has no cdf, which is needed here: give it a method cdf(x)")
     return np.asarray(law.cdf(x), dtype=np.float64)
 
 
