@@ -344,7 +344,7 @@ def log_density(name: str, distribution: Distribution, x: Array) -> Array:
 def probability(name: str, distribution: Distribution, x: Array) -> Array:
     """Probability of a value below `x`, (m,)."""
     if not hasattr(distribution, "cdf"):
-        raise FrameError(f"distribution of {name!r} has no cdf, which correlated inputs need here")
+        raise FrameError(f"distribution of {name!r} has no cdf, which is needed here: give it a method cdf(x)")
     return np.asarray(distribution.cdf(x), dtype=np.float64)
 
 

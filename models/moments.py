@@ -50,16 +50,23 @@ class Moments:
         off, square = (np.empty_like(samples), np.empty_like(samples)) if room is None else room
         off, square = off[: len(samples)], square[: len(samples)]
         n: int | NDArray[np.int64] = len(samples)
-        if nan_policy == "omit" and np.isnan(samples).any():
+        with np.errstate(invalid="ignore"):
+            mean = samples.mean(axis=0)
+        # A mean tells of NaN without another look at every sample.
+        if nan_policy == "omit" and np.isnan(mean).any() and np.isnan(samples).any():
             there = ~np.isnan(samples)
             n = np.count_nonzero(there, axis=0)
             with np.errstate(invalid="ignore"):
                 mean = np.sum(samples, axis=0, where=there) / np.where(n > 0, n, np.nan)
             off[...] = np.where(there, samples - mean, 0.0)
         else:
-            mean = samples.mean(axis=0)
             np.subtract(samples, mean, out=off)
         np.multiply(off, off, out=square)
+        if off.ndim > 1 and off.strides[0] == off.itemsize:
+            # Samples lie side by side: products are summed without being written.
+            first, last = np.moveaxis(off, 0, -1), np.moveaxis(square, 0, -1)
+            pairs = (first, first), (first, last), (last, last)
+            return cls(n, mean, *(np.asarray(np.vecdot(a, b)) for a, b in pairs))
         second = square.sum(axis=0)
         off *= square
         square *= square

@@ -168,7 +168,7 @@ class ChunkTask:
             greatest.append(upper.reduce(block, axis=0))
             if "covariance" in self.also:
                 comoments.append(Comoments.of(np.atleast_2d(block.T).T, self.nan_policy))
-        missing, failed = _lost(np.isnan(results), status)
+        missing, failed = _lost(results, moments, status)
         bins = counts = None
         if "histogram" in self.also:
             flat = results.reshape(len(results), -1)
@@ -194,11 +194,15 @@ class ChunkTask:
         return Moments.of(block.reshape(-1, self.replicates, *block.shape[1:]), self.nan_policy)
 
 
-def _lost(lost: NDArray[np.bool_], status: NDArray[np.str_] | None) -> tuple[NDArray[np.int64], FailedRows]:
-    """How many samples are NaN, (...), and which, from where they are, (m, ...)."""
-    if lost.any():
+def _lost(
+    results: Array, moments: list[Moments], status: NDArray[np.str_] | None
+) -> tuple[NDArray[np.int64], FailedRows]:
+    """How many samples (m, ...) are NaN, (...), and which; the moments of their blocks tell whether to look."""
+    counted = sum(each.n for each in moments)
+    if np.any(counted != len(results)) or any(np.isnan(each.mean).any() for each in moments):
+        lost = np.isnan(results)
         return np.asarray(np.count_nonzero(lost, axis=0)), FailedRows.of(lost.reshape(len(lost), -1), status)
-    return np.zeros(lost.shape[1:], dtype=np.int64), FailedRows.none(status)
+    return np.zeros(results.shape[1:], dtype=np.int64), FailedRows.none(status)
 
 
 def _blocks(results: Array) -> Iterator[tuple[Array, tuple[Array, Array]]]:
@@ -207,7 +211,9 @@ def _blocks(results: Array) -> Iterator[tuple[Array, tuple[Array, Array]]]:
     Samples lie outermost or innermost in memory: sums along them would else stride through it.
     """
     first = results[:BLOCK]
-    laid = None if first.strides[0] == first.itemsize or first.flags.c_contiguous else np.empty(first.shape)
+    laid = None
+    if first.strides[0] != first.itemsize and not first.flags.c_contiguous:
+        laid = np.moveaxis(np.empty((*first.shape[1:], len(first))), -1, 0)
     like = first if laid is None else laid
     room = np.empty_like(like), np.empty_like(like)
     for start in range(0, len(results), BLOCK):

@@ -116,8 +116,8 @@ def overhead_target(rows: list[Row]) -> Target:
     told = ", ".join(f"{row['function']} {100.0 * row['added']:.1f} %" for row in rows)
     met = rows[-1]["added"] <= ADDED
     bound = (
-        "four moments and the extremes take some 8 ns a number, 0.6 us for the 72 of a sample, and a chunk of samples "
-        "0.6 ms on disk: 3 % where the function takes 25 us a sample or more"
+        "four moments and the extremes take some 5 ns a number, 0.4 us for the 72 of a sample, and a chunk of samples "
+        "0.6 ms on disk: 3 % where the function takes 15 us a sample or more"
     )
     return Target("2 samples", "propagation with a checkpoint adds at most 3 % on one worker", told, met, bound)
 

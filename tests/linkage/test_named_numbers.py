@@ -11,10 +11,10 @@ from linkframe import Beam, FrameError, Linkage, Material, Rectangle
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("materials.steel.E", "materials has no 'steel': give one of material1"),
-        ("joints.A.clearanc", "joints.A has no 'clearanc': give one of kind, point, links"),
-        ("joint.A.clearance", "the file has no 'joint': give one of points, links, joints, beams, sections, materials"),
-        ("points.B.x.y", "points.B.0 is 0.2, which has no parts"),
+        ("materials.steel.E", "there is no 'materials.steel.E' in this file: materials has material1"),
+        ("joints.A.clearanc", "in this file: joints.A has kind, point, links"),
+        ("joint.A.clearance", "in this file: the file has points, links, joints, beams, sections, materials"),
+        ("points.B.x.y", "in this file: points.B.0 is 0.2"),
     ],
 )
 def test_a_number_that_is_not_there(name: str, told: str) -> None:

@@ -269,7 +269,13 @@ def test_poses_that_cannot_be_assembled_are_told_and_the_others_done(tmp_path: P
         ("pose = 60.0", "samples = 1", None, "run.samples", "2 or more"),
         ("pose = 60.0", 'branch = "left"', None, "run.branch", "choose one of keep, switch"),
         ("pose = 60.0", "magnify = -1.0", None, "run.magnify", "above zero"),
-        ('of = ["joints.B.clearance"]', 'of = ["joints.B.gap"]', None, "tolerances.gap.of.0", "'joints.B.gap' is None"),
+        (
+            'of = ["joints.B.clearance"]',
+            'of = ["joints.B.gap"]',
+            None,
+            "tolerances.gap.of.0",
+            "there is no 'joints.B.gap' in this file",
+        ),
         ('of = ["joints.B.clearance"]', 'of = ["joints.B.kind"]', None, "tolerances.gap.of.0", "name a number"),
         ('of = ["joints.B.clearance"]', 'of = ["run.pose"]', None, "tolerances.gap.of.0", "no part of the linkage"),
         (

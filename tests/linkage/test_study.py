@@ -182,7 +182,7 @@ def study_of(given: Mapping[str, Any]) -> AccuracyStudy:
     ("given", "message"),
     [
         ({}, r"for tolerances: give a mapping"),
-        ({"joints.A.gap": 1.0}, r"study, tolerances\.joints\.A\.gap: 'joints\.A\.gap' is None"),
+        ({"joints.A.gap": 1.0}, r"study, tolerances\.joints\.A\.gap: there is no 'joints\.A\.gap' in this file"),
         ({"points.B.x": "much"}, r"'points\.B\.x' is 'much': write it as"),
         ({"points.B.x": (5.0, 6.0)}, r"study, tolerances\.points\.B\.x: .* has the mean 5\.5"),
         ({"points.B.x": 1e-4, "t": {"of": ["points.B.x"], "distribution": "norm", "scale": "1 %"}}, r"too: let one"),

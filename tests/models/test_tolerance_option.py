@@ -84,7 +84,7 @@ def test_a_file_may_have_words(tmp_path):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        (("nothing", "± 1"), r"with --tolerance nothing=± 1: 'nothing' is None"),
+        (("nothing", "± 1"), r"with --tolerance nothing=± 1: there is no 'nothing' in this file"),
         (("fy", "a bit"), r"with --tolerance fy=a bit: .* write it as"),
         (("fy", "norm(100, 5, 3)"), r"with --tolerance fy=.*norm takes loc, scale, and there is one more number: 3"),
         (("fy", "norm(100, wide)"), r"'wide' is no number"),

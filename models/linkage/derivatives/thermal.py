@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, finite
+from ....framework.batch import Array, finite, joined
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
 from ..description.places import place
@@ -97,6 +97,9 @@ def expanded(
     full = with_redundant_rows(position_sensitivity(motion, point, link))
     total = np.zeros((*motion.shape, full.rows))
     for name, rise in rises.items():
-        strain = finite(rise, f"temperature of {name!r}") * by_link[name]
+        degrees, coefficient = finite(rise, f"temperature of {name!r}"), np.asarray(by_link[name])
+        known = {"the motion": total.shape[:-1], f"expansion of {name!r}": coefficient.shape}
+        joined(f"temperature of {name!r}", degrees.shape, known)
+        strain = degrees * coefficient
         total = total + _grown(full, name) * strain[..., None]
     return _fitting(motion, total, "links that become warmer do")

@@ -13,6 +13,7 @@ from ..files.toml import Path
 
 AXES = ("x", "y", "z")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
+# Tables of a file that describe no part of the linkage.
 OF_THE_RUN = ("run", "tolerances", "choices", "measured", "title")
 DIRECTIONS = ("axis", "second", "up", "axes")
 
@@ -62,14 +63,14 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
 
 
 def _missing(source: Source, place: Path, text: str) -> str:
-    """What is not there, and what is there in its stead."""
-    depth = next(depth for depth in range(len(place)) if source.get(place[: depth + 1]) is None)
-    above = source.get(place[:depth]) if depth else source.data
-    where = ".".join(map(str, place[:depth])) or "the file"
-    if not isinstance(above, dict):
-        return f"{text!r}: {where} is {shown_value(above)}, which has no parts: leave them out"
-    known = ", ".join(str(key) for key in above if depth or key not in OF_THE_RUN)
-    return f"{text!r}: {where} has no {str(place[depth])!r}: give one of {known or 'another table'}"
+    """What to tell of an entry that the file has not: what there is beside it."""
+    depth = next(k for k in reversed(range(len(place))) if k == 0 or source.get(place[:k]) is not None)
+    beside = source.data if depth == 0 else source.get(place[:depth])
+    where = "the file" if depth == 0 else ".".join(map(str, place[:depth]))
+    if not isinstance(beside, dict):
+        return f"there is no {text!r} in this file: {where} is {shown_value(beside)}"
+    names = [str(name) for name in beside if depth or name not in OF_THE_RUN]
+    return f"there is no {text!r} in this file: {where} has {', '.join(names) or 'nothing'}"
 
 
 def _place(source: Source, path: Path, text: str) -> Path:
