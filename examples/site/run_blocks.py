@@ -6,6 +6,7 @@ as typed one after another.
 
 import contextlib
 import io
+import os
 import re
 import shlex
 import shutil
@@ -22,8 +23,16 @@ from docutils.parsers.rst import Directive
 
 _names: dict[str, dict[str, object]] = {}  # of each page
 _folders: dict[str, tempfile.TemporaryDirectory] = {}
+COLUMNS = 100  # in a line of the terminal
 # Lines of progress, which come and go on a terminal.
 PROGRESS = re.compile(r"^.*(?:s so far|no estimate yet|s to go)$\n?", flags=re.MULTILINE)
+
+
+class Terminal(io.StringIO):
+    """What is printed, as to a terminal, in which tables are folded."""
+
+    def isatty(self) -> bool:
+        return True
 
 
 class Run(Directive):
@@ -31,12 +40,13 @@ class Run(Directive):
 
     has_content = True
     language = "python"
+    to: type[io.StringIO] = io.StringIO
 
     def run(self) -> list[nodes.Node]:
         environment = self.state.document.settings.env
         page, code = environment.docname, "\n".join(self.content)
         folder = Path(_folders.setdefault(page, tempfile.TemporaryDirectory()).name)
-        printed = io.StringIO()
+        printed = self.to()
         with (
             contextlib.chdir(folder),
             contextlib.redirect_stdout(printed),
@@ -84,11 +94,13 @@ class Shell(Run):
     """Commands of ``linkframe``, one a line, run."""
 
     language = "sh"
+    to = Terminal
 
     def execute(self, code: str, page: str) -> None:
         """Run the commands in this process."""
         from linkframe.models.command_line import main
 
+        os.environ["COLUMNS"] = str(COLUMNS)
         for line in code.splitlines():
             name, *given = shlex.split(line)
             if name != "linkframe" or main(given):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,6 +22,31 @@ Function = Callable[..., Any]
 STEP = 1e-4
 # Rows that are asked of the function at once.
 ROWS = 65536
+
+
+def check_called(limit: Function, names: Sequence[str], poses: bool) -> None:
+    """Refuse a function that cannot be called with the samples of all inputs as one mapping.
+
+    Parameters
+    ----------
+    limit
+        The limit-state function.
+    names
+        Of the inputs.
+    poses
+        Whether it is called with the numbers of poses as well.
+    """
+    try:
+        inspect.signature(limit).bind(*[{}] * (2 if poses else 1))
+    except ValueError:  # functions that are not written in Python need not tell
+        return
+    except TypeError:
+        given = "the samples of all inputs by name and the numbers of the poses" if poses else "the samples by name"
+        first = names[0]
+        raise FrameError(
+            f"the limit-state function takes {inspect.signature(limit)}, but is called with {given}: "
+            f"let it take one mapping x, and read x[{first!r}] for {first}"
+        ) from None
 
 
 @dataclass(eq=False)

@@ -19,7 +19,7 @@ from ..sampling import Seed, root_seed, stream, whole
 from .design_points import DesignPoints, design_points, distinct, further_points, joined, likely
 from .edges import Edges, beyond_edges
 from .importance import Estimate, Mixture, importance_sampling
-from .limit_state import Function, LimitState
+from .limit_state import Function, LimitState, check_called
 from .probability_plot import plot_probability
 from .subset import Value, subset_simulation
 
@@ -262,6 +262,7 @@ def reliability(
     joint = JointInputs.of(distributions, correlation)
     if not joint.names:
         raise FrameError("reliability was given no distributions: nothing is uncertain")
+    check_called(limit, joint.names, count is not None)
     state = LimitState(limit, joint, gradient, count)
     run = _Run(state, anywhere and count is not None, root_seed(rng))
     most = whole(1000 if method == "subset" else 200_000, "", 1) if samples is None else whole(samples, "samples", 100)

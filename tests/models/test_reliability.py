@@ -212,6 +212,10 @@ def test_what_is_refused() -> None:
         reliability(lambda x: x["a"], laws, method="best")
     with pytest.raises(FrameError, match=r"returned shape \(\) for \d+ samples"):
         reliability(lambda x: 1.0, laws)
+    with pytest.raises(FrameError, match=r"takes \(a\), but .*: let it take one mapping x, and read x\['a'\] for a"):
+        reliability(lambda a: a, {**laws, "b": stats.norm()}, poses=2)
+    with pytest.raises(FrameError, match=r"takes \(a, b\), but is called with the samples by name"):
+        reliability(lambda a, b: a - b, {**laws, "b": stats.norm()})
     with pytest.raises(FrameError, match="no failure was found: use the method 'importance'"):
         reliability(lambda x: 1.0 + 0.0 * x["a"], laws, method="form")
     with pytest.raises(FrameError, match="limit of point 'P' is -1"):
