@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -10,6 +11,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ..errors import FrameError
+from ..owner import is_gone, owner
+
+# Folders that are written in; behind it their owner, and what tells several of one owner apart.
+STAGE = ".linkframe-"
 
 
 @contextmanager
@@ -20,7 +25,8 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
     ----------
     directory
         Where the files go, made where it is missing. Files keep their place relative to it; the deepest move
-        first, so that a file that lists others appears after them.
+        first, so that a file that lists others appears after them. What a process that was killed left of its folder
+        is removed.
 
     Raises
     ------
@@ -28,7 +34,8 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
         If `directory` cannot be made or written.
     """
     try:
-        with _made(directory), TemporaryDirectory(dir=directory, prefix=".linkframe-") as name:
+        with _made(directory), TemporaryDirectory(dir=directory, prefix=f"{STAGE}{owner()}-") as name:
+            _remove_abandoned(directory)
             stage = Path(name)
             yield stage
             written = [file for file in stage.rglob("*") if file.is_file()]
@@ -43,6 +50,13 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
         raise FrameError(
             f"cannot write in {directory}: {error.strerror or error}; choose a folder that can be written"
         ) from error
+
+
+def _remove_abandoned(directory: Path) -> None:
+    """Remove the folders of processes that have ended; those of processes that may live are not touched."""
+    for path in directory.glob(f"{STAGE}*"):
+        if is_gone(path.name.removeprefix(STAGE).rpartition("-")[0]):
+            shutil.rmtree(path, ignore_errors=True)
 
 
 @contextmanager

@@ -20,8 +20,8 @@ Arrays = dict[str, NDArray[np.generic]]
 _SUMS = ("mean", "second", "third", "fourth")
 
 
-def packed(found: ChunkResult) -> bytes:
-    """A chunk as bytes."""
+def packed(found: ChunkResult) -> list[bytes | memoryview]:
+    """A chunk as bytes, in pieces."""
     arrays: Arrays = {"range": np.array([found.start, found.count])}
     arrays |= _moments("blocks", found.blocks)
     arrays |= {"missing": found.missing, "least": found.least, "greatest": found.greatest}
@@ -44,26 +44,36 @@ def packed(found: ChunkResult) -> bytes:
     return packed_arrays(arrays)
 
 
-def packed_arrays(arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Arrays by name as bytes: a line that tells name, type and shape of each, and then their numbers.
+def packed_arrays(arrays: Mapping[str, NDArray[Any]]) -> list[bytes | memoryview]:
+    """Arrays by name as bytes: a line that tells name, type, shape and order of axes of each, and then their numbers.
 
-    An archive, which keeps a file and a check sum for each, would take as long as the statistics of a chunk.
+    In pieces, as they lie in memory: to put them together, or into another order, takes as long as to write them. And
+    an archive, which keeps a file and a check sum for each, would take as long as the statistics of a chunk.
     """
-    whole = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    told = {name: [whole[name].dtype.str, list(np.shape(array))] for name, array in arrays.items()}
-    return b"".join([json.dumps(told).encode(), b"\n", *(array.tobytes() for array in whole.values())])
+    told, pieces = {}, list[bytes | memoryview]()
+    for name, array in arrays.items():
+        order = sorted(range(array.ndim), key=lambda axis: -array.strides[axis])
+        laid = array.transpose(order)
+        if not laid.flags.c_contiguous:
+            order = list(range(array.ndim))
+            laid = np.ascontiguousarray(array)
+        told[name] = [np.lib.format.dtype_to_descr(array.dtype), list(array.shape), order]
+        if array.nbytes:  # what holds no bytes cannot be seen as bytes
+            pieces.append(laid.reshape(-1).view(np.uint8).data)
+    return [json.dumps(told).encode() + b"\n", *pieces]
 
 
 def unpacked_arrays(content: bytes) -> dict[str, NDArray[Any]]:
-    """Arrays by name from their bytes; they cannot be written to."""
+    """Arrays by name from their bytes, as they lay in memory; they cannot be written to."""
     start = content.index(b"\n") + 1
     out = {}
-    for name, (kind, shape) in json.loads(content[:start]).items():
-        dtype, count = np.dtype(kind), math.prod(shape)
+    for name, (kind, shape, order) in json.loads(content[:start]).items():
+        fields = kind if isinstance(kind, str) else [tuple(field) for field in kind]
+        dtype, count = np.lib.format.descr_to_dtype(fields), math.prod(shape)  # type: ignore[arg-type]
         # Names of no characters have no bytes.
         some = count * dtype.itemsize > 0
         flat = np.frombuffer(content, dtype, count, start) if some else np.zeros(count, dtype)
-        out[name] = flat.reshape(shape)
+        out[name] = flat.reshape([shape[axis] for axis in order]).transpose(np.argsort(order))
         start += count * dtype.itemsize
     return out
 
