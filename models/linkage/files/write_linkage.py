@@ -72,10 +72,14 @@ def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
     [1. 2. 0.]
     [1. 2. 0.]
     """
-    path = Path(path)
+    write(linkage, Path(path), 2)
+
+
+def write(linkage: LinkageDescription, path: Path, depth: int) -> None:
+    """See `write_linkage`; what is left out is told at the call so many levels above."""
     name, make = ROBOT_FORMATS.get(path.suffix.lower(), ("TOML", None))
     text = written(tables(linkage)) if make is None else make(linkage, path.stem)
     with whole_or_nothing(path.parent) as stage:
         (stage / path.name).write_text(text, encoding="utf-8")
     if make is not None:
-        tell(path, not_rigid(linkage) + (acting(linkage) if name != "MJCF" else []), name, depth=2)
+        tell(path, not_rigid(linkage) + (acting(linkage) if name != "MJCF" else []), name, depth + 1)

@@ -278,4 +278,5 @@ def workspace(
     drives, reached, possible = everywhere(solver, places)
     if not reached.any():
         raise FrameError(f"no place of the grid can be reached by {point}: its reference position is {place.tolist()}")
-    return Workspace(solver.poses(drives[reached]), point, (axes[0], axes[1]), grid, place, reached, possible & ~reached, solver)
+    poses, elsewhere = solver.poses(drives[reached]), possible & ~reached
+    return Workspace(poses, point, (axes[0], axes[1]), grid, place, reached, elsewhere, solver)
