@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from ..framework.batch import rotation
 from ..framework.errors import FrameError
-from ..framework.protocol import Array, JointElement, proven
+from ..framework.joint_protocol import JointElement
+from ..framework.protocol import Array, proven
 from ..framework.renamed import RenamedAttribute, renamed_keywords
 from .clearance_directions import checked_directions
 from .parameters import array_of, common_shape, require, shape_of

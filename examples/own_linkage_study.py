@@ -4,7 +4,7 @@ r"""All about an own linkage in one call: beams, clearance and tolerances of a p
        \                  clearance, and lengths, stiffness and clearance have tolerances. Where does the ram D go?
         \  upper
   rod    o K              `linkage.study` samples all of it at every pose, and tells to first order the worst case
-B o-----'|                and who is to blame. Tolerances go by the names of the linkage's file.
+B o-----'|                and the contributors. Tolerances go by the names of the linkage's file.
  /       | lower
 # A      |
        [ D ]  ram, pressed up by 2 kN

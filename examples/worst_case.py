@@ -1,4 +1,4 @@
-"""The worst that clearances and tolerances can do to the coupler point of a four-bar, and which joint is to blame.
+"""The worst that clearances and tolerances can do to the coupler point of a four-bar, and which joint contributes most.
 
          P              every pin has 20 µm of radial clearance, every length is good to ± 10 µm, the drive to 0.1 mrad:
         / \\             around each position lies the region that P can reach, a sum of ellipses and segments;

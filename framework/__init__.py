@@ -12,11 +12,12 @@ if TYPE_CHECKING:
     from .clearances.contact import Contact
     from .error_bounds.sensitivity import Sensitivity
     from .frame import Frame
+    from .joint_protocol import JointElement
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
     from .matrices import FrameMatrices
     from .paraview.vtu import read_names
-    from .protocol import JointElement, LineElement, PointElement
+    from .protocol import LineElement, PointElement
     from .results.buckling import Buckling
     from .results.modes import Modes
     from .results.singular import FreeMotion
@@ -57,7 +58,7 @@ _LATER = {
     "Frame": ".frame",
     "FrameMatrices": ".matrices",
     "FreeMotion": ".results.singular",
-    "JointElement": ".protocol",
+    "JointElement": ".joint_protocol",
     "LargeSolution": ".large.solution",
     "LineElement": ".protocol",
     "Modes": ".results.modes",

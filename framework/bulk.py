@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .batch import Array, distinct, finite, rotated, vector
-from .description import JointLink, Member, Node, check_ideal
+from .described.parts import JointLink, Member, Node, check_ideal
 from .dofs import FORCES, component, components
 from .editing import Editable
 from .errors import FrameError
-from .examination import examine_joint
+from .joint_examination import examine_joint
+from .joint_protocol import JointElement
 from .meshes.lines import lines_by_element
 from .meshes.sources import line_mesh_of
 from .names import found, plain
-from .protocol import JointElement, LineElement, changed, is_proven, stacked, unstacked
+from .protocol import LineElement, is_proven
+from .stacking import changed, stacked, unstacked
 
 Names = Sequence[str]
 Row = TypeVar("Row", Node, Member, JointLink)

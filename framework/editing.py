@@ -11,14 +11,17 @@ from numpy.typing import ArrayLike
 
 from .added_forms import FormLoad
 from .batch import Shape, vector
-from .description import Description, JointLink, MassPoint, Member, Node, check_ideal
+from .described.parts import JointLink, MassPoint, Member, Node, check_ideal
+from .description import Description
 from .dofs import DISPLACEMENTS, FORCES, values
 from .errors import FrameError
-from .examination import examine_joint, examine_mass
+from .examination import examine_mass
 from .formed import FormedElement
+from .joint_examination import examine_joint
+from .joint_protocol import JointElement
 from .loads import LineLoad
 from .names import plain
-from .protocol import JointElement, LineElement, PointElement, is_proven
+from .protocol import LineElement, PointElement, is_proven
 
 Element = LineElement | JointElement | PointElement
 

@@ -16,7 +16,7 @@ class PathWarning(UserWarning):
 
 
 class SampleWarning(UserWarning):
-    """Some samples of a result are NaN; it tells how many, which, and what the statistics make of them."""
+    """Samples do not tell all: some of a result are NaN, or none went where failures are likely; it says which."""
 
 
 class CheckpointWarning(UserWarning):

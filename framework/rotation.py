@@ -11,6 +11,8 @@ from math import factorial
 import numpy as np
 
 from .batch import Array
+from .elementwise import angle, cosine, less, maximum, minimum, sinc, sine, square_root, where
+from .elementwise import tangent as tangent_of_angle
 
 # Up to this angle coefficients are summed as series, above it in closed form; both to rounding.
 _SERIES = 1.0
@@ -81,7 +83,7 @@ def conjugate(q: Array) -> Array:
 
 def normalised(q: Array) -> Array:
     """`q` scaled to length one."""
-    out: Array = q / np.sqrt(dot(q, q))
+    out: Array = q / square_root(dot(q, q))
     return out
 
 
@@ -106,17 +108,17 @@ def rotated(q: Array, v: Array) -> Array:
 
 def exponential(v: Array) -> Array:
     """Quaternion of a rotation vector (3, ...)."""
-    half = 0.5 * np.sqrt(dot(v, v))
-    return np.concatenate([np.cos(half)[None], 0.5 * np.sinc(half / np.pi) * v])
+    half = 0.5 * square_root(dot(v, v))
+    return np.concatenate([cosine(half)[None], 0.5 * sinc(half) * v])
 
 
 def logarithm(q: Array) -> Array:
     """Rotation vector (3, ...), no longer than pi."""
-    q = np.where(q[0] < 0.0, -q, q)
-    size = np.sqrt(dot(q[1:], q[1:]))
-    small = size < 1e-8
-    safe = np.where(small, 1.0, size)
-    out: Array = np.where(small, 2.0, 2.0 * np.arctan2(size, q[0]) / safe) * q[1:]
+    q = where(less(q[0], 0.0), -q, q)
+    size = square_root(dot(q[1:], q[1:]))
+    small = less(size, 1e-8)
+    safe = where(small, 1.0, size)
+    out: Array = where(small, 2.0, 2.0 * angle(size, q[0]) / safe) * q[1:]
     return out
 
 
@@ -175,12 +177,13 @@ def inverse_tangent_slope(v: Array, force: Array) -> Array:
 def _coefficients(v: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """(1 - cos a) / a^2 and (a - sin a) / a^3, each with its derivative by a, over a."""
     square = dot(v, v)
-    near, far = np.minimum(square, _SERIES**2), np.maximum(square, _SERIES**2)
-    a = np.sqrt(far)
-    sine, versine = np.sin(a), 2.0 * np.sin(a / 2.0) ** 2
+    near, far = minimum(square, _SERIES**2), maximum(square, _SERIES**2)
+    a = square_root(far)
+    across, half = sine(a), sine(a / 2.0)
+    versine = 2.0 * half * half
     closed = (
-        (versine / far, (a * sine - 2.0 * versine) / far**2),
-        ((a - sine) / (a * far), (3.0 * sine - a * (3.0 - versine)) / (a * far**2)),
+        (versine / far, (a * across - 2.0 * versine) / (far * far)),
+        ((a - across) / (a * far), (3.0 * across - a * (3.0 - versine)) / (a * (far * far))),
     )
     out = []
     for order, (value, slope) in zip((2, 3), closed, strict=True):
@@ -192,11 +195,12 @@ def _coefficients(v: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
 def _cotangent(v: Array) -> tuple[Array, Array]:
     """(1 - (a/2) cot(a/2)) / a^2 with its derivative by a, over a."""
     square = dot(v, v)
-    near, far = np.minimum(square, _SERIES**2), np.maximum(square, _SERIES**2)
-    a = np.sqrt(far)
-    half = np.sin(a / 2.0) ** 2
-    value = (1.0 - 0.5 * a / np.tan(a / 2.0)) / far
-    slope = (a * (a + np.sin(a)) - 8.0 * half) / (4.0 * far**2 * half)
+    near, far = minimum(square, _SERIES**2), maximum(square, _SERIES**2)
+    a = square_root(far)
+    half = sine(a / 2.0)
+    half = half * half
+    value = (1.0 - 0.5 * a / tangent_of_angle(a / 2.0)) / far
+    slope = (a * (a + sine(a)) - 8.0 * half) / (4.0 * (far * far) * half)
     return _joined(square, _COTANGENT, near, value, slope)
 
 
@@ -206,5 +210,5 @@ def _joined(square: Array, series: list[float], near: Array, value: Array, slope
     for k in range(len(series) - 1, -1, -1):
         rate = rate * near + 2.0 * total
         total = total * near + series[k]
-    small = square < _SERIES**2
-    return np.where(small, total, value), np.where(small, rate, slope)
+    small = less(square, _SERIES**2)
+    return where(small, total, value), where(small, rate, slope)

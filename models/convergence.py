@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..framework.errors import FrameError
 from ..framework.graphics.canvas import few_ticks
+from ..framework.graphics.log_ticks import log_ticks
 from ..framework.graphics.style import BLUE, GREY, PALE, set_title
 from .intervals import checked_probability, quantile_interval
 from .moments import Moments
@@ -93,6 +94,7 @@ def draw_convergence(axes: Any, samples: Array, of: str | float, label: str, uni
         axes.set_xlim(counts[shown][0], counts[-1])
         least, greatest = float(low[shown].min()), float(high[shown].max())
         axes.set_ylim(least - 0.05 * (greatest - least), greatest + 0.05 * (greatest - least) or None)
+    log_ticks(axes.xaxis)
     axes.set_xlabel("samples")
     axes.set_ylabel(f"{name} of {label}" + (f" [{unit}]" if unit else ""), parse_math=True)
     error = 0.5 * (high[-1] - low[-1])

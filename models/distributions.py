@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -46,19 +47,10 @@ class RandomVariable(Protocol):
 Uncertain = Distribution | RandomVariable | tuple[float, float] | str
 
 
-@dataclass(frozen=True)
-class Normal:
-    """Normal distribution, with the bits of `scipy.stats.norm`, which takes long to load.
+class ContinuousDistribution(ABC):
+    """Quantiles, density and probabilities of a distribution of numbers, as those of `scipy.stats` have them."""
 
-    Parameters
-    ----------
-    mean, deviation
-        Mean and standard deviation, in the unit of what is drawn.
-    """
-
-    mean: float
-    deviation: float
-
+    @abstractmethod
     def ppf(self, q: Array, /) -> Array:
         """Quantile at probability `q`.
 
@@ -72,10 +64,8 @@ class Normal:
         ndarray
             Quantiles, (...).
         """
-        from scipy.special import ndtri
 
-        return np.asarray(ndtri(q) * self.deviation + self.mean)
-
+    @abstractmethod
     def pdf(self, x: Array, /) -> Array:
         """Probability density.
 
@@ -89,9 +79,8 @@ class Normal:
         ndarray
             Density, (...), in the inverse unit.
         """
-        off = (x - self.mean) / self.deviation
-        return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.deviation))
 
+    @abstractmethod
     def cdf(self, x: Array, /) -> Array:
         """Probability of a value below `x`.
 
@@ -105,13 +94,41 @@ class Normal:
         ndarray
             Probabilities, (...).
         """
+
+
+@dataclass(frozen=True)
+class Normal(ContinuousDistribution):
+    """Normal distribution, with the bits of `scipy.stats.norm`, which takes long to load.
+
+    Parameters
+    ----------
+    mean, deviation
+        Mean and standard deviation, in the unit of what is drawn.
+    """
+
+    mean: float
+    deviation: float
+
+    def ppf(self, q: Array, /) -> Array:
+        """Quantile at probability `q`."""
+        from scipy.special import ndtri
+
+        return np.asarray(ndtri(q) * self.deviation + self.mean)
+
+    def pdf(self, x: Array, /) -> Array:
+        """Probability density."""
+        off = (x - self.mean) / self.deviation
+        return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.deviation))
+
+    def cdf(self, x: Array, /) -> Array:
+        """Probability of a value below `x`."""
         from scipy.special import ndtr
 
         return np.asarray(ndtr((x - self.mean) / self.deviation))
 
 
 @dataclass(frozen=True)
-class Interval:
+class Interval(ContinuousDistribution):
     """An input of which no more is known than its bounds: every value between them is equally likely.
 
     That is what the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008, 4.3.7) takes for bounds.
@@ -130,18 +147,7 @@ class Interval:
             raise FrameError(f"interval ({self.low}, {self.high}): give two finite bounds, the lower one first")
 
     def ppf(self, q: Array, /) -> Array:
-        """Quantile at probability `q`.
-
-        Parameters
-        ----------
-        q
-            Probabilities, (...).
-
-        Returns
-        -------
-        ndarray
-            Quantiles, (...).
-        """
+        """Quantile at probability `q`."""
         return np.asarray(self.low + (self.high - self.low) * np.asarray(q))
 
     def isf(self, q: Array, /) -> Array:
@@ -160,34 +166,12 @@ class Interval:
         return np.asarray(self.high - (self.high - self.low) * np.asarray(q))
 
     def pdf(self, x: Array, /) -> Array:
-        """Probability density.
-
-        Parameters
-        ----------
-        x
-            Values, (...).
-
-        Returns
-        -------
-        ndarray
-            Density, (...), in the inverse unit.
-        """
+        """Probability density."""
         inside = (x >= self.low) & (x <= self.high)
         return np.where(inside, 1.0 / (self.high - self.low), 0.0)
 
     def cdf(self, x: Array, /) -> Array:
-        """Probability of a value below `x`.
-
-        Parameters
-        ----------
-        x
-            Values, (...).
-
-        Returns
-        -------
-        ndarray
-            Probabilities, (...).
-        """
+        """Probability of a value below `x`."""
         return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
 
 
@@ -346,9 +330,9 @@ def distributions_of(given: object) -> dict[str, Distribution]:
     return {name: distribution_of(name, each) for name, each in given.items()}
 
 
-def log_density(name: str, law: Distribution, x: Array) -> Array:
+def log_density(name: str, distribution: Distribution, x: Array) -> Array:
     """Logarithm of the probability density of an input, (m,)."""
-    found: Any = law
+    found: Any = distribution
     with np.errstate(divide="ignore"):
         if hasattr(found, "logpdf"):
             return np.asarray(found.logpdf(x), dtype=np.float64)
@@ -357,21 +341,21 @@ def log_density(name: str, law: Distribution, x: Array) -> Array:
     raise FrameError(f"distribution of {name!r} has no density (pdf or logpdf): it cannot be re-weighted")
 
 
-def probability(name: str, law: Distribution, x: Array) -> Array:
+def probability(name: str, distribution: Distribution, x: Array) -> Array:
     """Probability of a value below `x`, (m,)."""
-    if not hasattr(law, "cdf"):
+    if not hasattr(distribution, "cdf"):
         raise FrameError(f"distribution of {name!r} has no cdf, which correlated inputs need here")
-    return np.asarray(law.cdf(x), dtype=np.float64)
+    return np.asarray(distribution.cdf(x), dtype=np.float64)
 
 
-def at_scores(law: Distribution, scores: Array) -> Array:
-    """Values of an input whose standard normal score is `scores`, (...), exact in both tails of a law with `isf`.
+def at_scores(distribution: Distribution, scores: Array) -> Array:
+    """Values of an input whose standard normal score is `scores`, (...), exact in both tails where it has `isf`.
 
     Scores beyond those that have a probability count as the last that has one, so that no input is infinite.
     """
     from scipy.special import ndtr
 
-    found: Any = law
+    found: Any = distribution
     scores = np.clip(scores, -FARTHEST, FARTHEST)
     below = np.asarray(found.ppf(ndtr(np.minimum(scores, 0.0 if hasattr(found, "isf") else np.inf))), dtype=np.float64)
     if not hasattr(found, "isf"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..framework.batch import one_entry
 from ..framework.errors import FrameError, SampleWarning
 from ..framework.graphics.shares import draw_shares, height_of_shares
 from ..framework.graphics.style import new_axes, set_title, styled
+from ..framework.listing import MOST, text_table
 from .distributions import Distribution, Uncertain, distributions_of
 from .intervals import ConfidenceInterval, by_error
 from .sampling import LEAST, Seed, root_seed, samples_first, stream, whole
@@ -25,6 +27,8 @@ Array = NDArray[np.float64]
 
 # Inputs that the figure shows by name.
 MOST_DRAWN = 12
+# Inputs up to which a table has a column for each.
+MOST_COLUMNS = 6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -129,12 +133,25 @@ class SobolIndices:
 
     def __repr__(self) -> str:
         if self.total.ndim > 1:
-            return f"Sobol indices of {', '.join(self.inputs)} for a result of shape {self.total.shape[:-1]}"
+            return self._of_array()
         lines = [f"{'input':>16}{'first':>10}{'± s.e.':>10}{'total':>10}{'± s.e.':>10}"]
         columns = (self.first, self.first_standard_error, self.total, self.total_standard_error)
         for k in np.argsort(-self.total, kind="stable"):
             lines.append(f"{self.inputs[k]:>16}" + "".join(f"{column[k]:>10.4f}" for column in columns))
         return "\n".join(lines)
+
+    def _of_array(self) -> str:
+        """Total indices of the first entries of a result that is an array."""
+        shape = self.total.shape[:-1]
+        title = f"Sobol indices of {', '.join(self.inputs)} for a result of shape {shape}"
+        if len(self.inputs) > MOST_COLUMNS:
+            return title
+        more = int(np.prod(shape)) - MOST
+        rows = [
+            [str(list(at)), *(f"{value:.4f}" for value in self.total[at])] for at in islice(np.ndindex(shape), MOST)
+        ]
+        table = text_table(f"{title}, total:", ["result", *self.inputs], rows)
+        return f"{table}\n  ... {more} more" if more > 0 else table
 
 
 def sobol_indices(

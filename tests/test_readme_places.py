@@ -18,5 +18,12 @@ def test_what_is_named_is_there(name: str) -> None:
     assert any((TOP / folder / name).exists() for folder in (".", *folders)), f"README names {name}"
 
 
+@pytest.mark.parametrize("folder", ["framework", "models/linkage"])
+def test_every_folder_is_named(folder: str) -> None:
+    """A reader of a new folder finds there what it is for."""
+    there = {path.parent.name for path in (TOP / folder).glob("*/__init__.py")}
+    assert not there - {name.rstrip("/").rpartition("/")[2] for name in NAMED}
+
+
 def test_places_are_seen() -> None:
     assert {"framework/protocol.py", "kinematics/", "solvers/method.py"} <= set(NAMED)

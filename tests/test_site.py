@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import textwrap
 from collections import Counter
 from pathlib import Path
@@ -10,18 +11,19 @@ from pathlib import Path
 import linkframe
 import matplotlib.pyplot as plt
 import pytest
+from linkframe.models.command_line import main
 
 SITE = Path(__file__).parents[1] / "examples" / "site"
 MADE = {"generated", "templates"}
 PAGES = sorted(page for page in SITE.rglob("*.rst") if not MADE.intersection(page.parts))
-BLOCK = re.compile(r"^\.\. run::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
+BLOCK = re.compile(r"^\.\. (run|shell)::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
 TREE = re.compile(r"^\.\. toctree::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
 ENTRY = re.compile(r"^   (?:.*<)?(\w[\w/]*)>?$", flags=re.MULTILINE)
 
 
-def blocks(page: Path) -> list[str]:
-    """Blocks of Python that are run when the site is built."""
-    return [textwrap.dedent(block) for block in BLOCK.findall(page.read_text(encoding="utf-8"))]
+def blocks(page: Path) -> list[tuple[str, str]]:
+    """Blocks that are run when the site is built: whether Python (run) or commands (shell), and their text."""
+    return [(kind, textwrap.dedent(block)) for kind, block in BLOCK.findall(page.read_text(encoding="utf-8"))]
 
 
 @pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWarning")  # pages read singular poses to show them
@@ -29,8 +31,11 @@ def blocks(page: Path) -> list[str]:
 def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     space: dict[str, object] = {}
-    for number, block in enumerate(blocks(page), 1):
-        exec(compile(block, f"{page.name}, block {number}", "exec"), space)
+    for number, (kind, block) in enumerate(blocks(page), 1):
+        if kind == "run":
+            exec(compile(block, f"{page.name}, block {number}", "exec"), space)
+        else:
+            assert not any(main(shlex.split(line)[1:]) for line in block.strip().splitlines())
     plt.close("all")
 
 

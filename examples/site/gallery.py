@@ -23,6 +23,34 @@ FOLLOWED = {
     "three_rrr": "P",
     "worst_case": "P",
 }
+# Name of the script: the point that its live page follows, and what makes its motion where the script leaves none that
+# a page can show; for scripts whose figure shows something else.
+PAGED = {
+    "bennett": ("H2", ""),
+    "bricard": ("H3", ""),
+    "four_bar": (
+        "P",
+        "drawn = FourBar(crank=0.1, coupler=0.2, rocker=0.1, ground=0.2, point=(0.1, 0.0))\n"
+        "linkage = drawn.linkage(np.radians(40.0))\n"
+        'linkage.load("P", fy=100.0)\nmotion = linkage.move(A=theta)',
+    ),
+    "gravity_spring_rpm": ("C", ""),
+    "loose_pins": (
+        "P",
+        'linkage = FourBar(crank=0.3, coupler=0.9, rocker=0.8, ground=0.7, point=(0.5, 0.2), branch="open").linkage('
+        '0.0, clearance)\nlinkage.load("P", fy=100.0)\nmotion = linkage.move(A=theta[::3])',
+    ),
+    "measured_data": ("P", ""),
+    "optimal_six_bar": ("P", "motion = six_bar(found.x).move(A=THETA)"),
+    "own_linkage_study": ("D", ""),
+    "pictures": ("P", ""),
+    "reliability": ("C", ""),
+    "workspace_stiffness": (
+        "P",
+        "row = space.reached[12]\n"
+        "motion = linkage.move({name: drive[12][row] for name, drive in space.drives.items()})",
+    ),
+}
 # What the other scripts show, drawn.
 BEND = "import matplotlib.pyplot as plt\n\n"
 DRAWN = {
@@ -35,7 +63,7 @@ DRAWN = {
     "gravity_spring_rpm": 'reactions.plot("drives")',
     "loose_pins": BEND + 'plt.plot(np.degrees(theta), 1e6 * by_clearance)\nplt.xlabel("crank [°]")\n'
     'plt.ylabel("displacement of P by clearance [µm]")',
-    "measured_data": "as_drawn.plot()",
+    "measured_data": "reference.plot()",
     "optimal_six_bar": 'six_bar(found.x).move(A=THETA).plot(trace="P")',
     "own_cable": 'solution.plot("deformed", entry=0)',
     "own_foundation": 'frame.solve().plot("deformed", entry=0)',
@@ -65,15 +93,19 @@ def prepare(scripts: Path, target: Path, live: Path) -> None:
         shutil.copy(data, target)
     for script in sorted(scripts.glob("*.py")):
         if script.stem not in LEFT_OUT:
-            point = FOLLOWED.get(script.stem)
-            (target / script.name).write_text(_titled(script, point), encoding="utf-8")
-            if point:
-                runpy.run_path(str(script))["motion"].page(
-                    live / "pages" / f"{script.stem}.html", point, title=script.stem.replace("_", " ")
-                )
+            (target / script.name).write_text(_titled(script), encoding="utf-8")
+            if script.stem in FOLLOWED or script.stem in PAGED:
+                _page(script, live / "pages" / f"{script.stem}.html")
 
 
-def _titled(script: Path, point: str | None) -> str:
+def _page(script: Path, page: Path) -> None:
+    point, motion = PAGED.get(script.stem, (FOLLOWED.get(script.stem), ""))
+    names = runpy.run_path(str(script))
+    exec(motion, names)
+    names["motion"].page(page, point, title=script.stem.replace("_", " "))
+
+
+def _titled(script: Path) -> str:
     """The script with its docstring as a page: first sentence as title, the rest as it was typed."""
     source = script.read_text(encoding="utf-8")
     tree = ast.parse(source)
@@ -81,10 +113,17 @@ def _titled(script: Path, point: str | None) -> str:
     rest = "\n".join(source.splitlines()[tree.body[0].end_lineno :]).strip().replace("__file__", repr(script.name))
     name = script.stem.replace("_", " ").capitalize()
     page = [name, "=" * len(name), "", title.replace("\\", "\\\\")]
-    if point:
-        page += ["", f"`Live page <../../pages/{script.stem}.html>`__: drag the drive, move the sliders."]
+    if script.stem in FOLLOWED or script.stem in PAGED:
+        link = f"../../pages/{script.stem}.html"
+        page += ["", f"`Live page <{link}>`__: drag the drive, move the sliders."]
+        page += [
+            "",
+            ".. raw:: html",
+            "",
+            f'    <iframe class="live" src="{link}" title="{name}" loading="lazy"></iframe>',
+        ]
     page += ["", ".. code-block:: text", "", textwrap.indent(textwrap.dedent(sketch).strip("\n"), "    ")]
-    drawn = f'motion.plot(trace="{point}")' if point else DRAWN[script.stem]
+    drawn = DRAWN.get(script.stem) or f'motion.plot(trace="{FOLLOWED[script.stem]}")'
     return 'r"""' + "\n".join(page) + f'\n"""\n\n{rest}\n\n# %%\n# Drawn:\n\n{drawn}\n'
 
 

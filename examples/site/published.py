@@ -15,8 +15,19 @@ HEAD = """.. list-table::
      - linkframe
      - apart by""".splitlines()
 
-TESTS = ("tests/validation", "tests/linkage/test_reference_andrews.py", "tests/linkage/test_reference_iftomm.py",
-         "tests/linkage/test_reference_textbooks.py")  # fmt: skip
+RELIABILITY = "tests/models/test_reliability.py"
+TESTS = (
+    "tests/validation",
+    "tests/linkage/test_reference_andrews.py",
+    "tests/linkage/test_reference_iftomm.py",
+    "tests/linkage/test_reference_textbooks.py",
+    "tests/large/test_bend.py",
+    "tests/large/test_limits.py",
+    "tests/large/test_stability.py",
+    f"{RELIABILITY}::test_planes_have_their_probability",
+    f"{RELIABILITY}::test_correlated_inputs_with_nataf",
+    f"{RELIABILITY}::test_a_frame_of_uncertain_stiffness_place_and_load",
+)
 
 
 def prepare(top: Path, target: Path) -> None:

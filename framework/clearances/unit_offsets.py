@@ -14,7 +14,7 @@ from ..batched.plan import Plan
 from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError, MechanismWarning
-from ..protocol import JointElement
+from ..joint_protocol import JointElement
 from ..results.linear import LinearResults
 from ..structure.parts import total
 from .contact_state import ClearanceComponents

@@ -14,7 +14,8 @@ from .compliance import Compliance
 from .deformations import Springs
 from .equilibrium import EquilibriumResidual
 from .force_sizes import reduced_sizes
-from .kinematics import FrameKinematics, Real, extended
+from .kinematic_edge import Real, extended
+from .kinematics import FrameKinematics
 from .requested import RequestedResults
 
 # Roundings of a load on an unknown: those of turning it into its axes, a safe count, and of each rigid link on the way.

@@ -14,7 +14,7 @@ from ..structure.assembly import member_loads, nodal_loads
 from ..structure.member_loads import applied_forces, strain_forces, weight_forces
 from ..structure.topology import Group, Index
 from .deformations import Springs
-from .kinematics import Real, extended
+from .kinematic_edge import Real, extended
 
 # Roundings in the weight of a mass, and those of distances in a load on a member, safe counts.
 _WEIGHT, _FEW = 16.0, 32.0

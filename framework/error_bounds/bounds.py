@@ -29,7 +29,7 @@ from ..solvers.sparse import SparseSolver
 from .adjoint import Adjoint
 from .compliance import Compliance, DenseCompliance, Roughly, SparseCompliance
 from .equilibrium import EquilibriumResidual, Statics
-from .kinematics import Real, extended
+from .kinematic_edge import Real, extended
 from .requested import requested
 from .resolved import MOST, excited, groups, ill_conditioned, rest
 

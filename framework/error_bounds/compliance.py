@@ -15,7 +15,8 @@ from ..solvers.factor import Factor
 from ..solvers.iterative import Iterative
 from .deformations import Springs
 from .equilibrium import EquilibriumResidual
-from .kinematics import FrameKinematics, Real, extended
+from .kinematic_edge import Real, extended
+from .kinematics import FrameKinematics
 from .resistance import resisted
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0

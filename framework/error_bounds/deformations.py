@@ -18,7 +18,8 @@ from ..protocol import LineElement
 from ..structure.group import resists_rigid
 from ..structure.parts import Extended
 from ..structure.topology import Group, Index
-from .kinematics import Real, extended, position
+from .kinematic_edge import Real, extended
+from .kinematics import position
 
 # Roundings of extended precision in a deformation, for the size of what it is made of.
 _FINE = 24.0 * float(np.finfo(np.longdouble).eps)

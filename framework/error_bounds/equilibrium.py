@@ -19,7 +19,8 @@ from ..structure.parts import Extended
 from .applied import AppliedLoads
 from .deformations import Springs, springs
 from .force_sizes import reduced_sizes
-from .kinematics import FrameKinematics, KinematicEdge, Real, extended
+from .kinematic_edge import KinematicEdge, Real, extended
+from .kinematics import FrameKinematics
 from .tree_members import MEMBER, tree_members
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0

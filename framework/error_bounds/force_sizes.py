@@ -12,7 +12,8 @@ import numpy as np
 
 from ..batch import merged, rotated
 from ..structure.edge import ABOUT, ALONG, GROUND
-from .kinematics import FrameKinematics, KinematicEdge, Real, sheared, sizes_of
+from .kinematic_edge import KinematicEdge, Real, sheared, sizes_of
+from .kinematics import FrameKinematics
 
 
 def reduced_sizes(

@@ -9,106 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arm import carried, transferred
 from ..batch import aligned, merged, rotated
 from ..batched.plan import Plan
 from ..entries import Change
-from ..structure.edge import ABOUT, ALONG, GROUND, Edge
-from ..structure.parts import Extended, Row, is_zero
+from ..structure.edge import GROUND, Edge
+from ..structure.parts import Row, is_zero
 from ..structure.topology import Index
-
-Real = NDArray[Any]
+from .kinematic_edge import KinematicEdge, Real, extended, sizes_of, spread_over
 
 # Corrections of coordinates that constraints determine: each takes the error to the power of two or to rounding.
 _CORRECTIONS = 3
-
-
-@dataclass(frozen=True)
-class KinematicEdge:
-    """An edge between two nodes, GROUND for the ground.
-
-    Attributes
-    ----------
-    edge
-        The joint, rigid link, tie or support.
-    first, second
-        Node numbers.
-    sign
-        Of an edge of the tree: 1 where the first node carries the second, -1 where the second the first; 0 where
-        the edge closes a loop.
-    axes
-        (..., 3, 3) as columns, None for the global ones.
-    arm
-        From first to second node of a rigid link, (..., 3); None for every other edge.
-    lead
-        Advance of a screw by its turn, (...); None for every other edge.
-    """
-
-    edge: Edge
-    first: int
-    second: int
-    sign: float
-    axes: Real | None
-    arm: Real | None
-    lead: Real | None = None
-
-    @property
-    def child(self) -> int:
-        """The carried node."""
-        return self.second if self.sign > 0 else self.first
-
-    @property
-    def parent(self) -> int:
-        """The node that carries the other."""
-        return self.first if self.sign > 0 else self.second
-
-    @property
-    def alone(self) -> bool:
-        """Whether its coordinates are the displacements of its child."""
-        return self.parent == GROUND and self.sign > 0 and self.axes is None and self.lead is None
-
-    def out(self, vector: Real) -> Real:
-        """(..., 6) in the edge's axes as global components."""
-        return vector if self.axes is None else rotated(self.axes, vector)
-
-    def into(self, vector: Real) -> Real:
-        """(..., 6) in global components along the edge's axes."""
-        return vector if self.axes is None else rotated(np.swapaxes(self.axes, -1, -2), vector)
-
-    def carry(self, motion: Real, sign: float) -> Real:
-        """Displacement (..., 6) of the end of the arm from that of its start, the second node where `sign` is -1."""
-        return motion if self.arm is None else carried(motion, sign * self.arm)
-
-    def transfer(self, force: Real, sign: float) -> Real:
-        """Force (..., 6) on the end of the arm as it acts on its start, the second node where `sign` is -1."""
-        return force if self.arm is None else transferred(force, sign * self.arm)
-
-    # A screw's coordinate along its axis is what its advance leaves of the displacement.
-
-    def whole(self, own: Real) -> Real:
-        """Displacement (..., 6) in the edge's axes from its coordinates."""
-        return own if self.lead is None else sheared(own, ALONG, ABOUT, self.lead)
-
-    def rest(self, displacement: Real) -> Real:
-        """Coordinates (..., 6) from the displacement in the edge's axes."""
-        return displacement if self.lead is None else sheared(displacement, ALONG, ABOUT, -self.lead)
-
-    def worked(self, force: Real) -> Real:
-        """Force on the coordinates (..., 6) from force and moment in the edge's axes."""
-        return force if self.lead is None else sheared(force, ABOUT, ALONG, self.lead)
-
-    def exerted(self, force: Real) -> Real:
-        """Force and moment (..., 6) in the edge's axes from the force on the coordinates."""
-        return force if self.lead is None else sheared(force, ABOUT, ALONG, -self.lead)
-
-    def spread(self, sizes: Real) -> Real:
-        """Greatest size of the displacement (or coordinates), (..., 6), from that of the coordinates (displacement)."""
-        return sizes if self.lead is None else sheared(sizes, ALONG, ABOUT, sizes_of(self.lead))
 
 
 @dataclass(frozen=True)
@@ -185,7 +98,7 @@ class FrameKinematics:
         }
         return FrameKinematics(self.count, _shape(bodies, links), bodies, links, dependents)
 
-    # -- coordinates ------------------------------------------------------------------------------------------------
+    # -- coordinates --------------------------------------------------------------------------------------------------
 
     def coordinates(self, unknowns: Sequence[int], values: Real, imposed: Sequence[Real | None]) -> Real:
         """Coordinates that meet all that is held or imposed.
@@ -281,7 +194,7 @@ class FrameKinematics:
             for where, factor in by.items():
                 flat[..., key] += factor * gaps[where]
 
-    # -- displacements ----------------------------------------------------------------------------------------------
+    # -- displacements ------------------------------------------------------------------------------------------------
 
     def displacements(self, coordinates: Real) -> Real:
         """Displacements of the nodes in global axes, (..., nodes, 6), from their coordinates."""
@@ -340,7 +253,7 @@ class FrameKinematics:
                 own = link.spread(out[..., link.child, :])
                 own = own if link.axes is None else rotated(sizes_of(link.axes), own)
                 if link.parent != GROUND:
-                    own = own + _spread(out[..., link.parent, :], link.arm)
+                    own = own + spread_over(out[..., link.parent, :], link.arm)
                 out[..., link.child, :] = own
         return out
 
@@ -353,13 +266,13 @@ class FrameKinematics:
             else:
                 own = sizes[..., link.second, :]
                 if link.first != GROUND:
-                    own = own + _spread(sizes[..., link.first, :], link.arm)
+                    own = own + spread_over(sizes[..., link.first, :], link.arm)
             out.append(
                 link.spread(own if link.axes is None else rotated(np.swapaxes(sizes_of(link.axes), -1, -2), own))
             )
         return out
 
-    # -- forces -----------------------------------------------------------------------------------------------------
+    # -- forces -------------------------------------------------------------------------------------------------------
 
     def generalised(self, forces: Real, generalised_forces: Sequence[Real | None]) -> Real:
         """Forces (..., nodes, 6) on the coordinates.
@@ -394,11 +307,6 @@ class FrameKinematics:
         for nodes, axes in self.bodies:
             out[..., nodes, :] = rotated(np.swapaxes(axes, -1, -2), out[..., nodes, :])
         return out
-
-
-def extended(array: Any) -> Real:
-    """In extended precision."""
-    return np.asarray(array, dtype=Extended)
 
 
 def _link(plan: Plan, edge: Edge, sign: float) -> KinematicEdge:
@@ -449,27 +357,5 @@ def _shape(bodies: list[tuple[Index, Real]], links: list[KinematicEdge]) -> tupl
     return np.broadcast_shapes(*shapes)
 
 
-def sheared(vector: Real, into: int, by: int, factor: Real) -> Real:
-    """Vectors (..., 6) to one component of which `factor` (...) times another is added."""
-    shape = (*np.broadcast_shapes(vector.shape[:-1], factor.shape), 6)
-    out = np.array(np.broadcast_to(vector, shape), dtype=np.result_type(vector, factor))
-    out[..., into] += factor * out[..., by]
-    return out
-
-
 def _free(row: Row) -> dict[int, Real]:
     return {k: np.asarray(value) for k, value in row.items() if k >= 0}
-
-
-def _spread(sizes: Real, arm: Real | None) -> Real:
-    """Greatest displacement at the end of an arm."""
-    if arm is None:
-        return sizes
-    arm_length = np.abs(arm).astype(np.float64).sum(axis=-1, keepdims=True)
-    shift = sizes[..., :3] + arm_length * sizes[..., 3:].max(axis=-1, keepdims=True)
-    return np.concatenate([shift, np.broadcast_to(sizes[..., 3:], shift.shape)], axis=-1)
-
-
-def sizes_of(array: Real) -> Real:
-    """In double precision, without the signs."""
-    return np.abs(array).astype(np.float64)

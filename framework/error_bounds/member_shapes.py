@@ -21,7 +21,7 @@ from ..structure.member_loads import applied_forces, equivalent, strain_forces, 
 from ..structure.topology import Group
 from .adjoint import Adjoint
 from .equilibrium import Statics
-from .kinematics import KinematicEdge
+from .kinematic_edge import KinematicEdge
 
 # Relative step, and weights of the differences over one, two and three steps.
 STEP = 1e-3

@@ -8,8 +8,9 @@ from dataclasses import replace
 from ..batch import Array, Shape, distinct
 from ..batched.plan import Plan
 from ..description import Description
-from ..protocol import PointElement, changed
+from ..protocol import PointElement
 from ..solvers.evaluation import Picked
+from ..stacking import changed
 from ..structure.topology import Topology
 from .applied import AppliedLoads
 from .deformations import springs

@@ -17,7 +17,7 @@ from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from ..structure.edge import ABOUT, ALONG
 from .equilibrium import EquilibriumResidual
-from .kinematics import KinematicEdge, Real, extended, sheared
+from .kinematic_edge import KinematicEdge, Real, extended, sheared
 
 KINDS = ("displacement", "reaction", "joint_displacement", "joint_force", "end_forces")
 

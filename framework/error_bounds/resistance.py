@@ -8,7 +8,8 @@ from typing import Protocol
 import numpy as np
 
 from .deformations import Springs
-from .kinematics import FrameKinematics, Real, extended
+from .kinematic_edge import Real, extended
+from .kinematics import FrameKinematics
 
 
 class Stiff(Protocol):

@@ -20,7 +20,7 @@ from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended, Row
 from .compliance import DenseCompliance, SparseCompliance
 from .equilibrium import EquilibriumResidual, Statics
-from .kinematics import Real, extended
+from .kinematic_edge import Real, extended
 from .resistance import resisted
 
 # Unknowns up to which it is worth the time.

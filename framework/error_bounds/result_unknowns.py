@@ -7,7 +7,7 @@ import numpy as np
 from .adjoint import unit_forces
 from .bounds import BoundedResults
 from .equilibrium import EquilibriumResidual
-from .kinematics import extended
+from .kinematic_edge import extended
 from .requested import requested
 
 

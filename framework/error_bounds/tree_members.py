@@ -9,7 +9,7 @@ import numpy as np
 from ..batched.plan import Plan
 from ..structure.edge import GROUND, Edge
 from .deformations import Springs
-from .kinematics import KinematicEdge
+from .kinematic_edge import KinematicEdge
 
 MEMBER = "member"
 

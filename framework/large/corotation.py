@@ -20,6 +20,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array
+from ..elementwise import less, square_root, where, zeros
 from ..rotation import dot, times, transposed
 
 Law = Callable[[Array], tuple[Array, Array, Array]]
@@ -97,16 +98,15 @@ def motion(pieces: Pieces, displacements: tuple[Array, Array], rotations: tuple[
     """
     first, second = (_in_axes(pieces.local_axes, q) for q in rotations)
     along = times(pieces.local_axes, displacements[1] - displacements[0])
-    second = np.where(dot(first, second) < 0.0, -second, second)
+    second = where(less(dot(first, second), 0.0), -second, second)
     mean = rotation.normalised(first + second)
     chord = along.copy()
     chord[0] += pieces.length
-    length = np.sqrt(dot(chord, chord))
+    length = square_root(dot(chord, chord))
     ahead = times(transposed(rotation.matrix(mean)), chord) / length
     chord_rotation = np.array([1.0 + ahead[0], np.zeros_like(length), -ahead[2], ahead[1]])
-    chord_rotation[3] = np.where(
-        dot(chord_rotation, chord_rotation) == 0.0, 1.0, chord_rotation[3]
-    )  # swung right round, in any plane
+    swung = less(-dot(chord_rotation, chord_rotation), 0.0)
+    chord_rotation[3] = where(swung, chord_rotation[3], 1.0)  # else right round, in any plane
     frame = rotation.product(mean, rotation.normalised(chord_rotation))
     back = rotation.conjugate(frame)
     ends = rotation.product(back, first), rotation.product(back, second)
@@ -191,7 +191,7 @@ class Response:
         self.beyond = tuple(-self.lever for _ in range(2))
         for end, share in enumerate(self.beyond):
             share[range(3), range(6 * end + 3, 6 * end + 6)] += 1.0
-        self.change = np.zeros((7, 12, *at.chord.shape))
+        self.change = zeros((7, 12, *at.chord.shape), at.chord)
         self.change[0, 0], self.change[0, 6] = -1.0, 1.0
         self.change[1:4] = times(self.back[0], self.beyond[0])
         self.change[4:7] = times(self.back[1], self.beyond[1])
@@ -217,20 +217,22 @@ class Response:
         """Forces on the ends, in global axes (12, n, m)."""
         return self.rotated(self.local_forces(stress))
 
-    def tangent(self, stress: Array) -> Array:
+    def tangent(self, stress: Array, *, symmetric: bool = False) -> Array:
         """Derivative of `forces` by displacements and spins of the ends, global (12, 12, n, m).
 
-        `stress` may differ from that of the deformation: it is what the geometric stiffness is made of.
+        `stress` may differ from that of the deformation: it is what the geometric stiffness is made of. Where
+        `symmetric`, it is the symmetric part of that.
         """
         change, lever = self.change, self.lever
         generalised_force, torque, turning = self._loaded(stress)
-        out = _congruent(change, stiffness(self.pieces, self.at.deformation, stress[0]))
+        congruent = _symmetric_congruent if symmetric else _congruent
+        out = congruent(change, stiffness(self.pieces, self.at.deformation, stress[0]))
         moments = [
             times(transposed(back), generalised_force[k : k + 3]) for back, k in zip(self.back, (1, 4), strict=True)
         ]
         for end, k in enumerate((1, 4)):
             slope = rotation.inverse_tangent_slope(self.at.deformation[k : k + 3], generalised_force[k : k + 3])
-            out += _congruent(self.beyond[end], times(slope, self.back[end]))
+            out += congruent(self.beyond[end], times(slope, self.back[end]))
         total = moments[0] + moments[1]
         if torque is not None:
             total = total + torque
@@ -243,7 +245,7 @@ class Response:
         for block in range(4):
             rows = slice(3 * block, 3 * block + 3)
             out[rows] -= times(rotation.spin(local[rows]), lever)
-        return _both(self.at.axes, out)
+        return _both(self.at.axes, 0.5 * (out + transposed(out)) if symmetric else out)
 
     def _loaded(self, stress: Array) -> tuple[Array, Array | None, tuple[Array, Array]]:
         """Forces on the deformations, tension included, less those of the loads between; moment of these loads; its
@@ -269,7 +271,7 @@ class Response:
         across = moment[1] * lever[1] + moment[2] * lever[2]
         tilt = total[3] * lever[1] - total[2] * lever[2]
         twist = rotation.outer(tilt, stretch)
-        sums = np.zeros((4, *lever.shape[1:]))
+        sums = zeros((4, *lever.shape[1:]), lever)
         for end, share in enumerate(self.beyond):
             q = at.ends[end]
             scalar = -0.5 * np.einsum("i...,ij...->j...", q[1:], share)
@@ -294,7 +296,7 @@ def _in_axes(local_axes: Array, q: Array) -> Array:
 def _lever(at: CorotatedPieces) -> Array:
     """Spin of the frame by displacements and spins of the ends, all in the moving axes (3, 12, n, m)."""
     total = at.ends[0] + at.ends[1]
-    out = np.zeros((3, 12, *at.chord.shape))
+    out = zeros((3, 12, *at.chord.shape), at.chord)
     out[1, 2] = 1.0 / at.chord
     out[1, 8] = -out[1, 2]
     out[2, 1] = -out[1, 2]
@@ -309,7 +311,7 @@ def _lever(at: CorotatedPieces) -> Array:
 
 def _upright(total: Array) -> Array:
     """Scalar part of the sum of the ends' quaternions, not zero where the chord has swung right round between them."""
-    out: Array = np.where(np.abs(total[0]) < _ROUND, _ROUND, total[0])
+    out: Array = where(less(np.abs(total[0]), _ROUND), _ROUND, total[0])
     return out
 
 
@@ -322,6 +324,14 @@ def _axial(a: Array) -> Array:
 def _congruent(change: Array, matrix: Array) -> Array:
     """``B^T A B`` for (i, k, ...) and (i, j, ...)."""
     return times(transposed(change), times(matrix, change))
+
+
+def _symmetric_congruent(change: Array, matrix: Array) -> Array:
+    """Symmetric part of ``B^T A B``, of which one half is calculated where it is recorded."""
+    out = _congruent(change, 0.5 * (matrix + transposed(matrix)))
+    first, second = np.triu_indices(len(out), 1)
+    out[first, second] = out[second, first]
+    return out
 
 
 def _both(axes: Array, a: Array) -> Array:

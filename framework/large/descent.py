@@ -11,7 +11,8 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE
-from .newton import CLOSE, NOTHING, Newton
+from .limits import CLOSE, NOTHING
+from .newton import Newton
 from .numbers import Where
 from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .sides import amount

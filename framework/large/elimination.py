@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.order import Pattern, link, order
+from ..cache import KERNELS
 from ..structure.parts import Grid
 
 Index = NDArray[np.int64]
@@ -37,6 +40,16 @@ class SymbolicFactorisation:
         self.prescribed = prescribed, columns[prescribed], rows[prescribed] - size
         if size <= LARGE:
             self._order()
+
+    @staticmethod
+    def of(rows: Index, columns: Index, size: int, *, half: bool = False) -> SymbolicFactorisation:
+        """That of a pattern, which all frames of the same structure have in common."""
+        make = partial(SymbolicFactorisation, rows, columns, size, half=half)
+        if size > LARGE:
+            return make()
+        key = "elimination", rows.tobytes(), columns.tobytes(), size, half
+        found: SymbolicFactorisation = KERNELS.found(key, make, len(rows))
+        return found
 
     def _order(self) -> None:
         """Minimum degree, as nothing here varies less than the rest."""

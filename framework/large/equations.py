@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array, merged
+from ..elementwise import zeros
 from ..rotation import cross, dot, spin, times
 from ..structure.edge import GROUND
 from . import corotation
@@ -13,11 +14,21 @@ from .configuration import Configuration, motion_of
 from .corotation import Response
 from .links import LinkChange
 from .loops import LoopChange
+from .numbers import summed
 from .state import DisplacedState, SpatialLinearisation
 
 
 class EquilibriumEquations(Configuration):
-    """A model at some entries, with the derivatives of its energy."""
+    """A model at some entries, with the derivatives of its energy.
+
+    Attributes
+    ----------
+    symmetric
+        Whether tangents are the symmetric parts of what they are else, which they are themselves in an equilibrium
+        under loads that have a potential.
+    """
+
+    symmetric = False
 
     def work(self, old: DisplacedState, new: DisplacedState, share: float) -> Array:
         """Work done on the frame between two equilibria (m,), by the trapezoidal rule.
@@ -64,15 +75,15 @@ class EquilibriumEquations(Configuration):
             exact = corotation.stress(pieces, response.at.deformation)
             used = exact if stresses is None else stresses[k]
             ends = response.forces(exact)
-            nodal = nodal + model.gather[k] @ merged(ends, 0, 1)
+            nodal = nodal + summed(model.gather[k], merged(ends, 0, 1))
             if stresses is not None:
                 ends = response.forces(used)
-            assumed = assumed + model.gather[k] @ merged(ends, 0, 1)
+            assumed = assumed + summed(model.gather[k], merged(ends, 0, 1))
             changes.append(response.global_change())
             deformations.append(response.at.deformation)
             true.append(exact)
             energy = energy + 2.0 * corotation.strain_energy(pieces, response.at).sum(axis=0)
-            data += self._linked_tangent(k, response.tangent(used), jacobians)
+            data += self._linked_tangent(k, response.tangent(used, symmetric=self.symmetric), jacobians)
         shape = (6, model.count, self.count)
         nodal, assumed = np.array(nodal.reshape(shape)), np.array(assumed.reshape(shape))
         data += self._offset_tangent(state, nodal, assumed, jacobians)
@@ -86,7 +97,7 @@ class EquilibriumEquations(Configuration):
             own = np.concatenate([own, -force[:, None]], axis=1)
             energy = energy + 2.0 * stored
         blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
-        values = self.model.pattern[0] @ np.concatenate(blocks)
+        values = summed(self.model.pattern[0], np.concatenate(blocks))
         for number in range(len(model.joints)):
             energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]
         return SpatialLinearisation(forces, values, changes, deformations, true, jacobians, energy, nodal, own)
@@ -165,6 +176,7 @@ class EquilibriumEquations(Configuration):
             joint, change = joints[number], self._now[number]
             force = nodal[:, joint.child]
             matrix = change.geometric(force)
+            matrix = 0.5 * (matrix + rotation.transposed(matrix)) if self.symmetric else matrix
             matrix[3:, 3:] += self.resistance(state, number, state.own[:, number])[2]
             if joint.parent == GROUND:
                 out.insert(0, matrix[3:, 3:])
@@ -172,7 +184,7 @@ class EquilibriumEquations(Configuration):
                 nodal[:, joint.parent] += change.forces(force)[0]
                 above = self._jacobian(joint.parent, jacobians)[3:]
                 width = above.shape[1]
-                wide = np.zeros((9, width + 6, self.count))
+                wide = zeros((9, width + 6, self.count), above)
                 wide[:3, :width] = above
                 wide[range(3, 9), range(width, width + 6)] = 1.0
                 out.insert(0, times(rotation.transposed(wide), times(matrix, wide)))
@@ -213,8 +225,8 @@ class EquilibriumEquations(Configuration):
     def _reduced(self, state: DisplacedState, nodal: Array) -> tuple[Array, Array]:
         """Forces on the coordinates from forces on the nodes, leaves first; and those of members and loads alone."""
         model = self.model
-        out = np.zeros((model.size + 1, self.count))
-        carried = np.zeros((6, len(model.joints), self.count))
+        out = zeros((model.size + 1, self.count), nodal)
+        carried = zeros((6, len(model.joints), self.count), nodal)
         for number in range(len(model.joints) - 1, -1, -1):
             joint = model.joints[number]
             above, own = self._now[number].forces(nodal[:, joint.child])

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..batch import Array
 from ..clearances.contact import law
-from ..protocol import JointElement
+from ..joint_protocol import JointElement
 
 
 def law_of(element: JointElement, clearance: bool) -> JointElement | None:

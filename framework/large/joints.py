@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..description import Description
-from ..protocol import JointElement
+from ..elementwise import zeros
+from ..joint_protocol import JointElement
 from ..rotation import dot
 from ..structure.edge import Edge
 from ..structure.topology import Topology
@@ -100,7 +101,7 @@ class TreeJoint:
         """
         if self.law is None:
             stiffness = self.stiffness.at(where)
-            tangent = np.zeros((6, 6, stiffness.shape[-1]))
+            tangent = zeros((6, 6, stiffness.shape[-1]), elastic)
             tangent[range(6), range(6)] = stiffness
             return 0.5 * dot(stiffness * elastic, elastic), stiffness * elastic, tangent
 

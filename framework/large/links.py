@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from .. import rotation
 from ..batch import Array
+from ..elementwise import zeros
 from ..rotation import cross, spin, times, transposed
 
 
@@ -129,7 +130,7 @@ class LinkChange:
 
     def jacobian(self) -> Array:
         """Displacement and spin of the child by those of the parent (6) and the link's own (6), (6, 12, m)."""
-        out = np.zeros((6, 12, *self.arm.shape[1:]))
+        out = zeros((6, 12, *self.arm.shape[1:]), self.arm, self.turns)
         out[range(6), range(6)] = 1.0
         if self.link.forward:
             out[:3, 3:6] = -spin(self.arm)
@@ -154,7 +155,7 @@ class LinkChange:
         Rows and columns: spin (3), translation (3), rotation (3) of the link, (9, 9, m).
         """
         push, moment = force[:3], force[3:]
-        out = np.zeros((9, 9, *push.shape[1:]))
+        out = zeros((9, 9, *push.shape[1:]), push)
         if self.link.forward:
             first = np.zeros((3, *out.shape[1:]))
             first[range(3), range(3)] = 1.0
@@ -182,7 +183,7 @@ class LinkChange:
 
     def _first_spin(self) -> Array:
         """Spin of the first node by spin of the parent, translation and rotation, backward (3, 9, m)."""
-        out = np.zeros((3, 9, *self.arm.shape[1:]))
+        out = zeros((3, 9, *self.arm.shape[1:]), self.arm, self.turns)
         out[range(3), range(3)] = 1.0
         out[:, 6:] = -self.turns
         return out

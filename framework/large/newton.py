@@ -8,13 +8,16 @@ rolled into a circle in one load step.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
 from ..batch import Array
 from ..rotation import dot
+from .compiled_newton import CompiledNewton
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
+from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
 from .model import Model
 from .numbers import Where
 from .planar import PlanarEquations
@@ -23,14 +26,8 @@ from .planar_state import PlanarState
 from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .state import DisplacedState
 
-# Work of the last Newton step, relative to the strain energy: squared again by the step itself.
-CLOSE = 1e-16
 # Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one.
 _ROUNDINGS = 4.0 * float(np.finfo(np.float64).eps)
-# Iterations after which one that has not settled wanders, and smaller steps find their way in less.
-_ITERATIONS = 16
-# Longest step, and one that is nothing, in radians or sizes of the frame.
-_LONGEST, NOTHING = 1.0, 1e-13
 
 
 class Newton:
@@ -57,7 +54,7 @@ class Newton:
         self.model = model
         self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
         _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
-        self.elimination = SymbolicFactorisation(rows, columns, model.free, half=self.planar_model is not None)
+        self.elimination = SymbolicFactorisation.of(rows, columns, model.free, half=self.planar_model is not None)
         self.size = model.length
         scale = np.zeros(model.size + 1)
         scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
@@ -95,16 +92,32 @@ class Newton:
             else self.planar_model.in_plane(state, near if isinstance(near, PlanarState) else None)
         )
 
+    @cached_property
+    def compiled(self) -> CompiledNewton | None:
+        """The same as machine code, where that pays for the frame's batch."""
+        return CompiledNewton.of(self.planar_model or self.model, self.elimination, self.zero, self.size)
+
     def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
         """
+        if self.compiled is None or not isinstance(state, PlanarState | DisplacedState):
+            return self._iterated(where, state, factor)
+        found = self.compiled.solve(where, state, factor)
+        left = np.flatnonzero(~found.converged)
+        if len(left):
+            found.iterations[left] = 0
+            found.take(left, self._iterated(tuple(k[left] for k in where), state.taken(left), factor))
+        return found
+
+    def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
+        """Equilibria, iterated with arrays."""
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
         stresses: list[Array] | None = None
-        for iteration in range(_ITERATIONS):
+        for iteration in range(ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)
             positive: Mask = np.asarray((factors.pivots > self.zero).all(axis=0))
@@ -163,7 +176,7 @@ class Newton:
 
     def limited(self, step: Array) -> Array:
         """Share of a step that turns and moves no more than is allowed (m,)."""
-        return 1.0 / np.maximum(self.largest(step) / _LONGEST, 1.0)
+        return 1.0 / np.maximum(self.largest(step) / LONGEST, 1.0)
 
     def largest(self, step: Array) -> Array:
         """Largest component of a step, in radians or sizes of the frame (m,)."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..elementwise import is_recorded, zeros
 from ..entries import picked
 
 Where = tuple[NDArray[np.int64], ...]
@@ -41,3 +43,15 @@ def batch_first(array: Array, shape: tuple[int, ...], leading: int) -> Array:
     """(components..., m) as (batch..., components...)."""
     moved = np.moveaxis(array.reshape(*array.shape[:leading], *shape), range(leading), range(-leading, 0))
     return np.ascontiguousarray(moved)
+
+
+def summed(matrix: scipy.sparse.csr_matrix, terms: Array) -> Array:
+    """Sums of rows (n, m), numbers or terms of a recording, with the factors of a sparse matrix."""
+    if not is_recorded(terms):
+        out: Array = matrix @ terms
+        return out
+    out = zeros((matrix.shape[0], terms.shape[1]), terms)
+    for row, (a, b) in enumerate(zip(matrix.indptr[:-1].tolist(), matrix.indptr[1:].tolist(), strict=True)):
+        for column, factor in zip(matrix.indices[a:b].tolist(), matrix.data[a:b].tolist(), strict=True):
+            out[row] = out[row] + factor * terms[column]
+    return out

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, merged
+from ..elementwise import zeros
 from ..structure.edge import GROUND
 from . import planar_pieces
 from .joint_law import ContactMultipliers
 from .model import Model
-from .numbers import Where
+from .numbers import Where, summed
 from .planar_links import PlanarJoint, PlanarLink
 from .planar_model import PlanarModel
 from .planar_state import PlanarLinearisation, PlanarState
@@ -89,13 +90,19 @@ class PlanarEquations:
         )
         if self.links:
             new.own = state.own + nodal[:, [planar_joint.joint.child for planar_joint in self.planar_model.joints]]
+        self.follow(new)
+        return new
+
+    def follow(self, state: PlanarState) -> None:
+        """Place the nodes that are attached to others."""
         for number, (planar_joint, link) in enumerate(zip(self.planar_model.joints, self.links, strict=True)):
             joint = planar_joint.joint
             free = joint.parent == GROUND
-            place = np.zeros((2, self.count)) if free else new.displacements[:, joint.parent]
-            turn = np.zeros(self.count) if free else new.rotations[joint.parent]
-            new.displacements[:, joint.child], new.rotations[joint.child] = link.child(place, turn, new.own[:, number])
-        return new
+            place = np.zeros((2, self.count)) if free else state.displacements[:, joint.parent]
+            turn = np.zeros(self.count) if free else state.rotations[joint.parent]
+            state.displacements[:, joint.child], state.rotations[joint.child] = link.child(
+                place, turn, state.own[:, number]
+            )
 
     def _nodal(self, step: Array) -> Array:
         padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
@@ -149,10 +156,12 @@ class PlanarEquations:
             bow = planar_pieces.bent(pieces[2], deformation)
             exact = planar_pieces.stress(pieces[2], deformation, bow)
             used = exact if stresses is None else stresses[k]
-            energy += planar_pieces.strain_energy(pieces[2], deformation, bow)
-            nodal = nodal + self.planar_model.gather[k] @ merged(planar_pieces.forces(axes, chord, exact), 0, 1)
+            energy = energy + planar_pieces.strain_energy(pieces[2], deformation, bow)
+            nodal = nodal + summed(self.planar_model.gather[k], merged(planar_pieces.forces(axes, chord, exact), 0, 1))
             if stresses is not None:
-                assumed = assumed + self.planar_model.gather[k] @ merged(planar_pieces.forces(axes, chord, used), 0, 1)
+                assumed = assumed + summed(
+                    self.planar_model.gather[k], merged(planar_pieces.forces(axes, chord, used), 0, 1)
+                )
             stiffness = planar_pieces.stiffness(pieces[2], bow, used[0])
             changes.append((axes, chord, stiffness))
             true.append(exact)
@@ -164,9 +173,9 @@ class PlanarEquations:
         forces = self._reduced(nodal, transfers, [force for _, force, _ in resisted])
         data += self._link_tangents(arms, assumed, transfers, [tangent for *_, tangent in resisted])
         for stored, _, _ in resisted:
-            energy += 2.0 * stored
+            energy = energy + 2.0 * stored
         blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
-        values = self.planar_model.pattern[0] @ np.concatenate(blocks)
+        values = summed(self.planar_model.pattern[0], np.concatenate(blocks))
         return PlanarLinearisation(forces, values, changes, true, transfers, energy)
 
     def step_stresses(self, at: PlanarLinearisation, step: Array) -> list[Array]:
@@ -255,7 +264,7 @@ class PlanarEquations:
 
     def _reduced(self, nodal: Array, transfers: list[Array], resisted: list[Array]) -> Array:
         """Forces on the coordinates from forces on the nodes, leaves first."""
-        out = np.zeros((self.model.size + 1, self.count))
+        out = zeros((self.model.size + 1, self.count), nodal)
         nodal = nodal.copy()
         for number in range(len(self.links) - 1, -1, -1):
             joint = self.planar_model.joints[number].joint

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..batch import Array
+from ..elementwise import cosine, sine, zeros
 from .joint_law import ContactMultipliers
 from .joints import TreeJoint
 from .model import Model
@@ -97,7 +98,7 @@ class PlanarLink:
 
     def springs(self, elastic: Array) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs."""
-        force, tangent = self.stiffness * elastic, np.zeros((3, 3, self.stiffness.shape[-1]))
+        force, tangent = self.stiffness * elastic, zeros((3, 3, self.stiffness.shape[-1]), elastic)
         tangent[range(3), range(3)] = self.stiffness
         return 0.5 * np.einsum("im,im->m", force, elastic), force, tangent
 
@@ -107,17 +108,17 @@ class PlanarLink:
         first = turn if self.forward else turn - angle
         shift = np.einsum("ijm,jm->im", self.axes, own[:2])
         if self.follows:
-            half = np.sin(0.5 * first)
-            sine, less = np.sin(first), -2.0 * half * half
+            half = sine(0.5 * first)
+            across, less = sine(first), -2.0 * half * half
             x, y = shift + self.arm
-            shift = shift + np.stack([less * x - sine * y, sine * x + less * y])
+            shift = shift + np.stack([less * x - across * y, across * x + less * y])
         return (place + shift, turn + angle) if self.forward else (place - shift, first)
 
     def rotated_arm(self, first: Array, own: Array) -> tuple[Array, Array]:
         """Axes of the translations (2, 2, m) and arm from the first node (2, m), both turned."""
         if not self.follows:
             return self.axes + 0.0 * first, np.zeros_like(own[:2])
-        c, s = np.cos(first), np.sin(first)
+        c, s = cosine(first), sine(first)
         axes = np.stack([c * self.axes[0] - s * self.axes[1], s * self.axes[0] + c * self.axes[1]])
         arm = np.einsum("ijm,jm->im", axes, own[:2])
         if self.arm.any():
@@ -127,7 +128,7 @@ class PlanarLink:
     def transfer(self, axes: Array, arm: Array) -> Array:
         """Motion of the child by those of the parent and the link's own (3, 6, m)."""
         sign = 1.0 if self.forward else -1.0
-        out = np.zeros((3, 6, arm.shape[1]))
+        out = zeros((3, 6, arm.shape[1]), axes, arm)
         out[[0, 1, 2], [0, 1, 2]] = 1.0
         out[0, 2], out[1, 2] = -sign * arm[1], sign * arm[0]
         out[:2, 3:5] = sign * axes
@@ -138,7 +139,7 @@ class PlanarLink:
 
     def geometric(self, force: Array, axes: Array, arm: Array) -> Array:
         """What turning does to the forces (6, 6, m): parent's coordinates, then the link's own."""
-        out = np.zeros((6, 6, arm.shape[1]))
+        out = zeros((6, 6, arm.shape[1]), force, axes, arm)
         if not self.follows:
             return out
         sign = 1.0 if self.forward else -1.0

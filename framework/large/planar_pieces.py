@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..elementwise import angle, is_recorded, rounded, square_root
 from .loading import Stack
 from .numbers import Numbers
 from .planar_state import PlanarState
@@ -91,13 +92,13 @@ def shape(stack: PlanarStack, pieces: tuple[Array, Array, Array], state: PlanarS
     x, y = state.displacements[:, second] - state.displacements[:, first]
     along, across = c0 * x + s0 * y, c0 * y - s0 * x
     ahead = length + along
-    chord = np.sqrt(ahead * ahead + across * across)
-    chord_rotation = np.arctan2(across, ahead)
-    out = np.empty((3, *chord.shape))
+    chord = square_root(ahead * ahead + across * across)
+    chord_rotation = angle(across, ahead)
+    out = np.empty((3, *chord.shape), chord.dtype)
     out[0] = ((length + ahead) * along + across * across) / (chord + length)
     out[1], out[2] = state.rotations[first] - chord_rotation, state.rotations[second] - chord_rotation
-    if np.abs(out[1:]).max(initial=0.0) > 3.0:
-        out[1:] -= 2.0 * np.pi * np.round((out[1] + out[2]) / (4.0 * np.pi))
+    if is_recorded(out) or np.abs(out[1:]).max(initial=0.0) > 3.0:
+        out[1:] -= 2.0 * np.pi * rounded((out[1] + out[2]) / (4.0 * np.pi))
     c, s = ahead / chord, across / chord
     return np.stack([c0 * c - s0 * s, s0 * c + c0 * s]), chord, out
 
@@ -136,7 +137,7 @@ def stiffness(stiffness: Array, bow: Bow, axial_force: Array) -> Array:
     """Derivatives of `stress` 00 01 02 11 12 22 (6, n, m); `axial_force` resists further bowing."""
     k0, k11, k12, k22, g11, g12, g22 = stiffness
     _, one, two = bow
-    out = np.empty((6, *axial_force.shape))
+    out = np.empty((6, *axial_force.shape), axial_force.dtype)
     out[0] = k0
     np.multiply(k0, one, out=out[1])
     np.multiply(k0, two, out=out[2])
@@ -162,7 +163,7 @@ def terms(stiffness: Array, axes: Array, chord: Array, stress: Array) -> Array:
     mixed = (stress[1] + stress[2]) / (chord * chord) - (k01 + k02) / chord
     cc, ss, cs = c * c, s * s, c * s
     twice = 2.0 * cs * mixed
-    out = np.empty((10, *chord.shape))
+    out = np.empty((10, *chord.shape), chord.dtype)
     out[0] = k00 * cc + across * ss - twice
     out[1] = (k00 - across) * cs + mixed * (cc - ss)
     out[2] = k00 * ss + across * cc + twice

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array, block_diagonal, rotated
-from ..protocol import JointElement, is_proven
+from ..joint_protocol import JointElement
+from ..protocol import is_proven
 from ..structure.edge import Edge
 from ..structure.member_loads import strain_forces
 from ..structure.parts import is_zero

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..batch import Array
 from .elimination import LARGE
-from .newton import CLOSE, Newton, bordered
+from .limits import CLOSE
+from .newton import Newton, bordered
 from .numbers import Where
 from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .sides import amount

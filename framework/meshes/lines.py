@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..errors import FrameError
+from ..joint_protocol import JointElement
 from ..names import found
-from ..protocol import JointElement, LineElement
+from ..protocol import LineElement
 
 Index = NDArray[np.int64]
 

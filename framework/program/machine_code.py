@@ -40,11 +40,12 @@ def available() -> bool:
 
 def able(program: Program) -> bool:
     """Whether this processor has what a program takes: fused operations where there are sines."""
-    return not any(step.operation in SINES for step in program.steps) or _fused()
+    return not any(step.operation in SINES for step in program.steps) or fused()
 
 
 @cache
-def _fused() -> bool:
+def fused() -> bool:
+    """Whether this processor has fused operations."""
     import llvmlite.binding as llvm
 
     return bool(llvm.get_host_cpu_features().get("fma")) or platform.machine().lower() in ("aarch64", "arm64")

@@ -34,6 +34,8 @@ _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.abs: lambda a: _recording(a).write(Operation.ABSOLUTE, a),
 }
 
+# Operations whose operands may change their signs with that of the result.
+_SIGNED = frozenset({Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DIVIDE, Operation.NEGATE})
 # A step as it is written down: the operation and its operands.
 Made = tuple[Operation, int, int, int]
 
@@ -120,6 +122,10 @@ class Term:
     def __abs__(self) -> Any:
         return self.recording.write(Operation.ABSOLUTE, self)
 
+    def chosen(self, a: Any, b: Any) -> Any:
+        """a where this holds, b elsewhere."""
+        return self.recording.write(Operation.CHOOSE, self, a, b)
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *operands: Any, **options: Any) -> Any:
         if ufunc not in _UFUNCS or method != "__call__" or options:
             return NotImplemented
@@ -128,7 +134,7 @@ class Term:
 
 
 def _constant(value: object, constant: float) -> bool:
-    return isinstance(value, float) and value == constant
+    return isinstance(value, float | int) and value == constant
 
 
 def _number(value: Any) -> int:
@@ -146,7 +152,7 @@ def _recording(*values: Any) -> Recording:
 def choose(condition: Any, a: Any, b: Any) -> Any:
     """a where a condition holds, b elsewhere: of numbers, of arrays, or written down."""
     if isinstance(condition, Term):
-        return condition.recording.write(Operation.CHOOSE, condition, a, b)
+        return condition.chosen(a, b)
     return np.where(condition, a, b)
 
 
@@ -184,6 +190,8 @@ class Recording:
     ----------
     fixed
         Whether plain numbers are part of the program, as those of a formula are; they are given otherwise.
+    signless
+        Whether what differs in sign alone is calculated once. Results are the same but for the sign of zero.
 
     Attributes
     ----------
@@ -193,8 +201,8 @@ class Recording:
         By value: the batch axes over which it varies.
     """
 
-    def __init__(self, *, fixed: bool = False) -> None:
-        self.fixed = fixed
+    def __init__(self, *, fixed: bool = False, signless: bool = False) -> None:
+        self.fixed, self.signless = fixed, signless
         self.given: list[Value | None] = []
         self.masks: list[int] = []
         # By value: the step that makes it; of one that is given its place, of a constant its number.
@@ -234,6 +242,32 @@ class Recording:
 
     def step(self, operation: Operation, a: int, b: int = NONE, c: int = NONE) -> Term:
         """Write down a step on the values of these numbers, unless it has been before."""
+        if self.signless and operation in _SIGNED:
+            return self._signed(operation, a, b)
+        return self._step(operation, a, b, c)
+
+    def _signed(self, operation: Operation, a: int, b: int) -> Term:
+        """The step on the values without their signs, and the sign of the result."""
+        (a, down), (b, under) = self._unsigned(a), self._unsigned(b)
+        if operation == Operation.NEGATE:
+            return Term(self, a) if down else self._step(Operation.NEGATE, a)
+        if operation in (Operation.MULTIPLY, Operation.DIVIDE):
+            pair = (b, a) if b < a and operation == Operation.MULTIPLY else (a, b)
+            return self._with_sign(self._step(operation, *pair), down != under)
+        under ^= operation == Operation.SUBTRACT
+        if down == under:
+            return self._with_sign(self._step(Operation.ADD, min(a, b), max(a, b)), down)
+        return self._with_sign(self._step(Operation.SUBTRACT, min(a, b), max(a, b)), down == (a < b))
+
+    def _unsigned(self, number: int) -> tuple[int, bool]:
+        """A value whose sign is that of another turned round: the other."""
+        made = self._made[number] if number != NONE else None
+        return (made[1], True) if isinstance(made, tuple) and made[0] == Operation.NEGATE else (number, False)
+
+    def _with_sign(self, term: Term, negative: bool) -> Term:
+        return self._step(Operation.NEGATE, term.number) if negative else term
+
+    def _step(self, operation: Operation, a: int, b: int = NONE, c: int = NONE) -> Term:
         made = operation, a, b, c
         number = self._known.get(made)
         if number is None:

@@ -14,7 +14,7 @@ from ..batch import Array
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..error_bounds.equilibrium import Statics
-from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resolved import MOST, combined, excited
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver

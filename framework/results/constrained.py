@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned
 from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
-from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resistance import displaced, resisted
 from ..error_bounds.resolved import excited, groups, ill_conditioned_state, rest
 from ..error_bounds.tree_members import MEMBER

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..arm import cross_matrix
 from ..batch import Array
-from ..error_bounds.kinematics import KinematicEdge
+from ..error_bounds.kinematic_edge import KinematicEdge
 from ..structure.edge import Edge
 
 _X = np.array([1.0, 0.0, 0.0])

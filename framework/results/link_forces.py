@@ -7,7 +7,8 @@ import numpy as np
 from ..batch import Array
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.kinematics import FrameKinematics, Real
+from ..error_bounds.kinematic_edge import Real
+from ..error_bounds.kinematics import FrameKinematics
 from ..structure.edge import GROUND
 
 

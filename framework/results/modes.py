@@ -12,7 +12,7 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..description import Description
 from ..errors import FrameError, MechanismWarning
-from ..examination import require_springs
+from ..joint_examination import require_springs
 from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from . import dense

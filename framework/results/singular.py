@@ -11,7 +11,7 @@ from ..batched.plan import Plan
 from ..dofs import DISPLACEMENTS
 from ..error_bounds.compliance import DenseCompliance
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
-from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resolved import MOST, ill_conditioned_state
 from ..errors import FrameError
 from ..listing import number as told_number

@@ -9,7 +9,7 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.compliance import DenseCompliance
 from ..error_bounds.equilibrium import Statics
-from ..error_bounds.kinematics import Real
+from ..error_bounds.kinematic_edge import Real
 
 # Above this many unknowns a single frame goes the sparse way.
 DENSE = 400

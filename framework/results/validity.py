@@ -25,7 +25,7 @@ from ..entries import flattened
 from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.kinematics import Real
+from ..error_bounds.kinematic_edge import Real
 from ..error_bounds.tree_members import MEMBER
 from ..member_law import deformation_rows
 from ..states import SolutionState

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from ..description import Description
-from ..protocol import changed
+from ..stacking import changed
 from ..structure.parts import Grid, RightHandSideParameters, Value
 
 

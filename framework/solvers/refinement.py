@@ -14,7 +14,7 @@ import numpy as np
 from ..batch import Array
 from ..entries import Stretch
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
-from ..error_bounds.kinematics import extended
+from ..error_bounds.kinematic_edge import extended
 from ..structure.topology import Index
 from .spring_residual import SpringResidual
 

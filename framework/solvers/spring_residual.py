@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.deformations import constant_rows
-from ..error_bounds.kinematics import Real, extended
+from ..error_bounds.kinematic_edge import Real, extended
 from ..structure.topology import Group, Index
 from .evaluation import Picked
 from .graph import by_rows
@@ -119,7 +119,8 @@ class SpringResidual:
     forces
         Loads without what known displacements call for, (size, m k).
     rhs_parameters
-        Known displacements: the numbers (knowns, m k); None where there are none, or a unit of a load is solved for.
+        Known displacements: the numbers (right-hand-side parameters, m k); None where there are none, or a unit of a
+        load is solved for.
     """
 
     def __init__(
@@ -138,8 +139,8 @@ class SpringResidual:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
         (springs, count), cases = self.stiffness.shape, values.shape[1]
         deformed = self.deformations.by_unknowns @ values
-        pulls: Array = (deformed if isinstance(self.given, float) else deformed + self.given).astype(np.float64)
-        by_entry = pulls.reshape(springs, count, cases // max(1, count))
+        tensions: Array = (deformed if isinstance(self.given, float) else deformed + self.given).astype(np.float64)
+        by_entry = tensions.reshape(springs, count, cases // max(1, count))
         by_entry *= self.stiffness[:, :, None]
-        left: Array = self.forces - self.deformations.back @ pulls
+        left: Array = self.forces - self.deformations.back @ tensions
         return left

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.kinematics import FrameKinematics, Real, extended
+from ..error_bounds.kinematic_edge import Real, extended
+from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.picked import PickedStatics
 from ..error_bounds.resistance import resisted
 from ..structure.topology import Index

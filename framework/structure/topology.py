@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..batch import Array, Shape, aligned, distinct
-from ..description import Description, Node
+from ..described.parts import Node
+from ..description import Description
 from ..entries import Stretch
 from ..examined import Examined, examined
-from ..protocol import LineElement, changed, stacked
+from ..protocol import LineElement
+from ..stacking import changed, stacked
 from .group import Group, Index
 from .mesh import line_mesh, numbered
 

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..batch import Array, aligned
-from ..description import Description, Tie
+from ..described.parts import Tie
+from ..description import Description
 from .constraints import Constraint, Elimination, eliminate
 from .edge import ABOUT, ALONG, GROUND, Edge
 from .parts import Grid, RightHandSideParameters, Row, Value, add_row, is_zero, product

@@ -31,6 +31,8 @@ SAME = 1e-2
 # Of samples in the order of their values, by which share they stand appreciably before where the likely failures expect
 # them, and the share of those that may.
 APPRECIABLE, STRAY = 0.1, 0.004
+# Samples that are not explained, from which searches begin, and the cosine of the angle that lies between two of them.
+STRAYS, ALONG = 6, 0.8
 # Samples of failures that stand for likely ones, and how far they are apart.
 MANY, APART = 10, 1.0
 
@@ -78,10 +80,20 @@ class DesignPoints:
         # At an edge, where a search does not end, there is more than planes tell.
         if not self.converged.size or not self.converged.all():
             return False
+        return bool(np.count_nonzero(self.unexplained(scores, values)) <= STRAY * len(values))
+
+    def unexplained(self, scores: Array, values: Array) -> Mask:
+        """Which samples (m, k) are appreciably worse, by their values (m,) among theirs, than by the tangent planes."""
+        if not self.converged.size:
+            return np.ones(len(values), dtype=bool)
         left = np.min(self.slopes * (self.beta - scores @ self.normals.T), axis=1)
         expected, found = (np.argsort(np.argsort(each, kind="stable"), kind="stable") for each in (left, values))
-        worse = expected - found > APPRECIABLE * len(values)
-        return bool(np.count_nonzero(worse) <= STRAY * len(values))
+        return np.asarray(expected - found > APPRECIABLE * len(values))
+
+    def missing(self, failed: Array) -> Mask:
+        """Beyond which tangent planes, (n,), none of some failures (m, k) lies."""
+        beyond = np.any(failed @ self.normals.T >= self.beta, axis=0)
+        return np.asarray(self.converged & ~beyond)
 
     def planes(self) -> Edges:
         """The tangent planes."""
@@ -106,12 +118,40 @@ def design_points(limit: LimitState, starts: int) -> DesignPoints:
     count, k = limit.poses or 1, limit.size
     begin = np.concatenate([np.zeros((1, k)), AROUND * _directions(starts - 1, k)])
     pose = np.repeat(np.arange(count), starts)
-    search = _Search(limit, np.tile(begin, (count, 1)), pose)
+    return _distinct(_searched(limit, np.tile(begin, (count, 1)), pose))
+
+
+def _searched(limit: LimitState, begin: Array, pose: Index) -> DesignPoints:
+    """Where searches from scores (n, k) at the poses (n,) come to."""
+    search = _Search(limit, begin, pose)
     for _ in range(MOST):
         if search.done.all():
             break
         search.advance()
-    return _distinct(search.found())
+    return search.found()
+
+
+def further_points(limit: LimitState, points: DesignPoints, scores: Array, values: Array, pose: Index) -> DesignPoints:
+    """Points to which searches lead from the worst of the samples that some points of a pose do not explain.
+
+    Parameters
+    ----------
+    limit
+        The limit state.
+    points
+        What is known of it.
+    scores, values
+        Samples (m, k) and their values (m,).
+    pose
+        Poses (m,) at which the samples have their values.
+    """
+    stray = np.flatnonzero(points.unexplained(scores, values))
+    unit = scores / np.maximum(np.linalg.norm(scores, axis=1, keepdims=True), 1e-300)
+    begin: list[int] = []
+    for row in stray[np.argsort(values[stray], kind="stable")].tolist():
+        if len(begin) < STRAYS and np.all(unit[begin] @ unit[row] < ALONG):
+            begin.append(row)
+    return _searched(limit, scores[begin], pose[begin])
 
 
 def _directions(count: int, k: int) -> Array:
@@ -231,6 +271,11 @@ def likely(failed: Array, pose: int) -> DesignPoints:
 def joined(several: list[DesignPoints]) -> DesignPoints:
     """Points of several searches as one."""
     return DesignPoints(*(np.concatenate([getattr(each, name) for each in several]) for name in FIELDS))
+
+
+def distinct(several: list[DesignPoints]) -> DesignPoints:
+    """Points of several searches, each once."""
+    return _distinct(joined(several))
 
 
 FIELDS = tuple(DesignPoints.__dataclass_fields__)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.graphics.curves import mark_turns
+from ...framework.graphics.log_ticks import log_ticks
 from ...framework.graphics.style import BLUE, SKY, STYLE, styled
 from ..intervals import ConfidenceInterval
 
@@ -37,6 +38,7 @@ def plot_probability(
         )
     found.plot(along[order], shown, color=BLUE, marker="o", ms=3, lw=1.2)
     found.set(yscale="log", xlabel=label, ylabel="probability of failure")
+    log_ticks(found.yaxis)
     found.spines[["top", "right"]].set_visible(False)
     if label.endswith("[°]"):
         mark_turns(found, along)

@@ -9,7 +9,7 @@ from .tables import spent
 
 PAGE = """\
 Open [{page}]({page}): drag the drive, and set the load, clearances and tolerances; path, worst case, deflection, forces
-and who is to blame follow."""
+and the contributors follow."""
 
 
 @dataclass(frozen=True)

@@ -266,6 +266,7 @@ def _taken_up(found: Sharing, resume: bool) -> Iterator[str]:
         return
     if Checkpoint(found.folder).holds(_plain(found.about)):
         count = sum(CHUNK.fullmatch(path.name) is not None for path in found.folder.iterdir())
-        yield f"{count} parts of this run are stored in {found.folder}: it goes on from there"
+        parts = "part of this run is" if count == 1 else "parts of this run are"
+        yield f"{count} {parts} stored in {found.folder}: it goes on from there"
     elif resume:
         raise FrameError(f"--resume finds no run in {found.folder}: leave it out to begin one there")

@@ -1,4 +1,4 @@
-"""What acts on a moving linkage, and how far it gives way."""
+"""What acts on a moving linkage, and how far it deflects."""
 
 from __future__ import annotations
 

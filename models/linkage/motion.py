@@ -254,10 +254,10 @@ class Motion(DrawnMotion, UncertainMotion):
     ) -> None:
         """Write a page that opens in a browser and follows what is dragged: one file, without a network or server.
 
-        It shows the linkage, the path of a point, what its loads, clearances and tolerances do to it, who is to blame,
-        and the forces in its joints. The drive, the load and every clearance and tolerance can be moved; all numbers
-        follow, computed in the page from what is linear in them. Springs, gravity and, with rates of the drives,
-        inertia act whatever the load's factor. Of very many poses it shows as many as fit, and says so.
+        It shows the linkage, the path of a point, what its loads, clearances and tolerances do to it, the share of each
+        contributor, and the forces in its joints. The drive, the load and every clearance and tolerance can be moved;
+        all numbers follow, computed in the page from what is linear in them. Springs, gravity and, with rates of the
+        drives, inertia act whatever the load's factor. Of very many poses it shows as many as fit, and says so.
 
         Parameters
         ----------

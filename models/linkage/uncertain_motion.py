@@ -246,9 +246,16 @@ class UncertainMotion(LoadedMotion):
         return allocate_fits(self, point, limit, link, diameters, fits, costs, combine, given)
 
     def reliability(
-        self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
+        self,
+        point: str,
+        limit: float,
+        build: Build,
+        distributions: Mapping[str, Uncertain],
+        *,
+        compliance: bool = False,
+        **options: Any,
     ) -> Reliability:
-        """Probability that a point leaves its zone, for uncertain dimensions of the linkage.
+        """Probability that a point leaves its zone, for uncertain dimensions and, where asked for, displaced by loads.
 
         Likely failures are sought at all poses in one batch an iteration, whose size does not grow with the number of
         inputs: `sensitivity` tells the derivatives by points, lengths, axes, pitches and drives, and `build` how these
@@ -265,6 +272,11 @@ class UncertainMotion(LoadedMotion):
             same drives. What of it cannot be assembled has failed.
         distributions
             By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
+        compliance
+            Whether the point is taken where the loads of the linkage displace it to: by compliance and clearance of
+            links and joints, the drives locked. Anything that `build` makes of the inputs may then be uncertain:
+            sections, moduli, stiffness and clearance of joints, loads. Derivatives are differences of solutions, all in
+            one batch. The middle of the zone stays the rigid position in this motion.
         **options
             Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...;
             ``gradient=None`` takes differences of solutions.
@@ -278,7 +290,7 @@ class UncertainMotion(LoadedMotion):
         Raises
         ------
         FrameError
-            If the motion has more than one axis or lacks a pose, or as `reliability`.
+            If the motion has more than one axis or lacks a pose, or a displacement there, or as `reliability`.
 
         Examples
         --------
@@ -298,16 +310,23 @@ class UncertainMotion(LoadedMotion):
         >>> bool(abs(found.probability / (2.0 * stats.norm.sf(5.0)) - 1.0).max() < 1e-6)
         True
         """
-        return reliability_of(self, point, limit, build, distributions, **options)
+        return reliability_of(self, point, limit, build, distributions, compliance, **options)
 
     def to_openturns(
-        self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
+        self,
+        point: str,
+        limit: float,
+        build: Build,
+        distributions: Mapping[str, Uncertain],
+        *,
+        compliance: bool = False,
+        **options: Any,
     ) -> OpenTURNSProblem:
         """Hand the question whether a point leaves its zone to OpenTURNS.
 
         Parameters
         ----------
-        point, limit, build, distributions
+        point, limit, build, distributions, compliance
             As for `Motion.reliability`. The middle of the zone has no slope: let a search begin elsewhere.
         **options
             Those of `to_openturns`: ``anywhere``, ``correlation`` ...
@@ -323,18 +342,25 @@ class UncertainMotion(LoadedMotion):
         FrameError
             If OpenTURNS is not installed, or as `Motion.reliability`.
         """
-        left, slopes = share_left(self, point, limit, build, distributions)
+        left, slopes = share_left(self, point, limit, build, distributions, compliance)
         own = {"gradient": slopes, **options}
         return to_openturns(left, distributions, poses=self.shape[0] if self.shape else None, **own)
 
     def to_pystra(
-        self, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain], **options: Any
+        self,
+        point: str,
+        limit: float,
+        build: Build,
+        distributions: Mapping[str, Uncertain],
+        *,
+        compliance: bool = False,
+        **options: Any,
     ) -> PystraProblem:
         """Hand the question whether a point leaves its zone to Pystra.
 
         Parameters
         ----------
-        point, limit, build, distributions
+        point, limit, build, distributions, compliance
             As for `Motion.reliability`. The middle of the zone has no slope: let a search begin elsewhere.
         **options
             Those of `to_pystra`: ``anywhere``, ``correlation`` ...
@@ -349,7 +375,7 @@ class UncertainMotion(LoadedMotion):
         FrameError
             If Pystra is not installed, or as `Motion.reliability`.
         """
-        left, slopes = share_left(self, point, limit, build, distributions)
+        left, slopes = share_left(self, point, limit, build, distributions, compliance)
         own = {"gradient": slopes, **options}
         return to_pystra(left, distributions, poses=self.shape[0] if self.shape else None, **own)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, Protocol
@@ -10,15 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array
-from ...framework.errors import FrameError
+from ...framework.errors import FrameError, MechanismWarning
 from ..distributions import Distribution, Uncertain, at_scores, distributions_of
 from ..failure.reliability import Reliability, reliability
 from .derivatives.built import DescribedNumbers, along_inputs
 from .derivatives.position_sensitivity import position_sensitivity
 from .graphics.reaction_plots import over_first_drive
-from .poses.classified import ClassifiedPoses
 from .poses.coordinates import coordinate_of
 from .poses.kinematics import Kinematics
+from .statics.accuracy import accuracy
+from .statics.frame import FramedPoses
 
 # Points from which likely failures are sought: the middle of the zone has no slope, and the zone is left on all sides.
 STARTS = 5
@@ -29,7 +31,7 @@ STEP = 0.01
 class Movable(DescribedNumbers, Protocol):
     """What is asked of a linkage."""
 
-    def move(self, drives: Mapping[str, ArrayLike], /) -> ClassifiedPoses:
+    def move(self, drives: Mapping[str, ArrayLike], /) -> FramedPoses:
         """Its motion at values of its drives."""
 
 
@@ -37,17 +39,18 @@ Build = Callable[..., Movable]
 
 
 def reliability_of(
-    motion: Kinematics,
+    motion: FramedPoses,
     point: str,
     limit: float,
     build: Build,
     distributions: Mapping[str, Uncertain],
+    compliance: bool,
     **options: Any,
 ) -> Reliability:
     """Probability that a point leaves a ball about its nominal position; see `Motion.reliability`."""
-    check_zone(motion, point, limit)
-    margin = _Margin(motion, point, float(limit), build, distributions)
-    own = {"starts": STARTS, "gradient": margin.with_gradient, **options}
+    check_zone(motion, point, limit, compliance)
+    margin = _Margin(motion, point, float(limit), build, distributions, compliance)
+    own = {"starts": STARTS, "gradient": margin.gradient, **options}
     found = reliability(margin, distributions, poses=motion.shape[0] if motion.shape else None, **own)
     if not motion.shape:
         return found
@@ -55,7 +58,7 @@ def reliability_of(
     return replace(found, along=values, along_label=label)
 
 
-def check_zone(motion: Kinematics, point: str, limit: float) -> None:
+def check_zone(motion: FramedPoses, point: str, limit: float, compliance: bool) -> None:
     """Refuse a zone that has no size, or no middle at some pose."""
     if len(motion.shape) > 1:
         raise FrameError(f"reliability of a motion of shape {motion.shape}: give it one axis of poses")
@@ -67,17 +70,38 @@ def check_zone(motion: Kinematics, point: str, limit: float) -> None:
             f"the nominal motion has no position of {point!r} at pose number {lost[0]}, where it cannot be assembled: "
             "leave that pose out"
         )
+    if not compliance:
+        return
+    lost = np.flatnonzero(np.isnan(np.atleast_2d(loaded_position(motion, point))).any(axis=-1))
+    if lost.size:
+        raise FrameError(
+            f"the nominal motion under its loads has no displacement of {point!r} at pose number {lost[0]}: "
+            "leave that pose out, or ask for the rigid position with compliance=False"
+        )
+
+
+def loaded_position(motion: FramedPoses, point: str) -> Array:
+    """Position of a point displaced by the linkage's loads, with compliance and clearance, (..., 3); NaN where none."""
+    found = accuracy(motion, point, None, {}, inertia=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)  # NaN tells it
+        return np.asarray(found.rigid + found.total[..., :3])
 
 
 def share_left(
-    motion: Kinematics, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain]
-) -> tuple[Callable[..., Array], Callable[..., tuple[Array, dict[str, Array]]]]:
-    """What is left of the zone as a share of it, and that with its derivatives.
+    motion: FramedPoses,
+    point: str,
+    limit: float,
+    build: Build,
+    distributions: Mapping[str, Uncertain],
+    compliance: bool,
+) -> tuple[Callable[..., Array], Callable[..., tuple[Array, dict[str, Array]]] | None]:
+    """What is left of the zone as a share of it, and that with its derivatives where they are known.
 
     Other programs hold limit states against tolerances without units.
     """
-    check_zone(motion, point, limit)
-    margin = _Margin(motion, point, float(limit), build, distributions)
+    check_zone(motion, point, limit, compliance)
+    margin = _Margin(motion, point, float(limit), build, distributions, compliance)
 
     def share(samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
         return margin(samples, pose) / margin.limit
@@ -86,15 +110,22 @@ def share_left(
         left, by_input = margin.with_gradient(samples, pose)
         return left / margin.limit, {name: values / margin.limit for name, values in by_input.items()}
 
-    return share, slopes
+    return share, slopes if margin.gradient else None
 
 
 class _Margin:
     """What is left of the zone, smooth at its middle: ``(limit² - off²) / limit`` of the distance off."""
 
     def __init__(
-        self, motion: Kinematics, point: str, limit: float, build: Build, distributions: Mapping[str, Uncertain]
+        self,
+        motion: FramedPoses,
+        point: str,
+        limit: float,
+        build: Build,
+        distributions: Mapping[str, Uncertain],
+        compliance: bool = False,
     ) -> None:
+        self.compliance = compliance
         self.point, self.limit, self.build = point, limit, build
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
@@ -102,6 +133,11 @@ class _Margin:
 
     def __call__(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
         return self._margin(self._off(self._moved(samples, pose), pose))
+
+    @property
+    def gradient(self) -> Callable[..., tuple[Array, dict[str, Array]]] | None:
+        """`with_gradient`, which knows the rigid position alone; None where differences are taken."""
+        return None if self.compliance else self.with_gradient
 
     def with_gradient(
         self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None
@@ -113,12 +149,13 @@ class _Margin:
         weight = np.broadcast_to(-2.0 * off / self.limit, (len(next(iter(samples.values()))), 3))
         return self._margin(off), along_inputs(by, weight, self.build, samples, self._ends(samples))
 
-    def _moved(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None) -> ClassifiedPoses:
+    def _moved(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None) -> FramedPoses:
         at = () if pose is None else pose
         return self.build(**samples).move({name: values[at] for name, values in self.drives.items()})
 
-    def _off(self, motion: ClassifiedPoses, pose: NDArray[np.int64] | None) -> Array:
-        return np.asarray(motion.position(self.point) - self.nominal[() if pose is None else pose])
+    def _off(self, motion: FramedPoses, pose: NDArray[np.int64] | None) -> Array:
+        place = loaded_position(motion, self.point) if self.compliance else motion.position(self.point)
+        return np.asarray(place - self.nominal[() if pose is None else pose])
 
     def _margin(self, off: Array) -> Array:
         left: Array = self.limit - np.sum(off * off, axis=-1) / self.limit

@@ -77,7 +77,13 @@ class Comparison:
             return np.asarray(np.sqrt(np.nansum(self.residual**2, axis=0) / np.where(count, count, np.nan)))
 
     @styled
-    def plot(self, ax: Axes | None = None, *, units: tuple[str, str] = ("m", "N")) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        units: tuple[str, str] = ("m", "N"),
+        over: tuple[str, ArrayLike] | None = None,
+    ) -> Axes:
         """Draw the residuals by pose with their bands, and mark the poses that lie outside.
 
         Parameters
@@ -86,6 +92,9 @@ class Comparison:
             Axes of matplotlib to draw on; new ones where None.
         units
             Units of length and force, for the labels.
+        over
+            Name and values (poses,) of what the poses are drawn over, such as ``("A [°]", angles)``, if it goes only
+            forward or only back; the number of the pose otherwise.
 
         Returns
         -------
@@ -95,12 +104,19 @@ class Comparison:
         Raises
         ------
         FrameError
-            If nothing was compared.
+            If nothing was compared, or the values are not one a pose.
         """
         if not self.count:
             raise FrameError("no component was both measured and predicted: there is nothing to plot")
         found = new_axes(5.6, 3.4) if ax is None else ax
-        draw_residuals(found, self.residual, self.uncertainty, self.outside, self.level, units[0])
+        label, values = ("pose", np.arange(float(len(self.residual)))) if over is None else over
+        places = numbers(values, label)
+        if places.shape != self.residual.shape[:1]:
+            raise FrameError(f"{label} has shape {places.shape} for {len(self.residual)} measured poses: give one each")
+        steps = np.diff(places)
+        if not ((steps > 0.0).all() or (steps < 0.0).all()):
+            label, places = "pose", np.arange(float(len(places)))
+        draw_residuals(found, (label, places), self.residual, self.uncertainty, self.outside, self.level, units[0])
         ratio = self.chi_squared / self.count
         told = f"χ² = {self.chi_squared:.4g} of {self.count} components, {ratio:.3g} each; p = {self.p_value:.2g}"
         set_title(found, told)

@@ -16,6 +16,8 @@ from ...framework.errors import FrameError
 Array = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
+# Columns in which a cell may be empty.
+POSITIONS = (*AXES, *(f"u{axis}" for axis in AXES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +47,8 @@ class Measured:
                 raise FrameError(
                     f"drive {name!r} has shape {np.shape(values)} for {len(place)} measured poses: one each"
                 )
+            if missing := np.flatnonzero(~np.isfinite(values)).tolist():
+                raise FrameError(f"drive {name!r} has no value at measured pose {missing[0]}: give it at each")
 
 
 def checked_positions(position: ArrayLike) -> Array:
@@ -139,6 +143,8 @@ def _columns(name: str, rows: list[list[str]]) -> dict[str, Array]:
                 out[head][line] = float(cell) if cell.strip() else np.nan
             except ValueError:
                 raise FrameError(f"{name}, row {line + 2}: {head} is {cell!r}, which is no number") from None
+            if head not in POSITIONS and np.isnan(out[head][line]):
+                raise FrameError(f"{name}, row {line + 2}: {head} has no value: give that of the drive at each pose")
     return out
 
 

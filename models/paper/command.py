@@ -30,9 +30,10 @@ and the spread of all of it under tolerances, at every pose. Without options it 
 SI units, angles in degrees."""
 
 WRITES = """\
-writes into DIR: table1.csv, reactions.csv, trajectory.pvd with its .vtu files, samples.npz, report.md; with
---figures 2d index.html, which opens in a browser, figure5.png, figure6.png, figure7.png, reactions.png, and with
---figures all figure3d.png as well (where rendering works); with --format svg pdf those but figure3d as such"""
+writes into DIR: table1.csv, reactions.csv, measured.csv (with measured positions), trajectory.pvd with its .vtu files,
+samples.npz, report.md; with --figures 2d index.html, which opens in a browser, figure5.png, figure6.png, figure7.png,
+reactions.png, measured.png (with measured positions), and with --figures all figure3d.png as well (where rendering
+works); with --format svg pdf those but figure3d as such"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
@@ -152,6 +153,11 @@ def _run(group: _ArgumentGroup) -> None:
         "tolerance of a number in place of its standard deviation, in the unit of its option: an option such as load, "
         "clearance or crank, that of one joint or link such as clearance.B or young.crank, drive, fx, mz",
     )
+    group.add_argument(
+        "--measured", type=Path, metavar="CSV",
+        help="table of measured positions of P, beside those predicted: columns x, y, z, ux, uy, uz (standard "
+        "uncertainty) and 'A [deg]', the drive angle; without the latter measured at the poses of the run",
+    )  # fmt: skip
     add_sharing(group)
     add_output(group, Path("results"))
 

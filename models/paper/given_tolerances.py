@@ -124,7 +124,7 @@ def _nominal(inputs: Inputs, name: str) -> tuple[float, float]:
 def _in_words(option: str, nominal: float, text: str) -> Distribution:
     """A deviation from the nominal value, or a distribution, in the unit of the command line."""
     if not np.isfinite(nominal):
-        raise FrameError(f"{option}: a number that is {nominal} leaves nothing to vary")
+        raise FrameError(f"{option}: the nominal value is {nominal}, which cannot vary: leave the tolerance out")
     try:
         table = called(text)
         if table is not None:
@@ -154,8 +154,8 @@ def _called(option: str, nominal: float, name: str, numbers: Mapping[str, float 
     shares = {key: 0.01 * float(value.strip("±% ")) for key, value in numbers.items() if isinstance(value, str)}
     if shares and not (nominal and shares.keys() <= {"loc", "scale"} and not {"loc", "scale"} & values.keys()):
         raise FrameError(
-            f"in percent are loc and scale both, deviations from the nominal value {nominal:g}, of which loc may be "
-            "left out; of 0, and for other numbers, give no percentage"
+            f"percentages are for loc and scale together, as deviations from the nominal value {nominal:g} (not 0), "
+            "and loc may be left out: give other numbers without a percentage"
         )
     if shares:
         values |= {"loc": nominal * (1.0 + shares.get("loc", 0.0)), "scale": abs(nominal) * shares.get("scale", 0.0)}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,13 @@ from numpy.typing import NDArray
 from ...framework.errors import FrameError
 from ..sampling import goes_on
 
+if TYPE_CHECKING:
+    from ..job.measured import DriveValues, MeasuredPoint
+
 Array = NDArray[np.float64]
 MOST_POSES = 100_000
+# Name of the drive in tables of what was measured.
+DRIVE = "A"
 
 # What must stay above zero, and the deviation that could take it below; five of them leave one sample in three million.
 LENGTHS = ("crank", "coupler", "rocker", "ground")
@@ -64,6 +70,8 @@ class Inputs:
         Factor on the displacements in the drawn trajectory; None for one that shows them.
     tolerance
         Names of numbers, and in words what each deviates by, in place of the standard deviations.
+    measured
+        Table of measured positions of P; None where there are none.
     """
 
     crank: float = 0.1
@@ -97,6 +105,7 @@ class Inputs:
     histogram_pose: float | None = None
     magnify: float | None = None
     tolerance: tuple[tuple[str, str], ...] = ()
+    measured: Path | None = None
 
     def __post_init__(self) -> None:
         first, last, step = self.poses
@@ -137,6 +146,7 @@ class Inputs:
                 f"--clearance is {self.clearance:g}, and with that no less on the radius than --{shortest} {length:g}: "
                 "check its unit, metres"
             )
+        _ = self.measured_drive
 
     @property
     def to_radius(self) -> float:
@@ -166,6 +176,27 @@ class Inputs:
     def theta(self) -> Array:
         """Drive angles, radians, (poses,)."""
         return np.radians(self.degrees)
+
+    @cached_property
+    def measured_point(self) -> MeasuredPoint | None:
+        """What was measured of P; None where nothing was."""
+        if self.measured is None:
+            return None
+        from ..job.measured import LEVEL, MeasuredPoint
+        from ..measured.table import read_measured
+
+        return MeasuredPoint(self.measured, "P", LEVEL, read_measured(self.measured))
+
+    @cached_property
+    def measured_drive(self) -> DriveValues | None:
+        """Drive angles at the measured poses, degrees, (poses,); None where nothing was measured."""
+        if self.measured_point is None:
+            return None
+        from ..job.measured import DriveValues
+
+        drive = DriveValues(self.degrees, "deg")
+        values = self.measured_point.drive_values({DRIVE: drive}).get(DRIVE, self.degrees)
+        return DriveValues(np.broadcast_to(values, self.measured_point.table.position.shape[:1]), drive.unit)
 
     @property
     def is_paper_linkage(self) -> bool:
@@ -197,6 +228,7 @@ class Inputs:
         """
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         more = goes_on(self.sampler) and not self.varies_geometry
+        given["measured"] = None if self.measured_point is None else self.measured_point.about
         left_out = ("histogram_pose", "magnify", *(("samples",) if more else ()))
         return {f"--{name.replace('_', '-')}": value for name, value in given.items() if name not in left_out}
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..job import large_table
 from ..job.figures import draw_histograms, draw_trajectory
+from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE
 from ..job.report import Report
 from ..job.run import Job
 from ..job.sharing import ALONE, Sharing
@@ -33,6 +34,7 @@ CAPTIONS = {
     " pose; displacements × {magnify:g}; right, to scale at {pose:g}°.",
     "figure7.png": "Figure 7: displacement of P from its rigid position at θ = {pose:g}°, with normal fits.",
     "reactions.png": "Size of the forces in the joints, and torque of the drive, under the mean load.",
+    FIGURE_FILE: CAPTION,
     "figure3d.png": "The loaded linkage at θ = {pose:g}° in space.",
 }
 UNITS = "Drive angle θ [°]; mean μ and standard deviation σ of the position of P [m]; κ of K, and κ scaled [1]."
@@ -51,7 +53,7 @@ class FourBarJob(Job):
     """
 
     name = "four-bar"
-    optional = (*CAPTIONS, "trajectory/*.vtu")
+    optional = (*CAPTIONS, TABLE_FILE, "trajectory/*.vtu")
     has_beams = True
     result: Result
 
@@ -78,8 +80,9 @@ class FourBarJob(Job):
         return self.result.entry
 
     def tables(self) -> Mapping[str, str]:
-        """Table 1 and the reactions."""
-        return {"table1.csv": as_csv(self.result), "reactions.csv": reactions.as_csv(self.result)}
+        """Table 1, the reactions, and where something was measured its residuals."""
+        found = {"table1.csv": as_csv(self.result), "reactions.csv": reactions.as_csv(self.result)}
+        return found if self.result.measured is None else found | {TABLE_FILE: self.result.measured.as_csv()}
 
     def samples(self) -> Mapping[str, NDArray[Any]]:
         """Samples of the inputs and of the displacement of P."""
@@ -96,7 +99,7 @@ class FourBarJob(Job):
         }
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
-        """The paper's Figures 5 to 7, and the reactions."""
+        """The paper's Figures 5 to 7, the reactions, and where something was measured its residuals."""
         result, pose, theta = self.result, self.result.pose, self.inputs.theta
         points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
         where = f"θ = {result.degrees[pose]:g}°"
@@ -105,6 +108,8 @@ class FourBarJob(Job):
         yield "figure6.png", draw_trajectory(*path, result.magnify, pose, where)
         yield "figure7.png", draw_histograms(result.samples[pose], where)
         yield "reactions.png", reactions.draw_reactions(result.degrees, result.forces)
+        if result.measured is not None:
+            yield FIGURE_FILE, result.measured.draw()
 
     def captions(self) -> Mapping[str, str]:
         """Captions by file."""
@@ -130,7 +135,7 @@ class FourBarJob(Job):
         return report(self.result)
 
     def summary(self, width: int | None = None) -> str:
-        """Table 1, large displacement where it is needed, and the greatest reactions."""
+        """Table 1, large displacement where it is needed, the greatest reactions, and what was measured."""
         result = self.result
         paragraphs = [UNITS, as_text(result, width), about_errors(result)]
         if self.inputs.is_paper_linkage:
@@ -139,4 +144,5 @@ class FourBarJob(Job):
             paragraphs.append(
                 f"Where linear mechanics does not hold, beside the samples at large displacement:\n{table}"
             )
-        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result)])
+        measured = [] if result.measured is None else [result.measured.in_words()]
+        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result), *measured])

@@ -36,7 +36,11 @@ def write_job_page(result: Result, path: Path) -> None:
     text = PageText(
         title="Accuracy of a four-bar linkage",
         command="linkframe four-bar",
-        about=[("Inputs", _inputs(inputs)), ("Certainty of digits", f"{NUMBERS}\n\n{digits.as_text(result)}")],
+        about=[
+            ("Inputs", _inputs(inputs)),
+            ("Certainty of digits", f"{NUMBERS}\n\n{digits.as_text(result)}"),
+            *([] if result.measured is None else [("Measured", result.measured.as_text())]),
+        ],
         notes=list(_notes(inputs)),
         samples=f"outermost of {inputs.samples} samples, seed {inputs.rng}",
     )

@@ -60,6 +60,7 @@ def report(result: Result) -> Report:
             *digits.section(result),
             *large_table.section(result, "P", "table1.csv"),
             *passages(result),
+            *(result.measured.section() if result.measured is not None else ()),
             "## Reactions and drive torque",
             reactions.EXPLAINED,
             reactions.as_markdown(result),

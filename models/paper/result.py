@@ -17,6 +17,7 @@ from ..four_bar.description import JOINTS, LINKS
 from ..four_bar.four_bar import FourBar, FourBarMotion
 from ..four_bar.kinetostatics import Kinetostatics, Link
 from ..four_bar.study import Study, monte_carlo
+from ..job.measured import MEASURED_WAY, MeasuredOutcome
 from ..job.memory import check
 from ..job.outcome import LargeSpread, Outcome, magnification, taken
 from ..job.parts import Parts
@@ -24,7 +25,7 @@ from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
 from ..sampling import Distribution, Normal
 from .given_tolerances import given_tolerances
-from .inputs import LENGTHS, Inputs
+from .inputs import DRIVE, LENGTHS, Inputs
 from .large import large_parts, large_samples
 
 if TYPE_CHECKING:
@@ -219,8 +220,46 @@ class Result(Outcome):
         linear = ("rigid", "compliance", "clearance", "clearance_exact")
         if not large:
             return {"linear": SampleKind(LINEAR_WAY, self.study.parts, linear)}
-        beside = SampleKind(LARGE_WAY, self.large_parts[0], ("rigid", "large", "large_passes"))
-        return {"linear": SampleKind(LINEAR_WAY, self.study.parts, (*linear, "error_bound")), "large": beside}
+        found = {
+            "linear": SampleKind(LINEAR_WAY, self.study.parts, (*linear, "error_bound")),
+            "large": SampleKind(LARGE_WAY, self.large_parts[0], ("rigid", "large", "large_passes")),
+        }
+        if self.at_measured_poses is not None:
+            found["measured"] = SampleKind(MEASURED_WAY, self.at_measured_poses.parts, linear)
+        return found
+
+    @cached_property
+    def at_measured_poses(self) -> Study | None:
+        """The samples at the measured poses that can be assembled; None where nothing was measured."""
+        inputs, drive = self.inputs, self.inputs.measured_drive
+        if inputs.measured is None or drive is None:
+            return None
+        linkage, theta = self.motion.four_bar, np.radians(drive.values)
+        closes = linkage.assembles(theta)
+        if not closes.any():
+            gap = linkage.gap(theta).min()
+            raise FrameError(
+                f"{inputs.measured.name}: the linkage cannot be assembled at any measured pose, coupler and rocker "
+                f"leave a gap of {gap:.3g} m or more: check the drive angles, column '{DRIVE} [deg]'"
+            )
+        try:
+            return _study(inputs, linkage, theta[closes])
+        except FrameError as error:
+            raise FrameError(f"{inputs.measured.name}: {error}") from error
+
+    @cached_property
+    def measured(self) -> MeasuredOutcome | None:
+        """Measured positions of P beside those predicted at their poses; None where nothing was measured."""
+        given, drive, study = self.inputs.measured_point, self.inputs.measured_drive, self.at_measured_poses
+        if given is None or drive is None or study is None:
+            return None
+        closes = study.nominal.motion.four_bar.assembles(np.radians(drive.values))
+        place, deviation = (np.full((len(closes), 3), np.nan) for _ in range(2))
+        place[closes], deviation[closes] = study.rigid + study.mean, study.std
+        try:
+            return MeasuredOutcome.of(given, {DRIVE: drive}, place, deviation)
+        except FrameError as error:
+            raise FrameError(f"{given.file.name}: {error}") from error
 
     @property
     def samples(self) -> Array:
@@ -347,40 +386,55 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
         If the linkage cannot be assembled at any pose, a sample is out of range, the samples do not fit the memory, or
         the pose of the histograms is not among the regular ones.
     """
-    check(BYTES_ALONE + BYTES * inputs.degrees.size, inputs.samples, "--samples")
-    scale = inputs.to_radius
+    poses = inputs.degrees.size + (0 if inputs.measured_drive is None else inputs.measured_drive.values.size)
+    check(BYTES_ALONE + BYTES * poses, inputs.samples, "--samples")
     linkage = four_bar(inputs)
     _check_reach(linkage, inputs)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        study = monte_carlo(
-            linkage,
-            inputs.theta[linkage.assembles(inputs.theta)],
-            distributions(inputs, scale),
-            load=(0.0, inputs.load, 0.0),
-            clearance=scale * inputs.clearance,
-            contact=inputs.contact if isinstance(inputs.contact, str) else np.radians(inputs.contact),
-            n=inputs.samples,
-            rng=inputs.rng,
-            sampler=inputs.sampler,
-            exact=inputs.closure == "exact",
-            nan_policy=inputs.nan_policy,
-        )
-        result = Result(inputs, study)
+        result = Result(inputs, _study(inputs, linkage, inputs.theta[linkage.assembles(inputs.theta)]))
         shared.compute(result.kinds(large=large), advance or (lambda *_: None))
         _ = result.pose, result.std, result.compliance
         if large:
-            _ = result.kappa, result.kappa_scaled, result.large.std
+            _ = result.kappa, result.kappa_scaled, result.large.std, result.measured
     return result
 
 
+def _study(inputs: Inputs, linkage: FourBar, theta: Array) -> Study:
+    """The samples at drive angles at which the linkage can be assembled, radians, (poses,)."""
+    scale = inputs.to_radius
+    return monte_carlo(
+        linkage,
+        theta,
+        distributions(inputs, scale),
+        load=(0.0, inputs.load, 0.0),
+        clearance=scale * inputs.clearance,
+        contact=inputs.contact if isinstance(inputs.contact, str) else np.radians(inputs.contact),
+        n=inputs.samples,
+        rng=inputs.rng,
+        sampler=inputs.sampler,
+        exact=inputs.closure == "exact",
+        nan_policy=inputs.nan_policy,
+    )
+
+
 def work(inputs: Inputs) -> dict[str, int]:
-    """Poses times samples to be computed: by linear mechanics, and at large displacement."""
+    """Poses times samples to be computed: by linear mechanics, at large displacement, and at measured poses."""
     linkage = four_bar(inputs)
     closes = linkage.assembles(inputs.theta)
-    regular = int((closes & ~linkage.singular(inputs.theta)).sum())
-    return {LINEAR_WAY: regular * inputs.samples, LARGE_WAY: int(closes.sum()) * taken(inputs.samples)}
+    found = {
+        LINEAR_WAY: _regular(linkage, inputs.theta) * inputs.samples,
+        LARGE_WAY: int(closes.sum()) * taken(inputs.samples),
+    }
+    if inputs.measured_drive is not None:
+        found[MEASURED_WAY] = _regular(linkage, np.radians(inputs.measured_drive.values)) * inputs.samples
+    return found
+
+
+def _regular(linkage: FourBar, theta: Array) -> int:
+    """How many of the poses can be assembled and are not singular."""
+    return int((linkage.assembles(theta) & ~linkage.singular(theta)).sum())
 
 
 def _check_reach(linkage: FourBar, inputs: Inputs) -> None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...framework.batch import finite, one_entry
+from ...framework.batch import one_entry
 from ...framework.errors import FrameError
 from ...framework.graphics.style import new_axes, styled
 from ..convergence import draw_convergence
@@ -24,24 +24,15 @@ from ..intervals import (
     quantile_interval,
     quantile_ranks,
 )
-from ..moments import Moments, Statistics
-from ..sampling import BLOCK
+from ..moments import Moments
 from ..sensitivity import SobolIndices
-from ..spread import quantiles
-from .chunk import ChunkTask
-from .comoments import Comoments
 from .correlation import GaussianCopula, Pairs
-from .failures import MOST_NAMED, Failures
-from .histogram import BinnedSamples, Bins, Histogram
 from .inputs import JointInputs
 from .reweighting import Reweighted, reweighted
+from .sampled_result import SampledResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
-
-BinnedQuantiles = Callable[[BinnedSamples, Array], tuple[Array, ...]]
 
 # Entries of a result that its table shows.
 MOST_SHOWN = 6
@@ -49,7 +40,7 @@ FIGURES = ("histogram", "convergence")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Propagation(Statistics):
+class Propagation(SampledResult):
     """Statistics of a result under uncertain inputs; made by `propagate`.
 
     Standard errors are those of independent random samples; sequences and Latin samples do better than they say, unless
@@ -70,214 +61,6 @@ class Propagation(Statistics):
     kept
         Samples of the result, (n, ...), or None where they were not kept.
     """
-
-    inputs: tuple[str, ...]
-    n: int
-    nan_policy: str
-    failures: Failures
-    kept: Array | None
-    _missing: NDArray[np.int64] = field(repr=False)
-    _moments: Moments = field(repr=False)
-    _envelope: tuple[Array, Array] = field(repr=False)
-    _comoments: Comoments | None = field(repr=False)
-    _binned: BinnedSamples | None = field(repr=False)
-    _task: ChunkTask = field(repr=False)
-    _indices: Callable[..., SobolIndices] = field(repr=False)
-    _replicated: Moments | None = field(default=None, repr=False)
-
-    @property
-    def moments(self) -> Moments:
-        """Count, mean and sums of powers of the deviations, (...)."""
-        return self._moments
-
-    @property
-    def replicates(self) -> int:
-        """Number of independent randomisations of the sampler."""
-        return self._task.replicates
-
-    @property
-    def standard_error(self) -> Array:
-        """Standard error of the mean, (...); between the replicates where there are several."""
-        return super().standard_error if self._replicated is None else self._between(self._replicated.mean)
-
-    @property
-    def std_standard_error(self) -> Array:
-        """Standard error of the standard deviation, (...); between the replicates where there are several."""
-        if self._replicated is None:
-            return super().std_standard_error
-        with np.errstate(divide="ignore", invalid="ignore"):
-            error = self._between(self._replicated.std**2) / (2.0 * self.std)
-        return np.where(self.std == 0.0, 0.0, error)
-
-    def _between(self, values: Array) -> Array:
-        """Standard error of a mean of values (r, ...) of independent replicates, (...)."""
-        return np.asarray(np.std(values, axis=0, ddof=1) / np.sqrt(len(values)))
-
-    def require_independent_inputs(self, what: str) -> None:
-        """Refuse what has no meaning where inputs depend on each other.
-
-        Parameters
-        ----------
-        what
-            What was asked for, in words.
-        """
-        self._task.inputs.require_independent(what)
-
-    @property
-    def missing(self) -> NDArray[np.int64]:
-        """Number of samples that are NaN, (...)."""
-        return self._missing
-
-    @property
-    def failed(self) -> tuple[int, ...]:
-        """Numbers of the first samples that are NaN where others are not."""
-        return tuple(int(number) for number in self.failures.numbers[:MOST_NAMED])
-
-    @property
-    def envelope(self) -> tuple[Array, Array]:
-        """Least and greatest sample, (...) each."""
-        return self._envelope
-
-    @property
-    def samples(self) -> Array:
-        """Samples of the result, sample axis first, (n, ...)."""
-        if self.kept is None:
-            raise FrameError("the samples were not kept: call propagate with keep_samples=True")
-        return self.kept
-
-    @cached_property
-    def input_samples(self) -> dict[str, Array]:
-        """Samples of the inputs by name, (n,) each, drawn again from the seed."""
-        return self._task.drawn(0, self.n)
-
-    # -- quantiles and histogram ------------------------------------------------------------------------------------
-
-    def quantile(self, p: ArrayLike) -> Array:
-        """Quantile of the result at one or more probabilities.
-
-        Parameters
-        ----------
-        p
-            Probability or probabilities in [0, 1], (k...).
-
-        Returns
-        -------
-        ndarray
-            Quantiles, (k..., ...), interpolated linearly between samples, or within the bins of the histogram where the
-            samples were not kept; `quantile_bounds` tells how much that can be off.
-
-        Raises
-        ------
-        FrameError
-            If neither samples nor histogram were kept, or a probability is not in [0, 1].
-        """
-        if self.kept is not None:
-            return quantiles(self.kept, p, axis=0, nan_policy=self.nan_policy)
-        return self._each_quantile(p, lambda binned, rank: (binned.at_rank(rank),))[0]
-
-    def quantile_bounds(self, p: ArrayLike) -> tuple[Array, Array]:
-        """Lower and upper bound on the quantile of the samples that were drawn, by the bins where they were not kept.
-
-        Parameters
-        ----------
-        p
-            Probability or probabilities in [0, 1], (k...).
-
-        Returns
-        -------
-        tuple
-            Lower and upper bound, (k..., ...) each; the same where the samples were kept. What sampling leaves
-            uncertain comes on top: see `confidence_interval`.
-        """
-        if self.kept is not None:
-            exact = self.quantile(p)
-            return exact, exact
-        low, high = self._each_quantile(p, lambda binned, rank: binned.bounds(rank, rank))
-        return low, high
-
-    def _each_quantile(
-        self, p: ArrayLike, of: Callable[[BinnedSamples, Array], tuple[Array, ...]]
-    ) -> tuple[Array, ...]:
-        asked = finite(p, "probability p of a quantile")
-        binned, shape = self._bins(), np.shape(self.mean)
-        found = []
-        for each in asked.ravel():
-            rank = checked_probability(float(each)) * np.maximum(binned.n - 1, 0)
-            below = np.floor(rank)
-            pair = zip(of(binned, below), of(binned, np.ceil(rank)), strict=True)
-            # Between two samples as NumPy does it.
-            found.append([low + (rank - below) * (high - low) for low, high in pair])
-        there = self._there()
-        return tuple(
-            np.where(there, np.reshape(np.array(each), (*asked.shape, *shape)), np.nan)
-            for each in zip(*found, strict=True)
-        )
-
-    def _there(self) -> NDArray[np.bool_]:
-        """Where the policy leaves statistics, (...)."""
-        return np.asarray(self.missing < self.n if self.nan_policy == "omit" else self.missing == 0)
-
-    def _bins(self) -> BinnedSamples:
-        if self._binned is None:
-            raise FrameError(
-                "the samples were not kept: call propagate with keep_samples=True, or with also=('histogram',), which "
-                "takes memory that does not grow with n"
-            )
-        return self._binned
-
-    def histogram(self) -> Histogram:
-        """Histogram of the samples, in bins that the first 1024 of them lay out.
-
-        Returns
-        -------
-        Histogram
-            Edges and counts for each entry of the result.
-        """
-        shape = np.shape(self.mean)
-        if self._binned is not None or self.kept is None:
-            return self._bins().histogram(shape)
-        flat = self.kept.reshape(self.n, -1)
-        bins = Bins.of(flat[:BLOCK])
-        low, high = (np.ravel(each) for each in self.envelope)
-        return BinnedSamples(bins, bins.count(flat), low, high).histogram(shape)
-
-    # -- covariance -------------------------------------------------------------------------------------------------
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of the components along the last axis of the result, (..., c, c); of a single number, ()."""
-        return self._squeezed(self._products.covariance)
-
-    @property
-    def correlation(self) -> Array:
-        """Correlation of the components along the last axis of the result, (..., c, c); of a single number, ()."""
-        found = self._products.covariance
-        deviation = np.sqrt(np.diagonal(found, axis1=-2, axis2=-1))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return self._squeezed(found / (deviation[..., :, None] * deviation[..., None, :]))
-
-    @cached_property
-    def _products(self) -> Comoments:
-        if self._comoments is not None:
-            return self._comoments
-        if self.kept is None:
-            raise FrameError(
-                "the samples were not kept: call propagate with keep_samples=True, or with also=('covariance',), which "
-                "takes memory that does not grow with n"
-            )
-        out: Comoments | None = None
-        for block in self._blocks(self.kept):
-            part = Comoments.of(np.atleast_2d(block.T).T, self.nan_policy)
-            out = part if out is None else out.merge(part)
-        assert out is not None
-        return out
-
-    @staticmethod
-    def _blocks(samples: Array) -> Iterator[Array]:
-        return (samples[start : start + BLOCK] for start in range(0, len(samples), BLOCK))
-
-    def _squeezed(self, found: Array) -> Array:
-        return found if np.ndim(self.mean) else found[0, 0]
 
     # -- to look at -------------------------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError
-from linkframe.framework.protocol import JointElement
+from linkframe.framework.joint_protocol import JointElement
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from reference.own_elements import RewrittenJoint

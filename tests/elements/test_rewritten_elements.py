@@ -70,7 +70,7 @@ def _loaded(seed: int) -> Frame:
     for name, member in frame.members.items():
         assert isinstance(member.element, Beam)
         material = Material(E=batch * member.element.material.E, G=member.element.material.G, density=7850.0)
-        frame.members[name] = replace(member, element=replace(member.element, material=material))
+        frame.members[name] = member._replace(element=replace(member.element, material=material))
     if seed % 2:
         frame.load(next(iter(frame.loads)), fx=np.array([1.0, 2.0, 3.0]))
     name = next(iter(frame.members))

@@ -100,7 +100,7 @@ def test_both_are_saved_by_the_same_options(tmp_path: Path) -> None:
 
 
 def test_what_is_printed_is_a_line() -> None:
-    frame = "<Frame of shape (1000, 3): 4 nodes, 2 members, 1 joints>"
+    frame = "<Frame of shape (1000, 3): 4 nodes, 2 members, 1 joint>"
     assert repr(bent(np.ones((1000, 3)))) == frame
     assert repr(solved(False, np.ones((1000, 3)))) == f"<Solution of {frame}>"
     assert repr(solved(True, np.ones((1000, 3)))) == f"<LargeSolution of {frame}>"

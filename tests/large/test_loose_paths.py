@@ -57,5 +57,5 @@ def test_a_path_of_what_is_free_to_turn() -> None:
 
 
 def test_what_is_printed_of_a_path_is_a_line(path: EquilibriumPath) -> None:
-    frame = "<Frame of shape (2,): 4 nodes, 2 members, 1 joints>"
+    frame = "<Frame of shape (2,): 4 nodes, 2 members, 1 joint>"
     assert repr(path) == f"<EquilibriumPath of {len(path.factor)} points of {frame}>"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linkage.browser import SET, Browser
 from linkage.test_page_forces import data_of
-from linkframe.models import read_linkage
+from linkframe.models import read_linkage, tolerance
 from linkframe.models.command_line import main
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.page_limits import end_deviations
@@ -170,7 +170,16 @@ def test_the_page_of_a_file_without_a_job(tmp_path: Path, capsys: pytest.Capture
     assert "--point Q: the file has A, B, P, C, D" in capsys.readouterr().err
 
 
+class Quantiles:
+    """A distribution of which nothing but its quantiles is known."""
+
+    def __init__(self, of: stats.distributions.rv_frozen) -> None:
+        self.ppf = of.ppf
+
+
 def test_ends_of_distributions() -> None:
     assert end_deviations(stats.uniform(1.0, 2.0)) == (1.0, 3.0)
     assert end_deviations(stats.norm(1.0, 2.0)) == (-5.0, 7.0)
     assert end_deviations(stats.cauchy()) is None
+    assert end_deviations(tolerance(0.0, "± 0.03")) == (-0.03, 0.03)
+    assert_allclose(end_deviations(Quantiles(stats.norm(1.0, 2.0))), (-5.0, 7.0))

@@ -193,7 +193,7 @@ REFUSED = {
     ),
     "pulley": (
         with_joint(beside='<tendon><spatial name="p" stiffness="1"><site site="s"/></spatial></tendon>'),
-        "spatial 'p' pulls over more than two sites",
+        "spatial 'p' runs over more than two sites",
     ),
     "slack": (
         with_joint(

@@ -209,7 +209,7 @@ def test_loops(make: Any, tmp_path: Path) -> None:
         assert_allclose(again.reactions().drive(joint), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("seed", SEEDS[1:3])
+@pytest.mark.parametrize("seed", SEEDS[1:2])
 def test_random_mechanisms(seed: int, tmp_path: Path) -> None:
     """Loops through loops, of joints of all kinds: places, energy, forces of the drives, and what is read again."""
     linkage, free = mechanism(seed)

@@ -228,6 +228,31 @@ def test_names_that_stand_twice(ending: str, tmp_path: Path) -> None:
         write_linkage(linkage, tmp_path / f"x.{ending}")
 
 
+def test_long_chains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Links one on another as many as MuJoCo reads; of more the number is told."""
+    monkeypatch.setattr("linkframe.models.linkage.robot_files.mjcf_write.DEEPEST", 3)
+    chain = Linkage({f"P{k}": (k, 0.0) for k in range(5)})
+    for k in range(4):
+        chain.link(f"link {k}", f"P{k}", f"P{k + 1}")
+        chain.revolute(f"P{k}", f"link {k - 1}" if k else "ground", f"link {k}")
+    with pytest.raises(FrameError, match="more than 3 links hang one on another"):
+        write_linkage(chain, tmp_path / "x.xml")
+
+
+def test_inertia_of_no_body(tmp_path: Path) -> None:
+    """More about one axis than about both others together: told, and raised about these; about z alone, a plate."""
+    for inertia, told in (((1.0, 1.0, 3.0, 0, 0, 0), 1), ((1.0, 1.0, 2.0, 0, 0, 0), 0), (2.0, 0)):
+        linkage = Linkage(A=(0, 0), B=(1, 0))
+        linkage.link("arm", "A", "B", mass=1.0, inertia=inertia)
+        linkage.revolute("A", "ground", "arm")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always", ConversionWarning)
+            write_linkage(linkage, tmp_path / "x.xml")
+        assert len(found) == told
+        again = read_linkage(tmp_path / "x.xml").links["arm"].inertia
+        assert_allclose(again, np.diag([1.5, 1.5, 3.0] if told else [1.0, 1.0, 2.0]), rtol=1e-11)
+
+
 def test_lengths(tmp_path: Path) -> None:
     """Links drawn roughly and given their true lengths are written as they are assembled."""
     linkage = Linkage(A=(0, 0), B=(0, 1), C=(3, 2), D=(2, 0))

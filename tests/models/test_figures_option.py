@@ -24,7 +24,7 @@ FIGURES = {
     "four-bar": ["figure5.png", "figure6.png", "figure7.png", "reactions.png", "figure3d.png"],
     "run": ["mechanism.png", "trajectory.png", "reactions.png", "histogram.png", "figure3d.png"],
 }
-HEAVY = ("matplotlib", "pyvista", "vtkmodules", "skfem", "scipy.stats")
+HEAVY = ("matplotlib", "pyvista", "vtkmodules", "scipy.stats")
 LOADED = f"""
 import sys
 from linkframe.models.command_line import main

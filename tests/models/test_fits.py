@@ -85,7 +85,7 @@ def test_the_cheapest_of_all(combine: str) -> None:
     """Beside every one of the 12⁴ choices, on random effects of four joints at twenty poses and directions."""
     rng, power = np.random.default_rng(1), 1 if combine == "worst case" else 2
     held = 0
-    for _ in range(20):
+    for _ in range(10):
         effects = {joint: rng.normal(size=20) for joint in "ABCD"}
         sizes = np.sort(rng.uniform(1.0, 50.0, size=(4, 12)))
         costs = 10.0 / sizes + rng.uniform(0.0, 0.05, size=(4, 12))
@@ -111,7 +111,7 @@ def test_the_cheapest_of_all(combine: str) -> None:
         assert [int(found.chosen[joint]) for joint in "ABCD"] == index[best].tolist()
         assert_allclose(found.reached, reached[best], rtol=1e-12)
         assert found.binding.size
-    assert held > 10
+    assert held > 5
 
 
 def test_allocations_that_are_refused() -> None:

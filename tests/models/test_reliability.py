@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame, FrameError
+from linkframe.framework.errors import SampleWarning
 from linkframe.models import Linkage, reliability
 from linkframe.models.failure.second_order import beyond_paraboloid, breitung
 from numpy.testing import assert_allclose
@@ -217,3 +218,25 @@ def test_what_is_refused() -> None:
         crank(0.2).move(A=0.3).reliability("P", -1.0, crank, {"length": stats.norm(0.2, 1e-5)})
     with pytest.raises(FrameError, match="seeks no likeliest failure"):
         _ = reliability(lambda x: x["a"], laws, method="random", samples=100).likeliest
+
+
+@pytest.mark.parametrize("seed", [1, 7, 37])
+def test_searches_begin_from_samples_that_are_not_explained(seed: int) -> None:
+    """Four failures alike, of which three searches find two: the others are where samples are worse than expected."""
+    problem = PROBLEMS["RP111"]
+    found = reliability(problem, problem.laws, rng=seed, accuracy=0.1, starts=3)
+    low, high = found.confidence_interval(0.99)
+    assert low < problem.probability < high
+    assert found.points is not None
+    assert sorted(np.sign(found.points.scores[:4]).tolist()) == [[-1, -1], [-1, 1], [1, -1], [1, 1]]
+
+
+@pytest.mark.parametrize("seed", [5, 7])
+def test_subset_simulation_that_is_led_astray_warns(seed: int) -> None:
+    """All runs go where the limit state falls first, never to the failure that is a hundred times as likely."""
+    problem = PROBLEMS["RP110"]
+    with pytest.warns(SampleWarning, match=r"beyond whose tangent plane the probability is 3\.17e-05 lies where none"):
+        found = reliability(problem, problem.laws, method="subset", rng=seed, samples=500)
+    low, high = found.confidence_interval(0.95)
+    assert found.probability < 0.1 * problem.probability
+    assert low < problem.probability < high

@@ -184,7 +184,7 @@ def test_contact_that_follows_from_forces_has_none():
         (["clearance=a bit"], "--tolerance clearance=a bit: "),
         (["fx=5 %"], "of a nominal value of zero"),
         (["load=poisson(3)"], "there is no distribution 'poisson'"),
-        (["load=norm(100, scale=5 %)"], "in percent are loc and scale both"),
+        (["load=norm(100, scale=5 %)"], "percentages are for loc and scale together"),
     ],
 )
 def test_what_is_no_tolerance_of_the_four_bar(words, told, tmp_path, capsys):

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from linkframe.elements import Beam
 from linkframe.framework import Frame
-from linkframe.framework.protocol import JointElement, LineElement, PointElement
+from linkframe.framework.joint_protocol import JointElement
+from linkframe.framework.protocol import LineElement, PointElement
 from numpy.typing import NDArray
 
 Array = NDArray[Any]

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
 from ..kinematics.blocks import blocks, cut, cut_all, taken
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .change_point import Patch, patched
 from .ends import SHORT, at_dead_points

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
 from ..kinematics.blocks import blocks, cut_all, taken
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import open_by
 from ..kinematics.terms import Value
@@ -134,8 +135,8 @@ def assembled(
 ) -> Assembly:
     """Close the loops at all values of the drives, up to a tolerance in units of the mechanism's size."""
     if mechanism.begun is None or mechanism.begun[1].tolerance != tolerance:
-        nominal, loops, start = leader(mechanism, tolerance)
-        check_driven(loops, nominal, start)
+        member, nominal, loops, start = leader(mechanism, tolerance)
+        check_driven(loops, nominal, start, member)
         mechanism.begun = nominal, loops, start
         mechanism.starts = None
     nominal, loops, start = mechanism.begun

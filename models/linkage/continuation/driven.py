@@ -9,7 +9,8 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from .start import jacobian_at, rank_of
 
 # What moves by less, in units of the linkage's size and radians, does not move.
@@ -18,10 +19,19 @@ STILL = 1e-6
 ALIKE = 1e-3
 
 
-def check_driven(loops: Loops, parameters: Sequence[float], start: Pose) -> None:
+def check_driven(loops: Loops, parameters: Sequence[float], start: Pose, member: int) -> None:
     """See that nothing is free that moves points, as the spin of a rod between two balls does not.
 
     A linkage without drives stands still in the reference configuration, and may.
+
+    Parameters
+    ----------
+    loops
+        The loops of the linkage.
+    parameters, start
+        Dimensions of the member of the batch that is looked at, and its reference configuration.
+    member
+        Its number.
 
     Raises
     ------
@@ -31,7 +41,7 @@ def check_driven(loops: Loops, parameters: Sequence[float], start: Pose) -> None
     linkage = loops.mechanism.linkage
     if loops.determined or not linkage.drives:
         return
-    speeds = _speeds(loops, parameters, start)
+    speeds = _speeds(loops, parameters, start, member)
     points = np.array([v for _, at in speeds.values() for v in at.values()]).reshape(-1, free_motions(loops))
     count = int(np.count_nonzero(np.linalg.svd(points, compute_uv=False) > STILL))
     if not count:
@@ -56,7 +66,7 @@ def free_motions(loops: Loops) -> int:
 Speeds = dict[str, tuple[Array, dict[str, Array]]]
 
 
-def _speeds(loops: Loops, parameters: Sequence[float], start: Pose) -> Speeds:
+def _speeds(loops: Loops, parameters: Sequence[float], start: Pose, member: int) -> Speeds:
     """Of each link and the ground: angular velocity and velocity of its points, (3, k), by the k free motions."""
     mechanism, linkage = loops.mechanism, loops.mechanism.linkage
     free = np.zeros((len(mechanism.columns), free_motions(loops)))
@@ -74,7 +84,8 @@ def _speeds(loops: Loops, parameters: Sequence[float], start: Pose) -> Speeds:
         at = {}
         for point in link.points:
             own = mechanism.place(name, point) - body.place
-            arm = np.einsum("...ji,...j->...i", body.reference_axes, own).reshape(-1, 3)[0] / mechanism.size @ pose[1:]
+            drawn = np.einsum("...ji,...j->...i", body.reference_axes, own) / mechanism.size
+            arm = np.broadcast_to(drawn, (*linkage.shape, 3)).reshape(-1, 3)[member] @ pose[1:]
             at[point] = (velocity + np.cross(omega, arm)).T
         out[name] = omega.T, at
     return out

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ..kinematics.blocks import taken
-from ..kinematics.loops import Loops, Pose, Poses
+from ..kinematics.closed_poses import Pose, Poses
+from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .interpolation import cubic
 from .predictor_corrector import EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN

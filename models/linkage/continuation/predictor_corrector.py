@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from .interpolation import SIDES, at_zero, shares, weights
 from .ray import Ray
 

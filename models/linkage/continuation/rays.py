@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ..kinematics.blocks import taken
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .ends import at_dead_points
 from .follow import Guide

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....framework.batch import Array
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from .ends import SHORT
 from .follow import Guide
 from .guess import NEAR, Guess

@@ -8,8 +8,9 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ..kinematics.closed_poses import Pose
 from ..kinematics.elimination import order_of
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.loops import Loops
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import nearest, open_by
 
@@ -21,11 +22,11 @@ CLOSED = 1e-12
 LEADERS = 64
 
 
-def middle_first(mechanism: Mechanism) -> list[list[float]]:
-    """Dimensions of some members of the batch, that which lies nearest the middle of it first."""
+def middle_first(mechanism: Mechanism) -> list[tuple[int, list[float]]]:
+    """Numbers and dimensions of some members of the batch, that which lies nearest the middle of it first."""
     shape = mechanism.linkage.shape
     if not shape:
-        return [[float(x) for x in mechanism.parameters]]
+        return [(0, [float(x) for x in mechanism.parameters])]
     if 0 in shape:
         raise FrameError(f"the batch shape of the linkage is {shape}, without entries: give its points at least one")
     away = np.zeros(shape)
@@ -36,11 +37,11 @@ def middle_first(mechanism: Mechanism) -> list[list[float]]:
     nearest_few = np.flatnonzero(flat_away <= np.partition(flat_away, few - 1)[few - 1])
     order = nearest_few[np.argsort(flat_away[nearest_few], kind="stable")][:LEADERS]
     flat = [np.broadcast_to(x, shape).ravel()[order] for x in mechanism.parameters]
-    return [[float(x[k]) for x in flat] for k in range(len(order))]
+    return [(member, [float(x[k]) for x in flat]) for k, member in enumerate(order.tolist())]
 
 
-def leader(mechanism: Mechanism, tolerance: float) -> tuple[list[float], Loops, Pose]:
-    """Dimensions, loops and reference configuration of the member that leads the others: the first that has one.
+def leader(mechanism: Mechanism, tolerance: float) -> tuple[int, list[float], Loops, Pose]:
+    """Number, dimensions, loops and reference configuration of the member that leads the others: the first with one.
 
     Raises
     ------
@@ -48,9 +49,9 @@ def leader(mechanism: Mechanism, tolerance: float) -> tuple[list[float], Loops, 
         As `started`, where none has.
     """
     refused: FrameError | None = None
-    for nominal in middle_first(mechanism):
+    for member, nominal in middle_first(mechanism):
         try:
-            return nominal, *started(mechanism, nominal, tolerance)
+            return member, nominal, *started(mechanism, nominal, tolerance)
         except FrameError as error:
             refused = refused or error
     assert refused is not None

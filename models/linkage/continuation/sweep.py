@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
 from ....framework.program.calculation import worth_compiling
-from ..kinematics.loops import Loops, Pose
+from ..kinematics.closed_poses import Pose
+from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .follow import Guide
 from .one_pose import ASIDE

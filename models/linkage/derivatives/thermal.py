@@ -69,7 +69,8 @@ def _fitting(motion: ClassifiedPoses, found: Array, what: str) -> Array:
     unit = motion.mechanism.size * np.nanmax(np.abs(found), initial=0.0)
     if np.any(np.abs(found[..., 6:]) > OPENED * max(moved, unit)):
         raise FrameError(
-            f"{what} not fit in the overconstrained loops, which then have forces of their own: this is not offered"
+            f"{what} not fit in the overconstrained loops, whose internal forces under heat are not computed here: "
+            "leave the temperature out, or take the redundant constraints out"
         )
     return np.asarray(found[..., :6])
 

@@ -53,7 +53,7 @@ class Source:
         self.set_by: Mapping[Path, str] = {}
 
     def with_samples(self, samples: Mapping[Path, Array], by: Mapping[Path, Path]) -> Self:
-        """The file with samples (n,) in place of numbers; what is wrong with them is blamed on what drew them.
+        """The file with samples (n,) in place of numbers; errors in them name the tolerance that drew them.
 
         Parameters
         ----------

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from ....framework.paraview.files import whole_or_nothing
 from ..description.linkage_description import LinkageDescription
-from ..robot_files.left_out import acting, not_rigid, tell
-from ..robot_files.mjcf_write import mjcf
-from ..robot_files.sdf import sdf
-from ..robot_files.urdf import urdf
+from ..robot_files.left_out import tell
 from .toml import written
 from .write import tables
 
-ROBOT_FORMATS: dict[str, tuple[str, Callable[[LinkageDescription, str], str]]] = {
-    ".xml": ("MJCF", mjcf),
-    ".urdf": ("URDF", urdf),
-    ".sdf": ("SDF", sdf),
-}
+ROBOTS = (".xml", ".urdf", ".sdf")
 
 
 def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
@@ -77,9 +69,13 @@ def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
 
 def write(linkage: LinkageDescription, path: Path, depth: int) -> None:
     """See `write_linkage`; what is left out is told at the call so many levels above."""
-    name, make = ROBOT_FORMATS.get(path.suffix.lower(), ("TOML", None))
-    text = written(tables(linkage)) if make is None else make(linkage, path.stem)
+    name, left = "", list[str]()
+    if path.suffix.lower() in ROBOTS:
+        from ..robot_files.formats import robot_text  # most linkages are not written there
+
+        text, name, left = robot_text(linkage, path.suffix.lower(), path.stem)
+    else:
+        text = written(tables(linkage))
     with whole_or_nothing(path.parent) as stage:
         (stage / path.name).write_text(text, encoding="utf-8")
-    if make is not None:
-        tell(path, not_rigid(linkage) + (acting(linkage) if name != "MJCF" else []), name, depth + 1)
+    tell(path, left, name, depth + 1)

@@ -69,8 +69,9 @@ joints.B.contact); without one the contact is found by equilibrium under the loa
 WRITES = """\
 writes into DIR: table.csv, reactions.csv, measured.csv (with measured positions), samples.npz (with tolerances),
 trajectory.pvd with its .vtu files, report.md; with --figures 2d index.html, which opens in a browser, mechanism.png,
-trajectory.png, reactions.png, histogram.png (with tolerances), and with --figures all figure3d.png as well (with beams,
-where rendering works); with --format svg pdf those but figure3d as such"""
+trajectory.png, reactions.png, histogram.png (with tolerances), measured.png (with measured positions), and with
+--figures all figure3d.png as well (with beams, where rendering works); with --format svg pdf those but figure3d as
+such"""
 
 
 def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:

@@ -13,6 +13,7 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.results.validity import LINEAR
 from ....framework.solution import Solution
+from ...job.measured import MeasuredOutcome
 from ...job.outcome import magnification
 from ...job.parts import Parts
 from ...job.remarks import beyond_linear
@@ -23,7 +24,6 @@ from ..statics.accuracy import PointAccuracy
 from ..statics.reactions import Reactions
 from ..study.sampled import nominal_positions
 from .inputs import RunInputs
-from .measured import MeasuredOutcome
 from .sampled import sampled_parts
 
 # How large the drawn displacements are, as a share of the linkage.
@@ -193,9 +193,8 @@ class Computed:
         if at.spread:
             moved, deviation = at.spread[given.point].mean, at.spread[given.point].std
         place = np.broadcast_to(found.rigid + moved, shape)
-        drives = {name: np.array(np.broadcast_to(drive.values, shape[:1])) for name, drive in inputs.drives.items()}
         with self.inputs.source.at("measured"):
-            return MeasuredOutcome.of(given, drives, place, np.broadcast_to(deviation, shape))
+            return MeasuredOutcome.of(given, inputs.drives, place, np.broadcast_to(deviation, shape))
 
     @cached_property
     def reported_status(self) -> NDArray[np.str_]:

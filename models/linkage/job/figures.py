@@ -11,6 +11,7 @@ from ....framework.graphics.canvas import few_ticks, frame_in_space
 from ....framework.graphics.curves import draw_curves, mark_turns
 from ....framework.graphics.style import COLOURS, GREY, ORANGE, entry, figure, space_figure, styled
 from ...job.figures import TracedPoint, draw_all_histograms, draw_trajectories
+from ...job.measured import CAPTION, FIGURE_FILE
 from ..graphics.plane import ROUNDING
 from .drawing import draw_mechanism
 
@@ -24,6 +25,7 @@ CAPTIONS = {
     "trajectory.png": "Path of {point}, displacements × {magnify:g}; with tolerances also to scale at {where}.",
     "reactions.png": "Forces in the joints, and forces or moments of the drives.",
     "histogram.png": "Displacement of {point} from its rigid position at {where}, and whether a normal fit holds.",
+    FIGURE_FILE: CAPTION,
     "figure3d.png": "The loaded linkage at {where} in space.",
 }
 
@@ -48,6 +50,8 @@ def draw(result: RunResult) -> dict[str, Figure]:
     if spreads:
         found["histogram.png"] = draw_all_histograms(spreads, result.where(pose))
     found["reactions.png"] = draw_reactions(result)
+    if result.measured is not None:
+        found[FIGURE_FILE] = result.measured.draw()
     return found
 
 

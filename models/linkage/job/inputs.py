@@ -11,6 +11,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
+from ...job.measured import LEVEL, UNITS, DriveValues, MeasuredPoint
 from ...measured.table import read_measured
 from ...moments import NAN_POLICIES
 from ...sampling import SAMPLERS, Distribution, goes_on
@@ -23,10 +24,9 @@ from ..study.single import check_single
 from ..study.targets import numbers_at
 from ..study.tolerances import Tolerance, tolerances, varied
 from .effects import check_clearances, check_effects
-from .measured import LEVEL, MeasuredPoint, read_measured_point
+from .measured import read_measured_point
 from .overridden import with_tolerances
 
-UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
 RUN = ("drives", "points", "branch", "tolerance", "samples", "rng", "sampler", "nan_policy", "pose", "magnify", "also")
 # Further tables that a file may ask for.
 ALSO = ("condition", "digits", "large")
@@ -35,28 +35,17 @@ GREATEST = float(np.finfo(np.float64).max)
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class Drive(DriveValues):
     """Motion of one driven coordinate.
 
     Attributes
     ----------
-    values
-        The coordinate at every pose, in `unit`, (poses,).
-    unit
-        ``rad``, ``deg``, or nothing for a length.
     rate, acceleration
-        In that unit by time, () or (poses,).
+        In its unit by time, () or (poses,).
     """
 
-    values: Array
-    unit: str
     rate: Array
     acceleration: Array
-
-    @property
-    def factor(self) -> float:
-        """From the unit to what the linkage takes."""
-        return UNITS.get(self.unit, 1.0)
 
     def at(self, pose: int) -> Drive:
         """The drive at one of its poses; a single value holds for all."""
@@ -143,35 +132,17 @@ class RunInputs:
         Raises
         ------
         FrameError
-            If the table has no column for a drive that takes several values, or one that is no drive.
+            If the table does not fit the drives, see `MeasuredPoint.drive_values`, or these have other rates at each
+            pose.
         """
         assert self.measured is not None
-        own, name = self.measured.table.drives, self.measured.file.name
-        for column in own:
-            if column not in self.drives:
-                raise FrameError(
-                    f"{name} has a column {column!r}, which is no drive: the drives are {', '.join(self.drives)}"
-                )
-        drives = dict(self.drives)
-        for key, drive in self.drives.items() if own else ():
-            if key in own:
-                values = own[key] / drive.factor
-                rate, gain = (_steady(name, key, each) for each in (drive.rate, drive.acceleration))
-                drives[key] = Drive(values, drive.unit, rate, gain)
-            elif len(drive.values) > 1:
-                raise FrameError(f"{name} has no column {key!r} with the values of that drive: give it")
-        count, poses = len(self.measured.table.position), max(len(drive.values) for drive in drives.values())
-        if count != poses and not (own or poses == 1):
-            raise FrameError(
-                f"{name} has {count} measured poses and no columns with values of drives, and the run has {poses} "
-                f"poses: give it a column {self._column()!r}"
-            )
+        name, drives = self.measured.file.name, dict(self.drives)
+        for key, values in self.measured.drive_values(self.drives).items():
+            drive = self.drives[key]
+            rate, gain = (_steady(name, key, each) for each in (drive.rate, drive.acceleration))
+            drives[key] = Drive(values, drive.unit, rate, gain)
         points = (self.measured.point,)
         return replace(self, drives=drives, points=points, pose=None, also=(), choices={}, measured=None)
-
-    def _column(self) -> str:
-        key, drive = next(iter(self.drives.items()))
-        return f"{key} [deg]" if drive.unit == "deg" else key
 
     @property
     def first(self) -> Drive:
@@ -198,10 +169,7 @@ class RunInputs:
         """
         others = ("title", "run", "choices", "measured")
         tables = {f"[{name}]": table for name, table in self.source.data.items() if name not in others}
-        measured = None
-        if self.measured is not None:
-            at = {name: values.tolist() for name, values in self.measured.table.drives.items()}
-            measured = [self.measured.point, len(self.measured.table.position), at]
+        measured = None if self.measured is None else self.measured.about
         of_run = {"[run.drives]": self.source.get(("run", "drives")), "points": self.points, "rng": self.rng}
         of_run |= {name: getattr(self, name) for name in ("branch", "tolerance", "sampler", "nan_policy")}
         if not goes_on(self.sampler):

@@ -37,7 +37,10 @@ def write_job_page(result: RunResult, path: Path) -> None:
     write = PageText(
         title=title(inputs.source),
         command=f"linkframe run {inputs.source.file.name}",
-        about=list(_about(inputs, digits.as_text(result.outcome) if "digits" in inputs.also else "")),
+        about=[
+            *_about(inputs, digits.as_text(result.outcome) if "digits" in inputs.also else ""),
+            *([] if result.measured is None else [("Measured", result.measured.as_text())]),
+        ],
         samples=f"outermost of {inputs.samples} samples, seed {inputs.rng}",
     )
     _write(motion, path, point, inputs, write, cloud)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Write one file that opens in a browser, without a network: drag the drive, and set the load, clearances and tolerances;
-the path, where the point can be at worst, its deflection, forces and who is to blame follow. Poses are those of [run]
+the path, where the point can be at worst, its deflection, forces and the contributors follow. Poses are those of [run]
 in the file, or else the whole range of its drive. SI units."""
 
 

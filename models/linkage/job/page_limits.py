@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -17,6 +18,8 @@ from ..worst_case.worst_case import WorstCase
 
 # Standard deviations that count as the end of a distribution that has none.
 DEVIATIONS = 3.0
+# Probabilities that a normal distribution leaves below these deviations on either side.
+BEYOND = (0.5 * math.erfc(DEVIATIONS / math.sqrt(2.0)), 1.0 - 0.5 * math.erfc(DEVIATIONS / math.sqrt(2.0)))
 LEFT_OUT = "Not among the worst cases, as they do not move the rigid linkage or not to first order: {names}."
 ENDS = (
     "Tolerances go to the ends of their distributions, or to {deviations:g} standard deviations where these have none."
@@ -63,9 +66,17 @@ def worst_case_of(
 def end_deviations(distribution: Any) -> tuple[float, float] | None:
     """Where a distribution ends, or counts as ended; None where its deviation is not finite either."""
     with np.errstate(all="ignore"):
-        mean, spread = float(distribution.mean()), DEVIATIONS * float(distribution.std())
-        ends = np.asarray(distribution.support(), dtype=np.float64)
-    found = np.where(np.isfinite(ends), ends, [mean - spread, mean + spread])
+        if all(callable(getattr(distribution, key, None)) for key in ("mean", "std", "support")):
+            mean, spread = float(distribution.mean()), DEVIATIONS * float(distribution.std())
+            ends, counted = (
+                np.asarray(distribution.support(), dtype=np.float64),
+                np.array([mean - spread, mean + spread]),
+            )
+        else:  # what is known of every input are its quantiles
+            ends, counted = (
+                np.array([float(distribution.ppf(np.array(p))) for p in pair]) for pair in ((0.0, 1.0), BEYOND)
+            )
+    found = np.where(np.isfinite(ends), ends, counted)
     return (float(found[0]), float(found[1])) if np.isfinite(found).all() else None
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ....framework.errors import MechanismWarning
+from ...job.measured import MEASURED_WAY
 from ...job.memory import check
 from ...job.outcome import taken
 from ...job.sharing import ALONE, SampleKind, Sharing
@@ -17,7 +18,7 @@ from .inputs import RunInputs
 from .point import PointOutcome
 
 # What is counted.
-WAY, LARGE_WAY, MEASURED_WAY = "samples at a pose", "at large displacement", "at measured poses"
+WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
 # Memory that a sample takes for its inputs, and of a point at a pose: its displacements, and what is made of them.
 BYTES_ALONE, BYTES = 8 * 30, 8 * 30
@@ -98,6 +99,8 @@ def _poses(inputs: RunInputs) -> int:
 
 
 def _check_memory(inputs: RunInputs) -> None:
-    each = BYTES_ALONE * len(inputs.tolerances) + BYTES * _poses(inputs) * len(inputs.points)
+    displaced = _poses(inputs) * len(inputs.points)
+    displaced += 0 if inputs.measured is None else len(inputs.measured.table.position)
+    each = BYTES_ALONE * len(inputs.tolerances) + BYTES * displaced
     with inputs.source.at("run", "samples"):
         check(each, inputs.samples, "samples")

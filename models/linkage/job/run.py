@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...job.measured import TABLE_FILE
 from ...job.report import Report
 from ...job.run import Job
 from ...job.sharing import ALONE, Sharing
@@ -39,7 +40,7 @@ class LinkageJob(Job):
     """
 
     name = "run"
-    optional = (*CAPTIONS, "measured.csv", "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
+    optional = (*CAPTIONS, TABLE_FILE, "samples.npz", "trajectory.pvd", "trajectory/*.vtu")
     result: RunResult
 
     def __init__(self, inputs: RunInputs, shared: Sharing = ALONE) -> None:
@@ -72,7 +73,7 @@ class LinkageJob(Job):
     def tables(self) -> Mapping[str, str]:
         """The table, the reactions, and where something was measured its residuals."""
         found = {"table.csv": as_csv(self.result), "reactions.csv": reactions_csv(self.result)}
-        return found if self.result.measured is None else found | {"measured.csv": self.result.measured.as_csv()}
+        return found if self.result.measured is None else found | {TABLE_FILE: self.result.measured.as_csv()}
 
     def samples(self) -> Mapping[str, NDArray[Any]]:
         """Samples of the displacement; nothing without tolerances."""
@@ -80,7 +81,7 @@ class LinkageJob(Job):
         return {} if found is None else {"drive": self.result.drive, "displacement": found}
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
-        """The linkage, the path of its first point, histograms where there are tolerances, the reactions."""
+        """The linkage, the path of its first point, histograms and residuals where there are any, the reactions."""
         yield from draw(self.result).items()
 
     def captions(self) -> Mapping[str, str]:

@@ -103,7 +103,7 @@ class SomeSamples:
 
     @contextmanager
     def _refused(self) -> Iterator[None]:
-        """Blame what is refused on the tolerances."""
+        """Refusals of samples as errors of the tolerances that drew them."""
         with warnings.catch_warnings(), self.sampled.source.at("tolerances"):
             warnings.simplefilter("ignore", MechanismWarning)
             yield

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from copy import copy
-from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import Any
 
@@ -16,10 +14,10 @@ from ....framework.batch import Array, Shape
 from ....framework.program.calculation import worth_compiling
 from ....framework.program.recording import choose
 from .blocks import MEMBERS, blocks, cut_all, members_of
+from .closed_poses import Closed, ClosedOne, Pose, Poses
 from .closing import Closing
 from .equations import Equations
-from .linear import Linear
-from .mechanism import Mechanism
+from .loop_coordinates import LoopCoordinates
 from .terms import Value
 
 # A step below this ends the iteration: the next would be below rounding.
@@ -30,58 +28,7 @@ FIRST_STEP = 0.15
 CONTRACTION = 0.5
 
 
-@dataclass(frozen=True, eq=False)
-class Pose:
-    """A closed position: its state, how it follows the drives, and the determinants of its equations.
-
-    Attributes
-    ----------
-    state
-        State of all joints.
-    follow
-        Velocity of each unknown per unit of each drive, drive by drive.
-    determinants
-        Of the blocks of equations.
-    first_step
-        Largest change that the first Newton step made.
-    """
-
-    state: list[float]
-    follow: list[float]
-    determinants: list[float]
-    first_step: float
-
-
-@dataclass(frozen=True, eq=False)
-class Closed:
-    """Closed positions of a batch: state entries, where they are trusted, their first step and determinants."""
-
-    state: list[Value]
-    trusted: NDArray[np.bool_]
-    converged: NDArray[np.bool_]
-    determinants: list[Value]
-
-
-@dataclass(frozen=True, eq=False)
-class ClosedOne:
-    """A closed position: its state, and the determinants of its equations."""
-
-    state: list[float]
-    determinants: list[float]
-
-
-@dataclass(frozen=True, eq=False)
-class Poses:
-    """As `Pose`, of all members of a batch, and which of them are found."""
-
-    state: list[Value]
-    follow: list[Value]
-    determinants: list[Value]
-    first_step: Array
-    good: NDArray[np.bool_]
-
-
-class Loops:
+class Loops(LoopCoordinates):
     """The closing equations of a mechanism as a system in its unknown coordinates.
 
     Parameters
@@ -103,113 +50,6 @@ class Loops:
         Those at the reference configuration, once they are known. The continuation finds all three and puts them here,
         so that they live as long as the loops.
     """
-
-    def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
-        self.mechanism, self.tolerance = mechanism, tolerance
-        self.linear = Linear(mechanism.pattern, rank)
-        self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
-        self.kept: dict[bool, tuple[object, Any]] = {}
-        self.guide: tuple[object, Any] | None = None
-        self.derivatives: tuple[Pose, Any] | None = None
-        self.singles: list[tuple[int, int]] = []
-        self.spherical: list[tuple[int, int]] = []
-        self.driven_states: list[int] = []
-        self.driven_spherical: list[int] = []
-        order = {k: position for position, k in enumerate(mechanism.driven)}
-        self._driven: dict[int, int] = {}
-        for name, those in mechanism.velocities.items():
-            place = mechanism.states[name].start
-            if mechanism.linkage.joint(name).kind.name == "spherical":
-                if those.start in mechanism.driven:
-                    self.driven_spherical.append(place)
-                    self._driven[place] = order[those.start]
-                else:
-                    self.spherical.append((place, mechanism.unknown.index(those.start)))
-                continue
-            for offset, k in enumerate(range(those.start, those.stop)):
-                if k in mechanism.driven:
-                    self._driven[place + offset] = order[k]
-                else:
-                    self.singles.append((place + offset, mechanism.unknown.index(k)))
-
-        for place in sorted(self._driven, key=self._driven.__getitem__):
-            self.driven_states += range(place, place + (4 if place in self.driven_spherical else 1))
-
-    def anew(self) -> Loops:
-        """The same loops, of which no path is known."""
-        other = copy(self)
-        other.kept, other.guide = {}, None
-        return other
-
-    @property
-    def determined(self) -> bool:
-        """True where the drives and the closing equations leave nothing free."""
-        return self.linear.rank == self.columns
-
-    @property
-    def unknown_states(self) -> list[int]:
-        """Entries of the state that the drives do not give."""
-        return [place for place in range(len(self.mechanism.state_names)) if place not in self.driven_states]
-
-    @cached_property
-    def reference_state(self) -> list[float]:
-        """State of the drawing."""
-        state = [0.0] * len(self.mechanism.state_names)
-        for name, those in self.mechanism.states.items():
-            if self.mechanism.linkage.joint(name).kind.name == "spherical":
-                state[those.start] = 1.0
-        return state
-
-    def advance(self, state: list[Value], step: Sequence[Value], *, sign: float = 1.0) -> list[Value]:
-        """State after the unknowns have moved by `sign` times `step`; balls keep unit Euler parameters."""
-        out = list(state)
-        for place, k in self.singles:
-            out[place] = state[place] + sign * step[k]
-        for place, k in self.spherical:
-            change = euler_parameter_rate(state[place : place + 4], [sign * x for x in step[k : k + 3]])
-            out[place : place + 4] = _unit([x + y for x, y in zip(state[place : place + 4], change, strict=True)])
-        return out
-
-    def unit(self, state: list[Value]) -> list[Value]:
-        """`state` with unit Euler parameters of all balls."""
-        for place in self.driven_spherical + [place for place, _ in self.spherical]:
-            state[place : place + 4] = _unit(state[place : place + 4])
-        return state
-
-    def state_rate(self, state: Sequence[Value], unknown: Sequence[Value]) -> list[Value]:
-        """Rate of the state at rates of the unknowns; 0 for the drives."""
-        out: list[Value] = [0.0] * len(state)
-        for place, k in self.singles:
-            out[place] = unknown[k]
-        for place, k in self.spherical:
-            out[place : place + 4] = euler_parameter_rate(state[place : place + 4], unknown[k : k + 3])
-        return out
-
-    def state_bend(self, state: Sequence[Value], velocity: Sequence[Value], change: Sequence[Value]) -> list[Value]:
-        """Second derivative of the state at velocity coordinates and their derivative; 0 for the drives."""
-        unknown = self.mechanism.unknown
-        v, w = [velocity[k] for k in unknown], [change[k] for k in unknown]
-        out: list[Value] = [0.0] * len(state)
-        for place, k in self.singles:
-            out[place] = w[k]
-        for place, k in self.spherical:
-            e = state[place : place + 4]
-            turning = euler_parameter_rate(euler_parameter_rate(e, v[k : k + 3]), v[k : k + 3])
-            out[place : place + 4] = [
-                x + y for x, y in zip(turning, euler_parameter_rate(e, w[k : k + 3]), strict=True)
-            ]
-        return out
-
-    def drive_velocities(self, state: Sequence[Value], rates: Sequence[Value]) -> list[Value]:
-        """Driven velocity coordinates at rates of the driven states."""
-        out: list[Value] = [0.0] * len(self.mechanism.driven)
-        rate = dict(zip(self.driven_states, rates, strict=True))
-        for place, k in self._driven.items():
-            if place in self.driven_spherical:
-                out[k : k + 3] = angular_velocity_of(state[place : place + 4], [rate[place + i] for i in range(4)])
-            else:
-                out[k] = rate[place]
-        return out
 
     iterations = ITERATIONS
 
@@ -237,18 +77,6 @@ class Loops:
     def equations(self) -> Equations:
         """Programs of the Newton step."""
         return Equations(self.mechanism, self.linear)
-
-    def is_rotation(self, drive: int) -> bool:
-        """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
-        return self.is_angle(self.driven_states[drive])
-
-    def is_angle(self, place: int) -> bool:
-        """True where an entry of the state is an angle that comes round again after a full turn."""
-        joint = next(name for name, those in self.mechanism.states.items() if those.start <= place < those.stop)
-        kind = self.mechanism.linkage.joint(joint).kind
-        if kind.name in ("screw", "spherical"):
-            return False
-        return bool(kind.coordinates[place - self.mechanism.states[joint].start][0] == "r")
 
     # -- one pose ---------------------------------------------------------------------------------------------------
 
@@ -279,61 +107,26 @@ class Loops:
         behind = n + n * len(self.mechanism.driven)
         return Pose(state, list(found[n:behind]), list(found[behind:]), first)
 
-    # -- rates ------------------------------------------------------------------------------------------------------
-
-    def velocities(self, state: Sequence[Value], parameters: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
-        """All velocity coordinates v from those of the drives: J v = 0."""
-        with np.errstate(all="ignore"):
-            return self.velocities_of(self.mechanism.full[1](state, parameters), drives)
-
-    def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
-        """`velocities` from the results of ``mechanism.full``, which may be written down."""
-        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
-        behind = m + m * n
-        right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
-        return self._all(self.linear.solve(entries[m:behind], right), drives)
-
-    def accelerations(
-        self, state: Sequence[Value], parameters: Sequence[Value], v: Sequence[Value], drives: Sequence[Value] | None
-    ) -> list[Value]:
-        """Time derivative of all velocity coordinates from those of the drives, 0 where None: J v' = -J' v."""
-        own = [0.0] * len(self.mechanism.driven) if drives is None else drives
-        with np.errstate(all="ignore"):
-            bias = self.mechanism.bias[1](state, parameters, v, self.standing(own))
-            entries = self.mechanism.newton[1](state, parameters)
-            return self.accelerations_of(entries[self.rows :], bias, own)
-
-    def standing(self, drives: Sequence[Any]) -> list[Any]:
-        """Derivatives of the velocity coordinates from those of the drives, with the unknowns at rest."""
-        return self._all([0.0] * self.columns, drives)
-
-    def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
-        """`accelerations` from the Jacobian by the unknowns and the bias, which may be written down."""
-        return self._all(self.linear.solve(jacobian, [-x for x in bias]), drives)
-
-    def rates_at_once(
-        self,
-        state: Sequence[Value],
-        parameters: Sequence[Value],
-        rates: Sequence[Value],
-        changes: Sequence[Value],
-        shape: Shape,
-    ) -> tuple[list[Value], list[Value]] | None:
-        """`velocities` and `accelerations` of a long batch as machine code; None where that does not pay."""
-        written = self.closing.rates() if worth_compiling(math.prod(shape)) else None
-        made = written and written.run([state, parameters, (), [*rates, *changes]], shape)
-        if not made:
-            return None
-        velocities, accelerations = made[0]
-        return velocities, accelerations
-
-    def _all(self, unknown: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
-        out: list[Value] = [0.0] * len(self.mechanism.columns)
-        for k, x in zip(self.mechanism.unknown, unknown, strict=True):
-            out[k] = x
-        for k, x in zip(self.mechanism.driven, drives, strict=True):
-            out[k] = x
-        return out
+    def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
+        """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
+        step_at, n = self.equations.step_of_one, self.columns
+        before = np.inf
+        try:
+            for _ in range(ITERATIONS):
+                found = step_at(state, parameters, compiled=compiled)
+                step = found[:n]
+                size = max(map(abs, step), default=0.0)
+                if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):
+                    return None
+                if before > 1e-5 and size > CONTRACTION * before:
+                    return None
+                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                before = size
+                if size <= LAST_STEP:
+                    return ClosedOne(state, found[n:])
+        except (ArithmeticError, np.linalg.LinAlgError):
+            pass
+        return None
 
     # -- all poses --------------------------------------------------------------------------------------------------
 
@@ -429,27 +222,6 @@ class Loops:
         """Whether the last step was so small that the next would be below rounding."""
         return before <= LAST_STEP
 
-    def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
-        """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
-        step_at, n = self.equations.step_of_one, self.columns
-        before = np.inf
-        try:
-            for _ in range(ITERATIONS):
-                found = step_at(state, parameters, compiled=compiled)
-                step = found[:n]
-                size = max(map(abs, step), default=0.0)
-                if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):
-                    return None
-                if before > 1e-5 and size > CONTRACTION * before:
-                    return None
-                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
-                before = size
-                if size <= LAST_STEP:
-                    return ClosedOne(state, found[n:])
-        except (ArithmeticError, np.linalg.LinAlgError):
-            pass
-        return None
-
     def poses(self, state: list[Value], parameters: Sequence[Value]) -> Poses:
         """`close` for all members of a batch: poses near the guesses `state`, as good as the next step needs them.
 
@@ -525,37 +297,24 @@ class Loops:
         good = good & ~moving & (size <= np.maximum(CONTRACTION * last, 1e-12))
         return self.advance(state, [choose(good, x, 0.0) for x in step], sign=-1.0), good
 
+    def rates_at_once(
+        self,
+        state: Sequence[Value],
+        parameters: Sequence[Value],
+        rates: Sequence[Value],
+        changes: Sequence[Value],
+        shape: Shape,
+    ) -> tuple[list[Value], list[Value]] | None:
+        """`velocities` and `accelerations` of a long batch as machine code; None where that does not pay."""
+        written = self.closing.rates() if worth_compiling(math.prod(shape)) else None
+        made = written and written.run([state, parameters, (), [*rates, *changes]], shape)
+        if not made:
+            return None
+        velocities, accelerations = made[0]
+        return velocities, accelerations
+
 
 def _largest(step: Sequence[Any]) -> Any:
     """The largest magnitude of entries, NaN where one is, on arrays or written down."""
     sizes = [abs(x) for x in step if not (isinstance(x, float) and x == 0.0)]
     return reduce(np.maximum, sizes) if sizes else np.zeros(())
-
-
-def _unit(e: Sequence[Value]) -> list[Value]:
-    square = sum((x * x for x in e), start=0.0)
-    norm = math.sqrt(square) if isinstance(square, float) else np.sqrt(square)
-    return [x / norm for x in e]
-
-
-def euler_parameter_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:
-    """Rate of Euler parameters at an angular velocity along the axes on the first link: half of (0, ω) times e."""
-    a, b, c, d = e
-    x, y, z = omega
-    return [
-        -0.5 * (x * b + y * c + z * d),
-        0.5 * (x * a + y * d - z * c),
-        0.5 * (y * a + z * b - x * d),
-        0.5 * (z * a + x * c - y * b),
-    ]
-
-
-def angular_velocity_of(e: Sequence[Value], rate: Sequence[Value]) -> list[Value]:
-    """Angular velocity, along the axes on the first link, at a rate of the Euler parameters: inverse of
-    `euler_parameter_rate`."""
-    (a, b, c, d), (p, q, r, s) = e, rate
-    return [
-        2.0 * (q * a - p * b - r * d + s * c),
-        2.0 * (r * a - p * c - s * b + q * d),
-        2.0 * (s * a - p * d - q * c + r * b),
-    ]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, one_entry
 from ..continuation.start import not_assembled
 from ..description.linkage_description import LinkageDescription
-from ..kinematics.loops import Loops, euler_parameter_rate
+from ..kinematics.euler_parameters import euler_parameter_rate
+from ..kinematics.loops import Loops
 from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.terms import Value

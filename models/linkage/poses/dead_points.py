@@ -225,7 +225,7 @@ def _dead_point(curve: MotionPath, place: PathPoint) -> DeadPoint:
 
 
 def _moving_joint(curve: MotionPath, state: Array, motion: Array) -> str:
-    """The joint to blame for a motion (n,) with the drive held."""
+    """The joint that is at its dead point in a motion (n,) with the drive locked."""
     motion[[curve.drive, *curve.locked]] = 0.0
     space = curve.space
     velocities = list((motion / space.units)[:, None, None])

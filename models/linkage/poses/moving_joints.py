@@ -1,4 +1,4 @@
-"""What still moves while the drives stand still, and the joint to blame."""
+"""What still moves while the drives are locked, and the joint that is at its dead point."""
 
 from __future__ import annotations
 

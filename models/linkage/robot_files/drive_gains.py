@@ -13,9 +13,9 @@ from ..loaded_motion import LoadedMotion
 from .placed import Placed
 
 # Circular frequency with which a drive without a stiffness of its own comes to rest, per unit of time; and how far, in
-# radians or sizes of the linkage, it gives way in the reference configuration to what acts there.
+# radians or sizes of the linkage, it deflects in the reference configuration under what acts there.
 FREQUENCY = 100.0
-GIVES_WAY = 1e-2
+DEFLECTION = 1e-2
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def drive_gains(placed: Placed, joint: str) -> list[Gains]:
         unit = 1.0 if coordinate[0] == "r" else size
         inertia = moved[k] or sum(own.mass for own in placed.masses.values()) * (size / unit) ** 2 / 10.0
         given = float(np.max(pair.full_stiffness[..., COMPONENTS.index(coordinate)]))
-        needed = max(inertia * FREQUENCY**2, held[k] / (GIVES_WAY * unit))
+        needed = max(inertia * FREQUENCY**2, held[k] / (DEFLECTION * unit))
         stiffness = given if pair.stiffness is not None and 0.0 < given < np.inf else needed
         out.append(Gains(stiffness, 2.0 * float(np.sqrt(stiffness * inertia))))
     return out

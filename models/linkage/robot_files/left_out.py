@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
 
 
@@ -21,11 +22,21 @@ def not_rigid(linkage: LinkageDescription) -> list[str]:
         "sections and stiffness of the beams of": [link.name for link in linkage.links.values() if link.beams],
         "stiffness of joint": [pair.name for pair in joints if pair.stiffness is not None],
         "clearance of joint": [pair.name for pair in joints if pair.clearance is not None],
+        "share of the inertia, more than a body can have about one axis, of link": [
+            link.name for link in linkage.links.values() if link.inertia is not None and _is_no_body(link.inertia)
+        ],
         "reference rotation of ball": [
             pair.name for pair in joints if pair.kind.name == "spherical" and np.any(pair.reference)
         ],
     }
     return [f"{what} {', '.join(names)}" for what, names in kinds.items() if names]
+
+
+def _is_no_body(tensor: Array) -> bool:
+    """Whether a moment of inertia is above the sum of the two others; but for one about z that was given alone."""
+    alone = not np.any(tensor[..., :2, :]) and not np.any(tensor[..., :2])
+    moments = np.linalg.eigvalsh(tensor)
+    return not alone and bool(np.any(moments[..., 2] > (1.0 + 1e-9) * (moments[..., 0] + moments[..., 1])))
 
 
 def acting(linkage: LinkageDescription) -> list[str]:

@@ -122,7 +122,7 @@ class ReadLoops:
         self.couplings.append(TiedJoints(given.get("joint1", ""), given["joint2"], float(factors[1])))
 
     def _check_assembled(self, element: Element, off: Array) -> None:
-        """A linkage is drawn assembled; the position of the file must be."""
+        """A linkage is described assembled, so the loops must be closed in the position of the file."""
         if np.linalg.norm(off) > 1e-6 * self.size:
             raise FrameError(
                 f"{shown(element)} is open by {np.linalg.norm(off):.2g} in the position of the file: write the bodies "

@@ -74,15 +74,15 @@ class MjcfReader(Generic[Described]):
 
     def whole(self) -> Described:
         """All of the linkage."""
-        names = {id(each): self.points.of(each) for each in self.joinings}
+        names = [self.points.of(each) for each in self.joinings]
         self.points.complete(self.bodies)
         for name, place in self.points.places.items():
             self.linkage.point(name, place)
         for link, points in self.points.on_links.items():
             if link != GROUND:
                 self.linkage.link(link, *points, **self._mass(link))
-        for each in self.joinings:
-            self._join(each, names[id(each)])
+        for each, name in zip(self.joinings, names, strict=True):
+            self._join(each, name)
         self._springs()
         self._actuators()
         option = {key: text for element in self.source.root.findall("option") for key, text in element.attrib.items()}
@@ -117,7 +117,7 @@ class MjcfReader(Generic[Described]):
     # -- what acts --------------------------------------------------------------------------------------------------
 
     def _springs(self) -> None:
-        """Tendons from site to site that pull."""
+        """Tendons from one site to another, as springs."""
         for tendon in self.source.section("tendon"):
             given = self.source.attributes(tendon)
             what = shown(tendon)
@@ -126,7 +126,7 @@ class MjcfReader(Generic[Described]):
                 continue
             sites = [child.get("site", "") for child in tendon]
             if tendon.tag != "spatial" or len(sites) != 2 or any(child.tag != "site" for child in tendon):
-                raise FrameError(f"{what} pulls over more than two sites: a spring goes from one point to another")
+                raise FrameError(f"{what} runs over more than two sites: a spring goes from one point to another")
             ends = [site_named(self.bodies, name, what)[0] for name in sites]
             (one, start), (other, end) = (
                 (self.points.link_of(body.name), self.points.of_site(name))

@@ -42,7 +42,7 @@ class MjcfSource:
         _include(self.root, file.parent, depth=0)
         for tag in REFUSED:
             if self.root.find(f".//{tag}") is not None:
-                raise FrameError(f"it has <{tag}>, which stands for bodies that are written nowhere: {SAVED}")
+                raise FrameError(f"it has <{tag}>, which generates bodies that the file does not list: {SAVED}")
         self.compiler: dict[str, str] = {}
         for element in self.root.findall("compiler"):
             self.compiler |= element.attrib
@@ -69,7 +69,7 @@ class MjcfSource:
         """Attributes of an element, with those of its class where it has none of its own."""
         name = element.get("class", childclass)
         if name not in self.defaults:
-            raise FrameError(f"{shown(element)} is of class {name!r}, which no <default> describes: describe it")
+            raise FrameError(f"{shown(element)} is of class {name!r}, which no <default> defines: define it")
         return self.defaults[name].get(element.tag, {}) | element.attrib
 
     def angle(self, value: float) -> float:

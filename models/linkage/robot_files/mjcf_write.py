@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from ....framework import rotation
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
@@ -21,6 +22,8 @@ TIME_STEP = 1e-3
 SOLVER = {"solref": (2.0 * TIME_STEP, 1.0), "solimp": (0.999, 0.9999, 1e-3, 0.5, 2.0)}
 # How far a second point on the axis of a hinge is from the first, and how thick links are drawn, by the linkage's size.
 ON_AXIS, THICK = 0.25, 0.01
+# Bodies that MuJoCo reads one in another.
+DEEPEST = 450
 # Names of what is there for the format alone: notes of links without mass, and a site with the axes of the ground.
 MASSLESS, AXES_OF_LOADS = "without mass: ", "axes of loads"
 # Elements that are named, by groups in which no name may stand twice.
@@ -63,6 +66,8 @@ class MjcfWriter:
         self.root = Element("mujoco", model=title)
         self.sites: dict[tuple[str, str], str] = {}
         self.elements: dict[str, Element] = {}
+        self.origins: dict[str, Array] = {GROUND: np.zeros(3)}
+        self.depths = {GROUND: 0}
 
     def text(self) -> str:
         """The whole file."""
@@ -91,11 +96,15 @@ class MjcfWriter:
         add(default, "equality", **SOLVER)
         add(default, "geom", contype="0", conaffinity="0", mass="0", rgba="0.45 0.55 0.7 1")
         add(default, "site", size=1.5 * THICK * self.size, rgba="0.9 0.5 0.1 1")
+        light = {"ambient": "0.45 0.45 0.45", "diffuse": "0.55 0.55 0.55", "specular": "0.1 0.1 0.1"}
+        add(add(self.root, "visual"), "headlight", **light)
+        sky = {"builtin": "flat", "rgb1": "0.97 0.97 0.97", "rgb2": "0.97 0.97 0.97", "width": "16", "height": "96"}
+        add(add(self.root, "asset"), "texture", type="skybox", **sky)
 
     # -- bodies -----------------------------------------------------------------------------------------------------
 
     def _ground_points(self, world: Element) -> None:
-        """Points that are on no link, and those where springs end or drives push on the ground."""
+        """Points that are on no link, and those where springs end, or drives act, on the ground."""
         linkage = self.linkage
         on_links = {point for link in linkage.links.values() for point in link.points}
         ends = {end[1] for spring in linkage.springs for end in (spring.first, spring.second) if end[0] == GROUND}
@@ -110,12 +119,13 @@ class MjcfWriter:
         add(element, "site", name=name, pos=place)
 
     def _body(self, body: TreeBody) -> None:
-        above = next((each.origin for each in self.tree.bodies if each.name == body.parent), np.zeros(3))
-        element = add(self.elements[body.parent], "body", name=body.name, pos=body.origin - above)
-        self.elements[body.name] = element
+        element = add(self.elements[body.parent], "body", name=body.name, pos=body.origin - self.origins[body.parent])
+        self.elements[body.name], self.origins[body.name] = element, body.origin
+        self.depths[body.name] = self.depths[body.parent] + 1
+        if self.depths[body.name] > DEEPEST:
+            raise FrameError(f"more than {DEEPEST} links hang one on another, which MuJoCo does not read: write TOML")
         own = body.mass
-        tensor = own.tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-        add(element, "inertial", pos=own.centre - body.origin, mass=own.mass, fullinertia=tensor)
+        add(element, "inertial", pos=own.centre - body.origin, mass=own.mass, **_principal(own.tensor))
         for step in body.steps:
             self._joint(element, step)
         if body.part_of is None:
@@ -161,7 +171,7 @@ class MjcfWriter:
         if closure.kind == "fixed":
             add(element, "weld", name=closure.name, **bodies)
             return
-        anchor = closure.place - next(body.origin for body in self.tree.bodies if body.name == one)
+        anchor = closure.place - self.origins[one]
         add(element, "connect", name=closure.name, anchor=anchor, **bodies)
         if closure.kind == "revolute":
             further = anchor + ON_AXIS * self.size * closure.axis
@@ -205,7 +215,7 @@ class MjcfWriter:
             add(element, "position", name=name, joint=joint, gear=gear, kp=gains.stiffness, kv=gains.damping)
 
     def _reference(self, actuators: Element) -> None:
-        """A keyframe in which the drives stay where they are drawn."""
+        """A keyframe in which the drives stay at their reference values."""
         steps = self.tree.steps
         signals = [steps[own.get("joint", "")].reference if own.tag == "position" else 0.0 for own in actuators]
         add(add(self.root, "keyframe"), "key", name="reference", ctrl=signals)
@@ -232,6 +242,15 @@ class MjcfWriter:
         note(
             self.root, "Angles in radians, joint coordinates as linkframe has them: see linkframe.models.write_linkage."
         )
+
+
+def _principal(tensor: Array) -> dict[str, Number]:
+    """Principal moments of inertia, and where they differ from the axes of the body, their directions."""
+    if np.array_equal(tensor, np.diag(np.diag(tensor))):
+        return {"diaginertia": np.diag(tensor)}
+    moments, axes = np.linalg.eigh(tensor)
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    return {"diaginertia": moments, "quat": rotation.of_matrix(axes)}
 
 
 def check_names(linkage: LinkageDescription) -> None:

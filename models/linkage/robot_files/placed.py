@@ -21,8 +21,8 @@ SLENDER = 1e-12
 WEIGHTLESS = 1e-10
 # What stands for the inertia of a body without mass, as that share.
 ROUND = 1e-2
-# Engines refuse bodies with less mass, or less of a moment of inertia.
-LEAST = 1e-14
+# MuJoCo refuses bodies with half as much mass, or moment of inertia; in such units it cannot compute.
+LEAST = 2e-15
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +99,8 @@ class Placed:
     @property
     def _loaded(self) -> float:
         """Mass that the greatest force on the linkage accelerates like a weight in SI units: by ten."""
-        return (
-            max((float(np.linalg.norm(load.value[..., :3], axis=-1).max()) for load in self.linkage.loads), default=0.0)
-            / 10.0
-        )
+        forces = (np.linalg.norm(load.value[..., :3], axis=-1) for load in self.linkage.loads)
+        return max((float(np.max(force)) for force in forces), default=0.0) / 10.0
 
     def _mass(self, link: str) -> BodyMass:
         found = inertia(self.linkage, link)
@@ -123,8 +121,7 @@ class Placed:
         mass = max(own.mass or light, LEAST)
         moments, axes = np.linalg.eigh(own.tensor)
         least = np.maximum(moments, max((SLENDER if own.is_own else ROUND) * mass * self.size**2, LEAST))
-        short = max(0.0, least[2] - least[0] - least[1])
-        least[:2] += 0.5 * short * (1.0 + 1e-12)
+        least[:2] += 0.5 * max(0.0, (1.0 + SLENDER) * least[2] - least[0] - least[1])
         if np.array_equal(least, moments):
             return BodyMass(mass, own.centre, own.tensor, own.is_own)
         return BodyMass(mass, own.centre, own.tensor + (axes * (least - moments)) @ axes.T, own.is_own)

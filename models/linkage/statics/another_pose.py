@@ -6,7 +6,7 @@ import numpy as np
 
 from ....elements import Joint
 from ....framework.batch import Array
-from ....framework.description import Body
+from ....framework.described.parts import Body
 from ....framework.frame import Frame
 from ..description.parts import GROUND
 from ..poses.classified import ClassifiedPoses

@@ -1,4 +1,4 @@
-"""Limits of the worst case of a study, and who is to blame for how much of it and of the variance."""
+"""Limits of the worst case of a study, and the share of each contributor in it and in the variance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who is to blame, in one table: shares to first order beside Sobol' indices with their intervals."""
+"""The contributors in one table: shares to first order beside Sobol' indices with their intervals."""
 
 from __future__ import annotations
 

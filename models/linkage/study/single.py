@@ -16,7 +16,7 @@ def check_single(source: Source, linkage: LinkageDescription, path: Path) -> Non
     Raises
     ------
     FrameError
-        If a number of the linkage is an array; `path` is blamed for it.
+        If a number of the linkage is an array; the message names `path`.
     """
     links, joints = linkage.links.values(), linkage.joints.values()
     shapes: dict[str, tuple[int, ...]] = {"points or joints": linkage.shape, "gravity": linkage.weight.shape[:-1]}

@@ -40,6 +40,8 @@ CHUNK = 1024
 # Rows that the table of a study shows.
 MOST_SHOWN = 12
 
+TOLD = "mean, σ: of the displacement by samples; worst: what clearances and tolerances add at most, to first order"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AccuracyStudy:
@@ -320,7 +322,7 @@ class AccuracyStudy:
         return to_xarray(self)
 
     def __repr__(self) -> str:
-        """A table of the first point, and who is to blame."""
+        """A table of the first point and its contributors."""
         heads = [*self.drives, *(f"{name}{axis}" for name in ("mean u_", "σ_") for axis in "xyz"), "worst", "status"]
         columns = [*self.drives.values(), *self.mean[0].T, *self.std[0].T, self.greatest[0]]
         rows = [
@@ -328,9 +330,9 @@ class AccuracyStudy:
             for row, status in zip(np.column_stack(columns).tolist(), self.status.tolist(), strict=True)
         ]
         left = len(rows) - MOST_SHOWN
-        title = (
-            f"Study of {', '.join(self.points)}: {self._poses} poses, {self.propagation.n} samples; {self.points[0]}"
-        )
+        of_all = f"Study of {', '.join(self.points)}: {self._poses} poses, {self.propagation.n} samples"
+        title = f"{of_all}; {self.points[0]}" if len(self.points) > 1 else of_all
+        title = f"{title}\n{TOLD}"
         parts = [text_table(title, heads, rows[:MOST_SHOWN]), *([f"and {left} more poses"] if left > 0 else [])]
         if np.isfinite(self.greatest[0]).any():
             parts.append(repr(self.contributors[self.points[0]]))

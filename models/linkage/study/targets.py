@@ -13,6 +13,7 @@ from ..files.toml import Path
 
 AXES = ("x", "y", "z")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
+OF_THE_RUN = ("run", "tolerances", "choices", "measured", "title")
 DIRECTIONS = ("axis", "second", "up", "axes")
 
 
@@ -37,8 +38,10 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     """
     place = _place(source, path, text)
     value = source.get(place)
-    if place[0] in ("run", "tolerances", "choices", "measured", "title"):
+    if place[0] in OF_THE_RUN:
         source.fail(path, f"{text!r} is no part of the linkage")
+    if value is None:
+        source.fail(path, _missing(source, place, text))
     numbers = dict(_numbers(value, place))
     if not numbers or any(isinstance(entry, bool) or not isinstance(entry, int | float) for entry in numbers.values()):
         source.fail(path, f"{text!r} is {shown_value(value)} in this file: name a number, or a list of numbers")
@@ -56,6 +59,17 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     if relative and 0.0 in varied.values():
         source.fail(path, f"{text!r} is 0, of which a percentage is 0: give loc and scale as numbers")
     return place, varied
+
+
+def _missing(source: Source, place: Path, text: str) -> str:
+    """What is not there, and what is there in its stead."""
+    depth = next(depth for depth in range(len(place)) if source.get(place[: depth + 1]) is None)
+    above = source.get(place[:depth]) if depth else source.data
+    where = ".".join(map(str, place[:depth])) or "the file"
+    if not isinstance(above, dict):
+        return f"{text!r}: {where} is {shown_value(above)}, which has no parts: leave them out"
+    known = ", ".join(str(key) for key in above if depth or key not in OF_THE_RUN)
+    return f"{text!r}: {where} has no {str(place[depth])!r}: give one of {known or 'another table'}"
 
 
 def _place(source: Source, path: Path, text: str) -> Path:

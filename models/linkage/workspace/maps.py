@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.graphics.canvas import few_ticks
+from ....framework.graphics.log_ticks import log_ticks
 from ....framework.graphics.style import INK, new_axes, set_title, styled
 from ....framework.graphics.units import moment_unit, scaled
 from ..graphics.plots import Units
@@ -146,6 +147,8 @@ def _coloured(axes: Any, u: Array, v: Array, values: Array, label: str) -> None:
     ends = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
     bar = axes.figure.colorbar(cells, ax=axes, shrink=0.85, extend=ends[least < low, most > high])
     bar.set_label(label, parse_math=False)
+    if isinstance(norm, LogNorm):
+        log_ticks(bar.ax.yaxis)
     if min(values.shape) > 2 and most > least * (1.0 + 1e-6):
         levels = np.quantile(shown.compressed(), [0.1, 0.3, 0.5, 0.7, 0.9])
         lines = axes.contour(u, v, shown, sorted({float(f"{k:.2g}") for k in levels}), colors="white", linewidths=0.7)

@@ -15,7 +15,7 @@ from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..graphics.plots import SI, Units
 from ..motion import Motion
-from ..poses.kinematics import OTHER_MODE
+from ..poses.assembled_poses import OTHER_MODE
 from ..worst_case.region import unit
 from .inverse import InverseKinematics
 from .maps import plot_map

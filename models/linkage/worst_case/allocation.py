@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import accumulate
 
 import numpy as np
@@ -13,10 +14,11 @@ from ....framework.errors import FrameError
 from ...fits.allocation import allocate
 from ...fits.cost import relative_cost
 from ...fits.iso286 import Fit, fit
+from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..poses.classified import ClassifiedPoses
 from .limits import Given
 from .region import ReachableRegion
-from .worst_case import WorstCase, worst_case
+from .worst_case import WorstCase, worst_case_by
 
 # Running fits from precise to loose.
 FITS = ("H6/g5", "H7/h6", "H7/g6", "H8/f7", "H8/e8", "H9/d9")
@@ -85,7 +87,7 @@ class FitAllocation:
         return {name: each / whole for name, each in sorted(reach.items(), key=lambda pair: -pair[1])}
 
     def __repr__(self) -> str:
-        """Fits, cost, and what binds: the pose and who is to blame there."""
+        """Fits, cost, and what binds: the pose and its contributors."""
         parts = ", ".join(f"{joint} {each.name}" for joint, each in self.fits.items())
         where = ", ".join(map(str, self.binding[0]))
         at = f" at pose {where}" if where else ""
@@ -117,7 +119,7 @@ def allocate_fits(
         raise FrameError(f"limit of point {point!r} is {limit!r}: give the radius of its zone, a length above zero")
     choices = _choices(motion, diameters, fits, costs, given)
     table = {joint: {each.name: (each.offset, cost) for each, cost in some} for joint, some in choices.items()}
-    program = _Program(motion, point, link, given, tuple(choices), combine)
+    program = _Program(position_sensitivity(motion, point, link), given, tuple(choices), combine)
     tightest, loosest = (
         {joint: pick(each.offset for each, _ in some) for joint, some in choices.items()} for pick in (min, max)
     )
@@ -138,17 +140,19 @@ def allocate_fits(
 class _Program:
     """What clearances of the chosen joints do, beside all else that deviates."""
 
-    motion: ClassifiedPoses
-    point: str
-    link: str | None
+    by: PositionSensitivity
     given: Given
     joints: tuple[str, ...]
     combine: str
 
+    @cached_property
+    def _rows(self) -> PositionSensitivity:
+        return with_redundant_rows(self.by)
+
     def worst(self, offsets: Mapping[str, float]) -> WorstCase:
         """The worst case with these clearances."""
         clearances = {**self.given.clearances, **offsets}
-        return worst_case(self.motion, self.point, self.link, replace(self.given, clearances=clearances))
+        return worst_case_by(self.by, self._rows, replace(self.given, clearances=clearances))
 
     def reached(self, offsets: Mapping[str, float]) -> tuple[Array, Array, WorstCase]:
         """Greatest displacement (...), its direction (..., 3), and the worst case."""
@@ -177,7 +181,7 @@ class _Program:
         if greatest.max() > limit * (1.0 + PASSED):
             where = ", ".join(str(int(k)) for k in np.unravel_index(np.argmax(greatest), greatest.shape))
             raise FrameError(
-                f"no fits hold {limit:g}: with the tightest of all joints {self.point} goes {greatest.max():.4g} far"
+                f"no fits hold {limit:g}: with the tightest of all joints {self.by.point} goes {greatest.max():.4g} far"
                 f"{f' at pose {where}' if where else ''}; allow as much, or give finer fits"
             )
 
@@ -188,14 +192,19 @@ class _Program:
         """
         greatest, direction, _ = self.reached(offsets)
         which = np.full(greatest.shape, True) if limit is None else greatest > limit
-        alone = replace(self, given=replace(self.given, end_play={}))
-        own, rest = alone.worst(dict.fromkeys(self.joints, 1.0)), self.worst(dict.fromkeys(self.joints, 0.0))
+        own, rest = self._apart
         lengths = self._lengths(own.position, direction)[which]
         blamed = np.array([each.name for each in own.limits])
         sums = {joint: self._sum(lengths[:, blamed == f"joint {joint}"]) for joint in self.joints}
         along = np.abs(np.sum(rest.position.centre * direction, axis=-1))
         others = self._sum(self._lengths(rest.position, direction)) + along
         return {**sums, OTHERS: others[which]}
+
+    @cached_property
+    def _apart(self) -> tuple[WorstCase, WorstCase]:
+        """The worst case of unit clearances, and that of all else."""
+        alone = replace(self, given=replace(self.given, end_play={}))
+        return alone.worst(dict.fromkeys(self.joints, 1.0)), self.worst(dict.fromkeys(self.joints, 0.0))
 
     def _sum(self, lengths: Array) -> Array:
         power = 1 if self.combine == "worst case" else 2

@@ -1,4 +1,4 @@
-"""Who is to blame for how much: a ranked table."""
+"""The contributors to a worst case, ranked by their shares."""
 
 from __future__ import annotations
 

@@ -18,8 +18,8 @@ from ..statics.frame import DIRECTIONS
 
 # Kinds of joint that a bearing of some length keeps from tilting, so that clearance lets them tilt.
 TILTING = ("revolute", "prismatic", "cylindrical", "screw", "universal")
-# Kinds that are held along the axis of a pin, or of a thread, so that it can have play there.
-PLAYING = ("revolute", "universal", "screw")
+# Kinds that are held along the axis of a pin, or of a thread, so that it can have end play there.
+WITH_END_PLAY = ("revolute", "universal", "screw")
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Limit:
     Attributes
     ----------
     name
-        What is blamed for it.
+        Name of the contributor.
     by
         Derivatives ``ux uy uz rx ry rz`` of the point by each component of the deviation, (..., 6, m).
     radius
@@ -84,7 +84,7 @@ def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
     """
     yield from _clearances(by, given)
     for joint, value in given.end_play.items():
-        pair = _of_kind(by, joint, PLAYING, "end play")
+        pair = _of_kind(by, joint, WITH_END_PLAY, "end play")
         for axis, own in _each_pin(pair, value, "end play"):
             play = _not_negative(own, f"end play of joint {joint!r}")
             yield Limit(f"joint {pair.name}", _components(by, pair, ("u" + "xyz"[axis],)), play, np.zeros(()))

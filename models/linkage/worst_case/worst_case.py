@@ -177,7 +177,7 @@ class WorstCase:
         )
 
     def contributors(self, direction: ArrayLike | None = None) -> Contributors:
-        """Who is to blame for how much: shares of the worst case and of the variance, at every pose.
+        """Rank the contributors by their shares in the worst case and in the variance, at every pose.
 
         Parameters
         ----------
@@ -299,7 +299,12 @@ def unit_or_nan(vectors: Array) -> Array:
 def worst_case(motion: ClassifiedPoses, point: str, link: str | None, given: Given) -> WorstCase:
     """The worst that clearances and tolerances can do to a point; see `Motion.worst_case`."""
     by = position_sensitivity(motion, point, link)
-    found = tuple(limits(with_redundant_rows(by), given))
+    return worst_case_by(by, with_redundant_rows(by), given)
+
+
+def worst_case_by(by: PositionSensitivity, rows: PositionSensitivity, given: Given) -> WorstCase:
+    """The worst case of a point whose position has these derivatives, without and with those of redundant rows."""
+    found = tuple(limits(rows, given))
     if not found:
         raise FrameError(
             "worst_case was given nothing that deviates: give the joints a clearance, or limits by "

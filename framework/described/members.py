@@ -1,0 +1,250 @@
+"""Members, joints, masses and scikit-fem forms of a description."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..added_forms import AddedForm, FormLoad
+from ..batch import aligned, distinct, finite
+from ..errors import FrameError
+from ..examination import examine_mass, examine_member
+from ..formed import FormedElement
+from ..joint_examination import examine_joint
+from ..joint_protocol import JointElement
+from ..names import found, new, plain
+from ..protocol import LineElement, PointElement, is_proven
+from .nodes import DescribedNodes
+from .parts import JointLink, MassPoint, Member, check_ideal
+
+# Two nodes of a joint coincide when their distance is below this share of the frame's size.
+COINCIDENT = 1e-9
+
+# What stands for all members.
+_ALL = "beam"
+
+
+class DescribedMembers(DescribedNodes):
+    """A description whose nodes carry members, joints and masses."""
+
+    def add(self, name: str, element: LineElement | JointElement | PointElement, *nodes: str) -> None:
+        """Add a beam between two nodes, a joint between two coincident nodes, or a mass at one node.
+
+        Parameters
+        ----------
+        name
+            Name of the member, joint or mass.
+        element
+            What is added, such as a `linkframe.elements.Beam`, `Joint`, `Spring` or `PointMass`; its parameters may
+            carry a batch. Of an element that is not linkframe's own, what it returns is put to the test.
+        *nodes
+            Names of its nodes, start (first) before end (second).
+
+        Raises
+        ------
+        FrameError
+            If the name is taken, a node is unknown or named twice, a member has no length, a joint's nodes do not
+            coincide, or an element of one's own does not return what the protocol asks.
+
+        Examples
+        --------
+        Two rods with a hinge about z between them, and a flywheel.
+
+        >>> from linkframe.elements import Beam, Circle, Joint, Material, PointMass
+        >>> from linkframe.framework import Frame
+        >>> rod = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0, "C": 1.0, "D": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", rod, "A", "B"); frame.add("CD", rod, "C", "D")
+        >>> frame.add("hinge", Joint(stiffness=(1e9, 1e9, 1e9, 1e6, 1e6, 0.0)), "B", "C")
+        >>> frame.add("flywheel", PointMass(2.0, inertia=(0.1, 0.1, 0.2)), "D")
+        >>> sorted(frame.members), sorted(frame.joints), sorted(frame.masses)
+        (['AB', 'CD'], ['hinge'], ['flywheel'])
+        """
+        name = new("element", name, self.members, self.joints, self.masses)
+        if not isinstance(element, (LineElement, JointElement, PointElement)):
+            raise FrameError(f"element {name!r} is {element!r}: give a beam, a joint or a mass, such as Beam(...)")
+        wanted = 1 if isinstance(element, PointElement) else 2
+        if len(nodes) != wanted:
+            kind = type(element).__name__
+            raise FrameError(f"{name!r} was given {len(nodes)} nodes {nodes}: a {kind} takes {wanted}")
+        nodes = tuple(self._node(node, f"{name!r}") for node in nodes)
+        if wanted == 2 and nodes[0] == nodes[1]:
+            raise FrameError(f"{name!r} begins and ends at node {nodes[0]!r}: give two different nodes")
+        if isinstance(element, LineElement):
+            self._check_length(name, *nodes)
+            element.check(self._chord(*nodes))
+            kinds = self._examine(name, element, nodes)
+            self._join({f"member {name!r}": element.shape})
+            self.members[name] = Member(element, *nodes)
+            self._examined |= kinds
+        elif isinstance(element, JointElement):
+            self._check_coincident(name, *nodes)
+            if not is_proven(element):
+                examine_joint(name, element)
+            check_ideal(name, element)
+            self._join({f"joint {name!r}": element.shape})
+            self.joints[name] = JointLink(element, *nodes)
+        else:
+            if not is_proven(element):
+                examine_mass(name, element)
+            self._join({f"mass {name!r}": element.shape})
+            self.masses[name] = MassPoint(element, *nodes)
+
+    def add_form(
+        self,
+        form: object,
+        on: str | Sequence[str],
+        *,
+        into: str | None = None,
+        intorder: int | None = None,
+        **parameters: ArrayLike,
+    ) -> None:
+        """Add a scikit-fem form to members: an elastic foundation, an added mass, a strain by heat, a load.
+
+        The form is integrated over the shape functions of each member. It sees the displacement in the member's own
+        axes, ``u[0]`` to ``u[5]`` for ``ux uy uz rx ry rz``, its derivative along the member, ``u.grad[0]`` to
+        ``u.grad[5]``, and in ``w`` the parameters, the distance ``w.x[0]`` from the member's start and the length
+        ``w.h`` of its segment. It belongs to the members that there are when it is added, and takes part in statics,
+        modes, buckling, error bounds, sensitivity and, as long as a rigid motion costs no energy, large displacement.
+
+        Parameters
+        ----------
+        form
+            ``skfem.BilinearForm``, symmetric and positive semidefinite at each point, or ``skfem.LinearForm``.
+        on
+            A member, a body or a link (all members on it), ``"beam"`` for all members, or several of these.
+        into
+            Where it goes: a bilinear form into the ``stiffness`` (where None) or the ``mass``, a linear form into the
+            ``load``. Gravity does not weigh such a mass.
+        intorder
+            Order of integration as scikit-fem's, along each segment; that of the member's own matrices where None.
+        **parameters
+            What the form finds in ``w``, each a number or a batch of numbers, (...).
+
+        Raises
+        ------
+        FrameError
+            If `on` names nothing, if the form fails, is not symmetric or not positive semidefinite, or if a parameter
+            is no finite number or does not fit the batch.
+
+        Examples
+        --------
+        A beam on an elastic foundation, pushed down evenly: it sinks by the load over the modulus.
+
+        >>> import skfem
+        >>> from linkframe.elements import Beam, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A", "ux", "uz", "rx", "ry")
+        >>> foundation = skfem.BilinearForm(lambda u, v, w: w.k * u[1] * v[1])
+        >>> frame.add_form(foundation, on="AB", k=[1e4, 2e4])
+        >>> frame.line_load("AB", fy=-30.0)
+        >>> frame.solve().displacement("B")[:, 1].round(9)
+        array([-0.003 , -0.0015])
+        """
+        names = self.members_on(on, "add_form")
+        lengths = {name: self.length(name) for name in names}
+        ndim = max(length.ndim for length in lengths.values())
+        stacked = np.stack(np.broadcast_arrays(*(aligned(length, ndim) for length in lengths.values())))
+        values = {name: finite(value, f"add_form: parameter {name}") for name, value in parameters.items()}
+        widened = self._widened({f"parameter {name} of a form": value.shape for name, value in values.items()})
+        added = AddedForm.of(form, into, stacked, values, intorder)
+        apart = added.placed and added.strains
+        members = [self.members[name] for name in names]
+        leaders, which = distinct([member.element for member in members])
+        if apart:
+            leaders, which = list(range(len(names))), np.arange(len(names))
+        made: list[LineElement] = []
+        examined: set[object] = set()
+        for k in leaders:
+            member = members[k]
+            made.append(FormedElement.of(member.element, added, lengths[names[k]] if apart else None))
+            # what the form makes of one proven element it makes of all of that class
+            kind = type(member.element) if is_proven(member.element) else k
+            if made[-1] is not member.element and kind not in examined:
+                examine_member(names[k], made[-1], self._chord(member.start, member.end))
+                examined.add(kind)
+        self._shape, self._shapes = widened
+        for name, member, number in zip(names, members, which.tolist(), strict=True):
+            self.members[name] = member._replace(element=made[number])
+            if added.pushes:
+                self.member_loads.setdefault(name, []).append(FormLoad(added))
+
+    def members_on(self, on: str | Sequence[str], what: str = "members_on") -> list[str]:
+        """Look up the members that names of members and bodies stand for, each once.
+
+        Parameters
+        ----------
+        on
+            Name of a member, of a body (all members on it), ``"beam"`` for all members, or several of these.
+        what
+            What asks, for messages.
+
+        Returns
+        -------
+        list of str
+            Names of the members.
+
+        Raises
+        ------
+        FrameError
+            If a name is unknown, or a body has no members on it.
+        """
+        chosen: dict[str, None] = {}
+        for each in [on] if isinstance(on, str) else on:
+            name = plain(f"{what}: on", each)
+            if name in self.members:
+                chosen[name] = None
+                continue
+            if name != _ALL:
+                found(f"{what}: on", name, [*self.members, *self.bodies, _ALL])
+            for key, member in self.members.items():
+                if name == _ALL or self.nodes[member.start].body == name == self.nodes[member.end].body:
+                    chosen[key] = None
+        if not chosen:
+            raise FrameError(f"{what}: there is no member on {on!r}: add members first")
+        return list(chosen)
+
+    # -- checks -----------------------------------------------------------------------------------------------------
+
+    def _examine(self, name: str, element: LineElement, nodes: tuple[str, ...]) -> dict[Hashable, str]:
+        """Put an element to the test that no tests of its own prove, one of each kind; that kind, and the name."""
+        if is_proven(element):
+            return {}
+        kind = type(element), element.kind
+        try:
+            known = kind in self._examined
+        except TypeError:  # it cannot be hashed, which the test refuses
+            known = False
+        if not known:
+            examine_member(name, element, self._chord(nodes[0], nodes[1]))
+        return {} if known else {kind: name}
+
+    def _check_length(self, name: str, start: str, end: str) -> None:
+        chord = self._chord(start, end)
+        if chord.ndim == 1 and any(part * part > 0.0 for part in chord.tolist()):
+            return
+        length = np.linalg.norm(chord, axis=-1)
+        if np.any(length <= 0.0):
+            where = f" at batch entry {np.argwhere(length <= 0)[0].tolist()}" if length.ndim else ""
+            raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
+
+    def _check_coincident(self, name: str, first: str, second: str) -> None:
+        apart = self.position(second) - self.position(first)
+        if apart.ndim == 1 and not any(apart.tolist()):
+            return
+        gaps = np.linalg.norm(apart, axis=-1)
+        # Entries that are left out may lie anyhow.
+        gap = float(np.max(gaps if self.absent is None else np.where(self.absent, 0.0, gaps), initial=0.0))
+        if gap > max(COINCIDENT * self.size, self.tolerance):
+            raise FrameError(
+                f"joint {name!r} joins nodes {first!r} and {second!r}, which are {gap:.6g} apart: "
+                "place them at one point, or put a rigid link or a beam between them"
+            )

@@ -1,0 +1,74 @@
+"""The parts of a frame: bodies, nodes, members, joints, masses and ties."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..batch import Array
+from ..errors import FrameError
+from ..joint_protocol import JointElement
+from ..protocol import LineElement, PointElement
+
+
+@dataclass(frozen=True)
+class Body:
+    """A moving frame of reference: global position = origin + axes @ local position."""
+
+    origin: Array
+    axes: Array
+
+    @cached_property
+    def far(self) -> float:
+        """Largest coordinate of its origin, over the batch."""
+        return float(np.abs(self.origin).max(initial=0.0))
+
+
+class Node(NamedTuple):
+    """A point with six degrees of freedom; coordinates (..., 3) in the axes of `body`, global where it is None."""
+
+    coordinates: Array
+    body: str | None
+
+
+class Member(NamedTuple):
+    """A line element between two nodes."""
+
+    element: LineElement
+    start: str
+    end: str
+
+
+class JointLink(NamedTuple):
+    """A joint element between two coincident nodes."""
+
+    element: JointElement
+    first: str
+    second: str
+
+
+class MassPoint(NamedTuple):
+    """Inertia at a node."""
+
+    element: PointElement
+    node: str
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Components of `slave` that equal those of `master`; all six, with the arm between them, where `rigid`."""
+
+    master: str
+    slave: str
+    components: tuple[int, ...]
+    rigid: bool
+
+
+def check_ideal(name: str, element: JointElement) -> None:
+    """Refuse a joint that is ideal at some batch entries only."""
+    infinite = np.isinf(element.stiffness).reshape(-1, 6)
+    if len(infinite) and np.any(infinite.any(axis=0) != infinite.all(axis=0)):
+        raise FrameError(f"joint {name!r} is ideal (inf) at some batch entries only: give those a frame of their own")

@@ -1,0 +1,10 @@
+"""When Newton's method has found an equilibrium, and how far it may go."""
+
+from __future__ import annotations
+
+# Work of the last Newton step, relative to the strain energy: squared again by the step itself.
+CLOSE = 1e-16
+# Iterations after which one that has not settled wanders, and smaller steps find their way in less.
+ITERATIONS = 16
+# Longest step, and one that is nothing, in radians or sizes of the frame.
+LONGEST, NOTHING = 1.0, 1e-13

@@ -1,0 +1,236 @@
+"""Newton's method on one entry written down as a program, its rounds and all.
+
+What is recorded is what `PlanarEquations` and `EquilibriumEquations` say, whose formulas are carried out on terms. The
+program finds an equilibrium or gives up; it tells nothing of tangents that are not positive definite.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array
+from ..program.program import Operation, Program
+from ..program.recording import Recording, Term, choose
+from .elimination import SymbolicFactorisation
+from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
+from .model import HELD, Model
+from .planar import PlanarEquations
+from .planar_state import PlanarState
+from .recorded_numbers import GivenNumbers
+from .state import DisplacedState
+
+State = PlanarState | DisplacedState
+_LARGEST = float(np.finfo(np.float64).max)
+
+
+@dataclass(frozen=True)
+class StateNumber:
+    """A number of a state, by the array that holds it and its place there."""
+
+    array: str
+    place: tuple[int, ...]
+
+    def of(self, state: State) -> Any:
+        """Its value (m,)."""
+        return getattr(state, self.array)[self.place]
+
+    def put(self, state: State, value: Any) -> None:
+        """Change its value."""
+        getattr(state, self.array)[self.place] = value
+
+
+def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
+    """The numbers of a state that steps of the coordinates (k, nodes) change."""
+    slides, flat = len(columns) // 3 + 1, len(columns) == 3
+    out = []
+    links = {joint.child: number for number, joint in enumerate(model.joints)}
+    for node in range(model.count):
+        free = [k for k in range(len(columns)) if columns[k, node] != HELD]
+        if node in links:
+            out += [StateNumber("own", (k, links[node])) for k in free]
+            continue
+        out += [StateNumber("displacements", (k, node)) for k in free if k < slides]
+        if free and free[-1] >= slides:
+            out += [StateNumber("rotations", (node,) if flat else (k, node)) for k in range(1 if flat else 4)]
+    return out
+
+
+def carried(model: Model, flat: bool) -> list[StateNumber]:
+    """The numbers of a state that nodes attached to others take from these."""
+    out = []
+    for joint in model.joints:
+        out += [StateNumber("displacements", (k, joint.child)) for k in range(2 if flat else 3)]
+        out += [StateNumber("rotations", (joint.child,) if flat else (k, joint.child)) for k in range(1 if flat else 4)]
+    return out
+
+
+@dataclass(frozen=True)
+class RecordedNewton:
+    """Newton's method written down for a model.
+
+    Attributes
+    ----------
+    program
+        It takes what `GivenNumbers` are, then the inverse of the frame's length and the largest residual of
+        prescribed coordinates, then the numbers of the state that steps change. It makes these and those of nodes that
+        are attached to others, whether that is a stable equilibrium, and the number of steps.
+    places
+        Which of these numbers it takes: those that bear on the result.
+    moved
+        Numbers of the state that steps change.
+    carried
+        Those of nodes that are attached to others.
+    """
+
+    program: Program
+    places: list[int]
+    moved: list[StateNumber]
+    carried: list[StateNumber]
+
+    def state(self, outs: list[Array], before: State) -> State:
+        """The state from what the program has made of that `before`, (m,) each."""
+        arrays = (before.displacements.copy(), before.rotations.copy(), before.own.copy())
+        out = replace(before, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
+        for number, value in zip([*self.moved, *self.carried], outs, strict=True):
+            number.put(out, value)
+        return out
+
+
+class NewtonRecording:
+    """A recording of Newton's method.
+
+    Parameters
+    ----------
+    numbers
+        Numbers that it takes.
+    elimination
+        Order of the elimination.
+    zero
+        Pivot, in units of the diagonal, that is rounding.
+    """
+
+    def __init__(self, numbers: GivenNumbers, elimination: SymbolicFactorisation, zero: float) -> None:
+        self.elimination, self.zero, self.model = elimination, zero, numbers.space
+        self.recording = Recording(fixed=True, signless=True)
+        self.equations: Any = numbers.equations(self.recording)
+        self.flat = isinstance(self.equations, PlanarEquations)
+        self.moved, self.carried = moved(self.model, numbers.columns), carried(self.model, self.flat)
+        self.inverse_size, self.least = self._later(), self._later()
+
+    def recorded(self) -> RecordedNewton:
+        """The method as a program."""
+        begin = [self._later() for _ in self.moved]
+        yes = self.recording.write(Operation.LESS, 0.0, 1.0)
+        exact = self.equations.linearised(self._state(begin)).stresses
+        self._shapes = [stress.shape for stress in exact]
+        begins = [*begin, *(term for stress in exact for term in stress.reshape(-1)), yes, ~yes, 0.0]
+        _, after = self.recording.rounds(begins, self._round, ITERATIONS)
+        state = self._state(after[: len(begin)])
+        outputs = [*after[: len(begin)], *(number.of(state)[0] for number in self.carried), *after[-2:]]
+        program, places = self.recording.program([self._term(x) for x in outputs])
+        # What a round begins with varies, whatever it begins with first.
+        program = program.over(program.masks[: program.given])
+        return RecordedNewton(program, places, self.moved, self.carried)
+
+    def _later(self) -> Any:
+        return cast(Any, self.recording.later(1))
+
+    def _state(self, values: list[Any]) -> Any:
+        """The state with these numbers, in which links carry their nodes along."""
+        start: State = PlanarEquations.start(self.model, 1) if self.flat else DisplacedState.start(self.model, 1)
+        arrays = (start.displacements.astype(object), start.rotations.astype(object), start.own.astype(object))
+        state = replace(start, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
+        for number, value in zip(self.moved, values, strict=True):
+            number.put(state, value)
+        self.equations.follow(state)
+        return state
+
+    def _round(self, begins: list[Any]) -> tuple[list[Any], Any]:
+        n = len(self.moved)
+        values, (moving, good, count) = begins[:n], begins[-3:]
+        state = self._state(values)
+        at = self.equations.linearised(state, self._stresses(begins[n:-3]))
+        step, positive = self._solved(at.values, at.forces, self.equations.prescribed_residual(state))
+        first = count < 1.0
+        usable = positive | ~first
+        for each in step:
+            usable = usable & (abs(each) <= _LARGEST)
+        step = [choose(usable, each, 0.0) for each in step]
+        largest = self._largest(step)
+        share = 1.0 / np.maximum(largest / LONGEST, 1.0)
+        close = usable & (largest <= LONGEST) & self._close(at.forces[:, 0], at.energy[0], step, largest, first)
+        whole = np.array([[share * each] for each in step], dtype=object)
+        ahead = self.equations.advanced(state, whole)
+        new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
+        good = choose(moving, close & positive, good)
+        count = choose(moving, count + 1.0, count)
+        moving = moving & usable & ~close
+        predicted = [term for stress in self.equations.step_stresses(at, whole) for term in stress.reshape(-1)]
+        return [*new, *predicted, moving, good, count], moving
+
+    def _stresses(self, flat: list[Any]) -> list[Array]:
+        out = []
+        for shape in self._shapes:
+            size = int(np.prod(shape))
+            part = np.empty(size, dtype=object)
+            part[:] = flat[:size]
+            out.append(part.reshape(shape))
+            flat = flat[size:]
+        return out
+
+    def _largest(self, step: list[Any]) -> Any:
+        """Largest component of a step, in radians or sizes of the frame."""
+        largest: dict[bool, Any] = {}
+        translations = set(self.model.columns[:3].reshape(-1).tolist())
+        for column, each in enumerate(step):
+            size, slides = abs(each), column in translations
+            largest[slides] = np.maximum(largest[slides], size) if slides in largest else size
+        if True in largest:
+            largest[True] = largest[True] * self.inverse_size
+        values = list(largest.values())
+        return values[0] if len(values) == 1 else np.maximum(*values)
+
+    def _close(self, forces: NDArray[Any], energy: Any, step: list[Any], largest: Any, first: Any) -> Any:
+        """Whether the work of the unbalanced forces on the step, or the step itself, is nothing."""
+        work = abs(sum((force * each for force, each in zip(forces, step, strict=True)), 0.0))
+        near = (work <= CLOSE * energy) & (energy > 0.0)
+        for each in step[self.model.free :]:
+            near = near & (abs(each) <= self.least)
+        return near | (largest <= choose(first, 0.0, NOTHING))
+
+    def _solved(self, values: Array, forces: Array, residual: Array) -> tuple[list[Any], Any]:
+        """Newton's step, and whether all pivots are positive."""
+        free, order = self.model.free, self.elimination
+        load = [-force for force in forces[:free, 0]]
+        prescribed = residual[:, 0].tolist()
+        for which, row, column in zip(*(each.tolist() for each in order.prescribed), strict=True):
+            load[row] = load[row] - values[which, 0] * prescribed[column]
+        work: list[Any] = [0.0] * order.entries
+        for goal, place in zip(order.goal.tolist(), order.inside[order.source].tolist(), strict=True):
+            work[goal] = values[place, 0]
+        least = [self.zero * abs(work[k]) for k in range(order.size)]
+        positive: Any = self.recording.write(Operation.LESS, 0.0, 1.0)
+        done: list[tuple[int, list[int], list[Any], Any]] = []
+        for k, below, column, target, first, second in order.steps:
+            pivot = self._term(work[k])
+            positive = positive & np.less(least[k], pivot)
+            inverse = 1.0 / pivot
+            entries = [work[place] for place in column.tolist()]
+            low = [entry * inverse for entry in entries]
+            for place, i, j in zip(target.tolist(), first.tolist(), second.tolist(), strict=True):
+                work[place] = work[place] - low[i] * entries[j]
+            for i, each in zip(below, low, strict=True):
+                load[i] = load[i] - each * load[k]
+            done.append((k, below, low, inverse))
+        for k, below, low, inverse in reversed(done):
+            load[k] = load[k] * inverse
+            for i, each in zip(below, low, strict=True):
+                load[k] = load[k] - each * load[i]
+        return [self._term(each) for each in (*load, *prescribed)], positive
+
+    def _term(self, value: Any) -> Any:
+        return value if isinstance(value, Term) else self.recording.constant(float(value))

@@ -1,0 +1,310 @@
+"""Displacements, forces and reactions of a linear solution by name."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..batch import Array
+from ..batched.broadcast import BroadcastSolver
+from ..clearances.contact import Contact
+from ..results.directions import member_axes
+from ..results.parts import of_joint, of_member, of_node, of_part
+from ..results.saved import SavedResults
+from ..results.stacked_results import StackedResults
+from .states import FrameStates
+
+
+class NamedResults(FrameStates):
+    """Results of nodes, members, joints and supports, each from the part of the frame that it is in."""
+
+    def part(self, node: str | None) -> Self:
+        """The solution of the part of the frame that a node is in; this one where loads reach no other part.
+
+        Parameters
+        ----------
+        node
+            Name of the node.
+
+        Returns
+        -------
+        Solution
+            Solution that shares what is known already with this one.
+        """
+        number = self.plan.topology.number.get(node or "")
+        if number is None or self.plan.entry is not None or self.solver.parts < 2:
+            return self
+        connected_component = int(self.plan.connected_components[number])
+        if connected_component not in self._parts:
+            primary = self.primary.part(number, lambda: self.movable)
+            if primary is self.primary:
+                return self
+            part = type(self)(self.frame, primary.plan, self.clearances, primary)
+            part._known = self._known
+            self._parts[connected_component] = part
+        return self._parts[connected_component]
+
+    @of_part(of_node)
+    def displacement(self, node: str) -> Array:
+        """Displacement and rotation of a node in global axes.
+
+        Parameters
+        ----------
+        node
+            Name of the node.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., 6), length and radians.
+
+        Examples
+        --------
+        The end of a rod under a tension of 1 kN, ``u = F L / E A`` (Timoshenko, *Strength of Materials* I).
+
+        >>> from linkframe.elements import Beam, Rectangle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.01, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fx=1000.0)
+        >>> float(frame.solve().displacement("B")[0].round(12))
+        0.0001
+        """
+        number = self.plan.topology.number[self._node(node)]
+        return self._read(("displacement", node), lambda: self._displacement(number))
+
+    @of_part(of_joint)
+    def joint_displacement(self, joint: str) -> Array:
+        """Displacement of a joint's second node relative to its first, in the joint's axes.
+
+        Parameters
+        ----------
+        joint
+            Name of the joint.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
+
+        Examples
+        --------
+        A hinge with a rotational spring of 50 N m/rad under 1 N m.
+
+        >>> from linkframe.elements import Joint
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0)); frame.node("B", (0.0, 0.0, 0.0))
+        >>> frame.add("hinge", Joint(stiffness=(1e9, 1e9, 1e9, 1e6, 1e6, 50.0)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", mz=1.0)
+        >>> solution = frame.solve()
+        >>> float(solution.joint_displacement("hinge")[5].round(12)), float(solution.joint_force("hinge")[5].round(12))
+        (0.02, 1.0)
+        """
+        self._joint(joint)
+        return self._read(("joint", joint), lambda: self._settled(self._recovery.joint_rows(joint)))
+
+    @of_part(of_member)
+    def displacement_along(self, member: str, at: ArrayLike) -> Array:
+        """Displacement and rotation along a member in global axes, exact between its nodes.
+
+        Parameters
+        ----------
+        member
+            Name of the member.
+        at
+            Distances from the member's start, (..., k); the batch may vary them.
+
+        Returns
+        -------
+        ndarray
+            ``ux uy uz rx ry rz``, (..., k, 6).
+
+        Examples
+        --------
+        The middle of a beam on two supports, between its nodes: ``5 q L^4 / (384 E I)`` (Timoshenko, *Strength of
+        Materials* I).
+
+        >>> from linkframe.elements import Beam, Material, Section
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Section(A=1.0, Iy=1.0, Iz=1.0, J=1.0), Material(E=1.0, nu=0.3)), "A", "B")
+        >>> frame.fix("A", "ux", "uy", "uz", "rx"); frame.fix("B", "uy", "uz")
+        >>> frame.line_load("AB", fy=-1.0)
+        >>> bool(abs(frame.solve().displacement_along("AB", [1.0])[0, 1] + 5.0 * 2.0**4 / 384.0) < 1e-12)
+        True
+        """
+        stations = np.atleast_1d(at)
+        found = self._masked(self._recovery.displacement_along(self._member(member), stations))
+        return (
+            found
+            if self.consistent_mechanisms is None
+            else self._announced(found, self._recovery.moved_along(member, stations))
+        )
+
+    stress = of_part(of_member)(SavedResults.stress)
+
+    @of_part(of_member)
+    def end_forces(self, member: str) -> Array:
+        """Force and moment on each end of a member in its local axes.
+
+        Parameters
+        ----------
+        member
+            Name of the member.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12).
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 2.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fx=5.0, fy=10.0)
+        >>> frame.solve().end_forces("AB")[[0, 1, 5, 6, 7]].round(9).tolist()
+        [-5.0, -10.0, -20.0, 5.0, 10.0]
+        """
+        self._member(member)
+        return self._read(("ends", member), lambda: self._recovery.end_forces(member))
+
+    @of_part(of_node)
+    def reaction(self, node: str) -> Array:
+        """Force and moment of a support on its node in global axes.
+
+        Parameters
+        ----------
+        node
+            Name of the node.
+
+        Returns
+        -------
+        ndarray
+            Force ``fx fy fz`` and moment ``mx my mz``, (..., 6); zero in components without support.
+
+        Raises
+        ------
+        FrameError
+            If the node has no support.
+
+        Examples
+        --------
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=-10.0)
+        >>> frame.solve().reaction("A").round(9).tolist()
+        [0.0, 10.0, 0.0, 0.0, 0.0, 10.0]
+        """
+        node = self._supported(node)
+        return self._read(("reaction", node), lambda: self._recovery.reaction(node))
+
+    @of_part(of_joint)
+    def joint_force(self, joint: str) -> Array:
+        """Force and moment that a joint exerts on its first node, in the joint's axes.
+
+        Parameters
+        ----------
+        joint
+            Name of the joint.
+
+        Returns
+        -------
+        ndarray
+            ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components.
+
+        Examples
+        --------
+        A ball joint passes a force on and no moment.
+
+        >>> from linkframe.elements import Joint
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> frame.node("A", (0.0, 0.0, 0.0)); frame.node("B", (0.0, 0.0, 0.0))
+        >>> frame.add("ball", Joint(stiffness=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0)), "A", "B")
+        >>> frame.fix("A"); frame.fix("B", "rx", "ry", "rz"); frame.load("B", fx=3.0)
+        >>> frame.solve().joint_force("ball").round(9).tolist()
+        [3.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        """
+        self._joint(joint)
+        return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
+
+    def contact(self, joint: str) -> Contact:
+        """Where a joint with clearance is in contact, and how hard it is pressed.
+
+        Parameters
+        ----------
+        joint
+            Name of the joint.
+
+        Returns
+        -------
+        Contact
+            State, normal, force and gap, each of the batch shape.
+
+        Raises
+        ------
+        FrameError
+            If the joint has no clearance, or clearances were left out.
+
+        Examples
+        --------
+        A stop with 1 mm of clearance is reached by the second force and not by the first.
+
+        >>> from linkframe.elements import Beam, Joint, Material, Rectangle
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0, "C": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.add("stop", Joint(stiffness=(0.0, 1e9, 0.0, 0.0, 0.0, 0.0), clearance=1e-3), "B", "C")
+        >>> frame.fix("A"); frame.fix("C"); frame.load("B", fy=[1.0, 10.0])
+        >>> frame.solve().contact("stop").state.tolist()
+        ['open', 'closed']
+        """
+        name = self._with_clearance(joint, self.journals)
+        assert self.clearances is not None
+        return self.clearances.contact(name)
+
+    # -- all at once ------------------------------------------------------------------------------------------------
+
+    def section_axes_at(self, fractions: ArrayLike) -> Array:
+        """Find the axes in which `forces_at` tells forces: those of the members, wherever along them.
+
+        Parameters
+        ----------
+        fractions
+            Shares of the length from the start, (k,); the axes are the same at all.
+
+        Returns
+        -------
+        ndarray
+            The axes as rows in global components, (..., members, 1, 3, 3), with the batch axes that they need.
+        """
+        return member_axes(self.plan.topology)
+
+    @property
+    def _stacked_results(self) -> StackedResults | None:
+        # what moves in one part of the frame leaves the results of the others
+        apart = self.solver.parts > 1 and (isinstance(self.solver, BroadcastSolver) or bool(self.movable.any()))
+        return None if apart or self.consistent_mechanisms is not None else StackedResults(self)
+
+    def _displacement(self, number: int) -> Array:
+        entry = self.plan.entry
+        if entry is not None:
+            return np.array(entry.displacements[number])
+        return self._settled(self.plan.tree.global_rows(number))

@@ -1,0 +1,231 @@
+"""States of the entries of a linear solution, what can move in them, and NaN where a result has no meaning."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, one_entry
+from ..batched.broadcast import BroadcastSolver
+from ..clearances.contact import FREE, UNRESOLVED
+from ..error_bounds.resolved import kinematically_stable
+from ..errors import MechanismWarning
+from ..provenance import regular_there, with_origin
+from ..results.singular import FreeMotion, free_motion
+from ..results.status import describe
+from ..states import SolutionState, States, put, states_of, words
+from ..structure.parts import Row
+from .solved import SolvedFrame
+
+
+class FrameStates(SolvedFrame):
+    """A solved frame that knows at which entries its results hold, and warns where they do not."""
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """State of each batch entry in words, (...).
+
+        ``regular``; ``mechanism`` where it is kinematically unstable, as far as extended precision can tell
+        (`distance_to_singularity` is rounding, 1e-15, where it is so); ``statically consistent mechanism`` where the
+        load does no work on its free motion: forces hold, and displacements but those along that motion, which are NaN
+        (a `MechanismWarning` tells so), while what no load reaches is not displaced; ``free`` where joints can move
+        within their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding
+        hides a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries at which that
+        is not regular carry its words, such as ``near dead point``.
+        """
+        return with_origin(words(self.own_state, SolutionState), self.frame.made_from, self.shape)
+
+    @cached_property
+    def state(self) -> States:
+        """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
+        special = (self.own_state == SolutionState.REGULAR) & ~regular_there(self.frame.made_from)
+        return put(self.own_state, special, SolutionState.POSE_NOT_REGULAR)
+
+    @cached_property
+    def own_state(self) -> States:
+        """State of the solution alone, whatever the frame was made from, (...)."""
+        moving = self.solver.singular(excited=False)
+        if isinstance(self.solver, BroadcastSolver):
+            moving = moving & ~kinematically_stable(self.plan, moving)
+        state = put(states_of(self.shape, SolutionState.REGULAR), moving, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
+        if self.consistent_mechanisms is not None:
+            state = put(state, self.consistent_mechanisms.mask, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
+        if self.clearances is not None:
+            for contact, whole in ((FREE, SolutionState.FREE), (UNRESOLVED, SolutionState.UNRESOLVED)):
+                state = put(state, (self.clearances.state == contact).any(axis=0), whole)
+        state = put(state, self._singular, SolutionState.MECHANISM)
+        return state if self.frame.absent is None else put(state, self.frame.absent, SolutionState.ABSENT)
+
+    @property
+    def movable(self) -> NDArray[np.bool_]:
+        """Entries in which what the loads reach can move, (...)."""
+        return (
+            self._singular if self.consistent_mechanisms is None else self._singular | self.consistent_mechanisms.mask
+        )
+
+    @cached_property
+    def _singular(self) -> NDArray[np.bool_]:
+        """Entries that are kinematically unstable under the loads."""
+        if self.plan.entry is not None:
+            return np.zeros(self.shape, dtype=bool)
+        found = self.solver.singular(excited=True)
+        if self.resolved is not None:
+            found = found & ~self.resolved.mask
+        if self.consistent_mechanisms is not None:
+            found = found & ~self.consistent_mechanisms.mask
+        return found if self.frame.absent is None else found & ~self.frame.absent
+
+    def mechanism(self, *entry: int) -> str:
+        """Which nodes move in which direction where nothing resists, in words; empty where none does.
+
+        Parameters
+        ----------
+        *entry
+            Indices of a batch entry, one for each batch axis.
+
+        Returns
+        -------
+        str
+            Such as ``free motion 1: B (+uy +rz), C (+uy)``, the nodes that move most first; empty where nothing moves.
+
+        Raises
+        ------
+        FrameError
+            If the batch has no such entry.
+        """
+        return describe(self.plan, one_entry(self.shape, entry, "mechanism"))
+
+    def free_motion(self, *entry: int) -> FreeMotion:
+        """Motion that nothing resists at a batch entry: its shapes, turning joints, and the work of the loads on it.
+
+        Parameters
+        ----------
+        *entry
+            Indices of a batch entry, one for each batch axis.
+
+        Returns
+        -------
+        FreeMotion
+            As many motions as are independent, (count, ...); count is 0 where everything is constrained.
+
+        Raises
+        ------
+        FrameError
+            If the batch has no such entry.
+
+        Examples
+        --------
+        A rod on a hinge turns about it without resistance.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A", "ux", "uy", "uz", "rx", "ry"); frame.load("B", fy=1.0)
+        >>> motion = frame.solve().free_motion()
+        >>> motion.count, abs(motion.displacement("B")[0]).round(9).tolist()
+        (1, [0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
+        """
+        at = one_entry(self.shape, entry, "free_motion")
+        return free_motion(self.plan, at, solvable=not self._singular[at])
+
+    # -- results where they hold ------------------------------------------------------------------------------------
+
+    def _read(self, key: object, compute: Any, mask: float = np.nan) -> Array:
+        if key not in self._known:
+            array = compute()
+            self._known[key] = self._present(array) if isinstance(key, str) else self._masked(array, mask)
+        found = self._known[key]
+        found.flags.writeable = False
+        return found
+
+    def _unknown(self, bound: Array) -> Array:
+        """No bound is proved where it takes to be certain that nothing at all resists a motion."""
+        if self.consistent_mechanisms is not None:
+            bound[self.consistent_mechanisms.mask] = np.inf
+        return bound
+
+    def _present(self, array: Array, mask: float = np.nan) -> Array:
+        if self.frame.absent is not None:
+            array[np.broadcast_to(self.frame.absent, self.shape)] = mask
+        return array
+
+    def _masked(self, array: Array, mask: float = np.nan) -> Array:
+        array = self._present(array, mask)
+        singular = self._singular
+        if self.clearances is not None and not (self._warned or singular.any()):
+            self._warn_free()
+        if singular.any():
+            if not self._warned:
+                self._warned = True
+                warnings.warn(self._warning(singular), MechanismWarning, stacklevel=_reader())
+            array[singular] = mask
+        return array
+
+    def _warn_free(self) -> None:
+        """Warn where no force determines the contact of a journal, so that results are one choice of many."""
+        free = self.state == SolutionState.FREE
+        if free.any():
+            self._warned = True
+            warnings.warn(
+                f"{free.sum()} of {free.size} batch entries are free: no force determines the contact of a journal in "
+                "its clearance, so that their results are one choice of many, and statistics of them mean nothing",
+                MechanismWarning,
+                stacklevel=_reader(),
+            )
+
+    def _warning(self, singular: NDArray[np.bool_]) -> str:
+        if not singular.ndim:
+            return f"the frame is kinematically unstable and its results are NaN: {self.mechanism()}"
+        entry = tuple(int(k) for k in np.argwhere(singular)[0])
+        moving = 0 if self.consistent_mechanisms is None else int(self.consistent_mechanisms.mask.sum())
+        more = f", and {moving} more are statically consistent mechanisms, with displacements NaN along the free motion"
+        return (
+            f"{singular.sum()} of {singular.size} batch entries are kinematically unstable and their results are NaN"
+            f"{more if moving else ''}; the first, {entry}: {self.mechanism(*entry)}"
+        )
+
+    def _warning_of_consistent_mechanisms(self) -> str:
+        assert self.consistent_mechanisms is not None
+        entry = tuple(int(k) for k in np.argwhere(self.consistent_mechanisms.mask)[0])
+        return (
+            "the frame is a statically consistent mechanism: the load does no work on its free motion, and "
+            f"displacements along that are NaN: {self.mechanism(*entry)}"
+        )
+
+    def _announced(self, found: Array, moved: Array) -> Array:
+        # Where there are mechanisms as well, their warning tells of both.
+        if (
+            self.consistent_mechanisms is not None
+            and self.consistent_mechanisms.masked(found, moved)
+            and not (self._warned or self._singular.any())
+        ):
+            self._warned = True
+            warnings.warn(self._warning_of_consistent_mechanisms(), MechanismWarning, stacklevel=_reader())
+        return found
+
+    def _settled(self, rows: Sequence[Row]) -> Array:
+        """Six displacements, NaN where they have a part in the free motion of a statically consistent mechanism."""
+        found = self.stacked(rows)
+        return (
+            found
+            if self.consistent_mechanisms is None
+            else self._announced(found, self.consistent_mechanisms.motions(rows))
+        )
+
+
+def _reader() -> int:
+    """Stack level, for a warning of who called this, of the first caller that is not part of linkframe."""
+    frame, level = sys._getframe(1), 1
+    # cached properties lie between
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(("linkframe.", "functools")):
+        frame, level = frame.f_back, level + 1
+    return level

@@ -1,0 +1,87 @@
+"""Dataclasses whose arrays carry a batch: taken at some entries, put together as one, and taken apart again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import fields, is_dataclass
+from itertools import repeat
+from typing import Any, TypeVar
+
+import numpy as np
+
+from .batch import aligned
+from .entries import Change
+from .errors import FrameError
+
+_Stacked = TypeVar("_Stacked")
+
+
+def changed(described: Any, change: Change) -> Any:
+    """A dataclass with its arrays changed, and those of the dataclasses in it; its numbers are not checked again."""
+    if not is_dataclass(described):
+        kind = type(described).__name__
+        text = "make it one, or give it its own method cut(change)"
+        raise FrameError(f"{kind} holds a batch but is no dataclass: {text}")
+    clone = object.__new__(type(described))
+    for each in fields(described):
+        value = getattr(described, each.name)
+        if isinstance(value, np.ndarray):
+            value = change(value, each.metadata.get("trailing", 0))
+        elif hasattr(value, "cut"):
+            value = value.cut(change)
+        elif is_dataclass(value):
+            value = changed(value, change)
+        object.__setattr__(clone, each.name, value)
+    return clone
+
+
+def stacked(elements: Sequence[_Stacked], ndim: int) -> _Stacked:
+    """Dataclasses of one family as one, each number that differs an array (n, ...) with `ndim` batch axes behind."""
+    clone = object.__new__(type(elements[0]))
+    for each in fields(elements[0]):  # type: ignore[arg-type]
+        values = [getattr(element, each.name) for element in elements]
+        object.__setattr__(clone, each.name, _together(values, ndim, each.metadata.get("trailing", 0)))
+    return clone
+
+
+def _together(values: list[Any], ndim: int, trailing: int) -> Any:
+    one = values[0]
+    if all(value is one for value in values):
+        return one
+    if is_dataclass(one):
+        return stacked(values, ndim)
+    if all(type(value) is float for value in values):
+        return one if len(set(values)) == 1 else np.array(values).reshape(-1, *(1,) * ndim)
+    if isinstance(one, (float, np.ndarray)):
+        arrays = [aligned(np.asarray(value), ndim, trailing) for value in values]
+        return np.stack(np.broadcast_arrays(*arrays))
+    return one  # names, switches and counts, which a family has in common or does not look at
+
+
+def unstacked(element: Any, count: int) -> list[Any]:
+    """A dataclass whose arrays have so many entries, or one, along their last batch axis as that many, one for each."""
+    names, columns = [], []
+    for each in fields(element):
+        names.append(each.name)
+        columns.append(_apart(getattr(element, each.name), count, each.metadata.get("trailing", 0)))
+    out = []
+    for values in zip(*columns, strict=True):
+        clone = object.__new__(type(element))
+        vars(clone).update(zip(names, values, strict=True))
+        out.append(clone)
+    return out
+
+
+def _apart(value: Any, count: int, trailing: int) -> Iterable[Any]:
+    if is_dataclass(value):
+        return unstacked(value, count) if getattr(value, "shape", ()) else repeat(value, count)
+    if not isinstance(value, np.ndarray) or value.ndim <= trailing:
+        return repeat(value, count)
+    entries = np.moveaxis(value, value.ndim - trailing - 1, 0)
+    if len(entries) == 1:
+        return repeat(_plain(entries[0]), count)
+    return entries.tolist() if entries.ndim == 1 else list(entries)
+
+
+def _plain(value: Any) -> Any:
+    return value if np.ndim(value) else float(value)

@@ -1,0 +1,233 @@
+"""Measured positions of a point beside what a job predicts for them, with the band of its tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...framework.errors import FrameError
+from ..measured.comparison import Comparison, compare
+from ..measured.table import Measured
+from .tables import aligned, markdown, readable, separated
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.95
+AXES = "xyz"
+# Poses that the report names and shows; the table beside it has all.
+MOST_NAMED, MOST_SHOWN = 8, 40
+# From the unit of a drive to what a linkage takes, and how it is written.
+UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
+SIGNS = {"rad": "rad", "deg": "°"}
+# What is counted, the file, and the figure with what stands below it.
+MEASURED_WAY, TABLE_FILE, FIGURE_FILE = "at measured poses", "measured.csv", "measured.png"
+CAPTION = "Measured less predicted position, with the bands of measurement and tolerances together."
+
+TABLE = """\
+Measured less predicted position of {point}, in mm, and over its standard uncertainty, that of the measurement and of
+the tolerances together. The prediction is the mean of the samples, or without tolerances the displaced position of the
+nominal linkage. A pose is outside where the sum of squares of its normalised residuals is greater than that
+of {level:g} % of the poses. All at full precision: `measured.csv`."""
+
+
+@dataclass(frozen=True, eq=False)
+class DriveValues:
+    """Where a driven coordinate goes.
+
+    Attributes
+    ----------
+    values
+        The coordinate at every pose, in `unit`, (poses,); of a single one, at all of them.
+    unit
+        ``rad``, ``deg``, or nothing for a length.
+    """
+
+    values: Array
+    unit: str
+
+    @property
+    def factor(self) -> float:
+        """From the unit to what the linkage takes."""
+        return UNITS.get(self.unit, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPoint:
+    """What was measured, and of which point.
+
+    Attributes
+    ----------
+    file
+        The table.
+    point
+        The point.
+    level
+        Probability with which a pose should lie within its band.
+    table
+        What it holds.
+    """
+
+    file: Path
+    point: str
+    level: float
+    table: Measured
+
+    @property
+    def about(self) -> list[object]:
+        """What the samples at its poses depend on."""
+        drives = {name: values.tolist() for name, values in self.table.drives.items()}
+        return [self.point, len(self.table.position), drives]
+
+    def drive_values(self, drives: Mapping[str, DriveValues]) -> dict[str, Array]:
+        """Values of the drives that the table gives, by name and in their units, (poses,) each.
+
+        None where it gives none: then the poses are those of the job.
+
+        Parameters
+        ----------
+        drives
+            Those of the job, by name.
+
+        Raises
+        ------
+        FrameError
+            If the table has no column for a drive that takes several values, or one that is no drive, or without such
+            columns another number of poses than the job.
+        """
+        own, name = self.table.drives, self.file.name
+        for column in own:
+            if column not in drives:
+                raise FrameError(
+                    f"{name} has a column {column!r}, which is no drive: the drives are {', '.join(drives)}"
+                )
+        for key, drive in drives.items() if own else ():
+            if key not in own and len(drive.values) > 1:
+                raise FrameError(f"{name} has no column {key!r} with the values of that drive: give it")
+        count, poses = len(self.table.position), max(len(drive.values) for drive in drives.values())
+        if count != poses and not (own or poses == 1):
+            key, drive = next(iter(drives.items()))
+            column = f"{key} [deg]" if drive.unit == "deg" else key
+            raise FrameError(
+                f"{name} has {count} measured poses and no columns with values of drives, and the run has {poses} "
+                f"poses: give it a column {column!r}"
+            )
+        return {key: own[key] / drives[key].factor for key in own}
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredOutcome:
+    """Measured positions beside predicted ones.
+
+    Attributes
+    ----------
+    given
+        What was measured.
+    drives
+        Drives at the measured poses, by their names in the tables.
+    predicted
+        Position that the job predicts, (poses, 3).
+    comparison
+        Residuals and what lies outside.
+    """
+
+    given: MeasuredPoint
+    drives: Mapping[str, DriveValues]
+    predicted: Array
+    comparison: Comparison
+
+    @classmethod
+    def of(
+        cls, given: MeasuredPoint, drives: Mapping[str, DriveValues], predicted: Array, deviation: Array
+    ) -> MeasuredOutcome:
+        """From the prediction and its standard deviation, (poses, 3) each."""
+        found = compare(predicted, given.table, deviation=np.nan_to_num(deviation), level=given.level)
+        return cls(given, drives, predicted, found)
+
+    def as_csv(self) -> str:
+        """All at full precision, one row a pose."""
+        found = self.comparison
+        vectors = {
+            "measured": self.given.table.position,
+            "predicted": self.predicted,
+            "residual": found.residual,
+            "uncertainty": np.where(np.isfinite(found.residual), found.uncertainty, np.nan),
+            "normalised": found.normalised,
+        }
+        columns = {f"{name}_{axis}": each[:, k] for name, each in vectors.items() for k, axis in enumerate(AXES)}
+        numbers = np.column_stack([*self._values.values(), *columns.values()]).tolist()
+        rows = ([*row, "outside" if off else ""] for row, off in zip(numbers, found.outside.tolist(), strict=True))
+        return separated([*self.drives, *columns, "band"], rows)
+
+    def in_words(self) -> str:
+        """Chi squared, and which poses lie outside."""
+        found, point = self.comparison, self.given.point
+        outside = np.flatnonzero(found.outside)
+        head = (
+            f"Measured {point} against the prediction: chi squared {found.chi_squared:.4g} of {found.count} components "
+            f"(p = {found.p_value:.2g}), greatest residual {1e3 * np.nanmax(np.abs(found.residual)):.3g} mm; "
+        )
+        band = f"the {100.0 * found.level:g} % band"
+        if not outside.size:
+            return f"{head}every pose lies within {band}."
+        some = ", ".join(self._where(int(k)) for k in outside[:MOST_NAMED]) + (" ..." * (outside.size > MOST_NAMED))
+        return f"{head}{outside.size} of {len(found.outside)} poses outside {band}: {some}."
+
+    def section(self) -> Iterator[str]:
+        """Paragraphs of the report."""
+        yield "## Measured"
+        yield self.in_words()
+        yield self._explained
+        heading, rows = self._table()
+        yield markdown(heading, rows)
+        if more := len(self.comparison.outside) - len(rows):
+            yield f"{more} more in `{TABLE_FILE}`."
+
+    def as_text(self) -> str:
+        """The same for a page that is no Markdown."""
+        heading, rows = self._table()
+        return "\n\n".join([self.in_words(), self._explained.replace("`", ""), aligned([heading, *rows])])
+
+    def draw(self) -> Figure:
+        """The residuals with their bands, over the drive where one alone moves."""
+        moved = [name for name, values in self._values.items() if np.ptp(values)]
+        over = None
+        if len(moved) == 1:
+            unit = SIGNS.get(self.drives[moved[0]].unit, "m")
+            over = f"{moved[0]} [{unit}]", self._values[moved[0]]
+        found = self.comparison.plot(over=over).figure
+        assert found is not None
+        return found  # type: ignore[return-value]
+
+    @property
+    def _values(self) -> dict[str, Array]:
+        """Values of the drives, (poses,) each."""
+        count = len(self.predicted)
+        return {name: np.array(np.broadcast_to(drive.values, (count,))) for name, drive in self.drives.items()}
+
+    @property
+    def _explained(self) -> str:
+        return TABLE.format(point=self.given.point, level=100.0 * self.comparison.level)
+
+    def _table(self) -> tuple[list[str], list[list[str]]]:
+        """Heading and rows."""
+        found, values = self.comparison, self._values
+        there = [k for k in range(3) if np.isfinite(found.residual[:, k]).any()]
+        heading = [*values, *(f"{name} {AXES[k]}" for name in ("residual", "normalised") for k in there), "band"]
+        rows = []
+        for pose in range(min(len(found.outside), MOST_SHOWN)):
+            cells = [f"{each[pose]:g}" for each in values.values()]
+            cells += [readable(float(1e3 * found.residual[pose, k]), ".4g") for k in there]
+            cells += [readable(float(found.normalised[pose, k]), ".2f") for k in there]
+            rows.append([*cells, "outside" if found.outside[pose] else ""])
+        return heading, rows
+
+    def _where(self, pose: int) -> str:
+        return ", ".join(f"{name} = {values[pose]:g}" for name, values in self._values.items())

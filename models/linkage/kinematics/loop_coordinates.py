@@ -1,0 +1,179 @@
+"""The unknown coordinates of the loops of a mechanism: their states and rates, and which follow the drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from .closed_poses import Pose
+from .euler_parameters import angular_velocity_of, euler_parameter_rate, unit_length
+from .linear import Linear
+from .mechanism import Mechanism
+from .terms import Value
+
+
+class LoopCoordinates:
+    """The closing equations of a mechanism as a system in its unknown coordinates, whose states and rates they give."""
+
+    def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
+        self.mechanism, self.tolerance = mechanism, tolerance
+        self.linear = Linear(mechanism.pattern, rank)
+        self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
+        self.kept: dict[bool, tuple[object, Any]] = {}
+        self.guide: tuple[object, Any] | None = None
+        self.derivatives: tuple[Pose, Any] | None = None
+        self.singles: list[tuple[int, int]] = []
+        self.spherical: list[tuple[int, int]] = []
+        self.driven_states: list[int] = []
+        self.driven_spherical: list[int] = []
+        order = {k: position for position, k in enumerate(mechanism.driven)}
+        self._driven: dict[int, int] = {}
+        for name, those in mechanism.velocities.items():
+            place = mechanism.states[name].start
+            if mechanism.linkage.joint(name).kind.name == "spherical":
+                if those.start in mechanism.driven:
+                    self.driven_spherical.append(place)
+                    self._driven[place] = order[those.start]
+                else:
+                    self.spherical.append((place, mechanism.unknown.index(those.start)))
+                continue
+            for offset, k in enumerate(range(those.start, those.stop)):
+                if k in mechanism.driven:
+                    self._driven[place + offset] = order[k]
+                else:
+                    self.singles.append((place + offset, mechanism.unknown.index(k)))
+
+        for place in sorted(self._driven, key=self._driven.__getitem__):
+            self.driven_states += range(place, place + (4 if place in self.driven_spherical else 1))
+
+    def anew(self) -> Self:
+        """The same loops, of which no path is known."""
+        other = copy(self)
+        other.kept, other.guide = {}, None
+        return other
+
+    @property
+    def determined(self) -> bool:
+        """True where the drives and the closing equations leave nothing free."""
+        return self.linear.rank == self.columns
+
+    @property
+    def unknown_states(self) -> list[int]:
+        """Entries of the state that the drives do not give."""
+        return [place for place in range(len(self.mechanism.state_names)) if place not in self.driven_states]
+
+    @cached_property
+    def reference_state(self) -> list[float]:
+        """State in the reference configuration."""
+        state = [0.0] * len(self.mechanism.state_names)
+        for name, those in self.mechanism.states.items():
+            if self.mechanism.linkage.joint(name).kind.name == "spherical":
+                state[those.start] = 1.0
+        return state
+
+    def advance(self, state: list[Value], step: Sequence[Value], *, sign: float = 1.0) -> list[Value]:
+        """State after the unknowns have moved by `sign` times `step`; balls keep unit Euler parameters."""
+        out = list(state)
+        for place, k in self.singles:
+            out[place] = state[place] + sign * step[k]
+        for place, k in self.spherical:
+            change = euler_parameter_rate(state[place : place + 4], [sign * x for x in step[k : k + 3]])
+            out[place : place + 4] = unit_length([x + y for x, y in zip(state[place : place + 4], change, strict=True)])
+        return out
+
+    def unit(self, state: list[Value]) -> list[Value]:
+        """`state` with unit Euler parameters of all balls."""
+        for place in self.driven_spherical + [place for place, _ in self.spherical]:
+            state[place : place + 4] = unit_length(state[place : place + 4])
+        return state
+
+    def state_rate(self, state: Sequence[Value], unknown: Sequence[Value]) -> list[Value]:
+        """Rate of the state at rates of the unknowns; 0 for the drives."""
+        out: list[Value] = [0.0] * len(state)
+        for place, k in self.singles:
+            out[place] = unknown[k]
+        for place, k in self.spherical:
+            out[place : place + 4] = euler_parameter_rate(state[place : place + 4], unknown[k : k + 3])
+        return out
+
+    def state_bend(self, state: Sequence[Value], velocity: Sequence[Value], change: Sequence[Value]) -> list[Value]:
+        """Second derivative of the state at velocity coordinates and their derivative; 0 for the drives."""
+        unknown = self.mechanism.unknown
+        v, w = [velocity[k] for k in unknown], [change[k] for k in unknown]
+        out: list[Value] = [0.0] * len(state)
+        for place, k in self.singles:
+            out[place] = w[k]
+        for place, k in self.spherical:
+            e = state[place : place + 4]
+            turning = euler_parameter_rate(euler_parameter_rate(e, v[k : k + 3]), v[k : k + 3])
+            out[place : place + 4] = [
+                x + y for x, y in zip(turning, euler_parameter_rate(e, w[k : k + 3]), strict=True)
+            ]
+        return out
+
+    def drive_velocities(self, state: Sequence[Value], rates: Sequence[Value]) -> list[Value]:
+        """Driven velocity coordinates at rates of the driven states."""
+        out: list[Value] = [0.0] * len(self.mechanism.driven)
+        rate = dict(zip(self.driven_states, rates, strict=True))
+        for place, k in self._driven.items():
+            if place in self.driven_spherical:
+                out[k : k + 3] = angular_velocity_of(state[place : place + 4], [rate[place + i] for i in range(4)])
+            else:
+                out[k] = rate[place]
+        return out
+
+    def is_rotation(self, drive: int) -> bool:
+        """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
+        return self.is_angle(self.driven_states[drive])
+
+    def is_angle(self, place: int) -> bool:
+        """True where an entry of the state is an angle that comes round again after a full turn."""
+        joint = next(name for name, those in self.mechanism.states.items() if those.start <= place < those.stop)
+        kind = self.mechanism.linkage.joint(joint).kind
+        if kind.name in ("screw", "spherical"):
+            return False
+        return bool(kind.coordinates[place - self.mechanism.states[joint].start][0] == "r")
+
+    # -- rates ------------------------------------------------------------------------------------------------------
+
+    def velocities(self, state: Sequence[Value], parameters: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
+        """All velocity coordinates v from those of the drives: J v = 0."""
+        with np.errstate(all="ignore"):
+            return self.velocities_of(self.mechanism.full[1](state, parameters), drives)
+
+    def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """`velocities` from the results of ``mechanism.full``, which may be written down."""
+        n, m, f = self.columns, self.rows, len(self.mechanism.driven)
+        behind = m + m * n
+        right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
+        return self._all(self.linear.solve(entries[m:behind], right), drives)
+
+    def accelerations(
+        self, state: Sequence[Value], parameters: Sequence[Value], v: Sequence[Value], drives: Sequence[Value] | None
+    ) -> list[Value]:
+        """Time derivative of all velocity coordinates from those of the drives, 0 where None: J v' = -J' v."""
+        own = [0.0] * len(self.mechanism.driven) if drives is None else drives
+        with np.errstate(all="ignore"):
+            bias = self.mechanism.bias[1](state, parameters, v, self.standing(own))
+            entries = self.mechanism.newton[1](state, parameters)
+            return self.accelerations_of(entries[self.rows :], bias, own)
+
+    def standing(self, drives: Sequence[Any]) -> list[Any]:
+        """Derivatives of the velocity coordinates from those of the drives, with the unknowns at rest."""
+        return self._all([0.0] * self.columns, drives)
+
+    def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
+        """`accelerations` from the Jacobian by the unknowns and the bias, which may be written down."""
+        return self._all(self.linear.solve(jacobian, [-x for x in bias]), drives)
+
+    def _all(self, unknown: Sequence[Value], drives: Sequence[Value]) -> list[Value]:
+        out: list[Value] = [0.0] * len(self.mechanism.columns)
+        for k, x in zip(self.mechanism.unknown, unknown, strict=True):
+            out[k] = x
+        for k, x in zip(self.mechanism.driven, drives, strict=True):
+            out[k] = x
+        return out
