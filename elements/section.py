@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Hashable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Self
 
 import numpy as np
@@ -65,7 +65,7 @@ class Section(CrossSection):
     cy: Real = NOT_GIVEN
     cz: Real = NOT_GIVEN
     Wt: Real = NOT_GIVEN
-    fibres: Array | None = None
+    fibres: Array | None = field(default=None, repr=False)
 
     @classmethod
     def from_sectionproperties(cls, analysed: object, *, unit: float = 1.0, principal: bool = False) -> Self:

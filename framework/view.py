@@ -26,12 +26,13 @@ if TYPE_CHECKING:
 Colour = Literal["von_mises", "displacement"]
 
 SIZE = (1600, 1000)
-INK = "#262a33"
+INK, BEARING = "#262a33", "#1b7f5c"
 # How each thing looks; members take the colour of their values.
 LOOKS: Mapping[str, Mapping[str, Any]] = {
     "undeformed": {"color": "#b4bac4", "specular": 0.0, "ambient": 0.3},
     "members": {"cmap": "viridis", "specular": 0.25, "specular_power": 20, "ambient": 0.2},
     "joints": {"color": INK, "specular": 0.5, "specular_power": 30},
+    "bearings": {"color": BEARING, "specular": 0.25, "ambient": 0.25},
     "clamps": {"color": "#6b7380", "ambient": 0.2},
     "pins": {"color": "#6b7380", "ambient": 0.2},
     "forces": {"color": "#c8352b", "ambient": 0.25},
@@ -73,8 +74,10 @@ def picture(
     """Draw the deformed structure over the undeformed one.
 
     Members are coloured by their values; joints are spheres, clamps cubes, other supports cones, and forces
-    at nodes red arrows. A plane structure is seen at right angles. Where there is no solution, as at a singular pose of
-    ``motion.frame()``, violet arrows show the motion that nothing resists.
+    at nodes red arrows. Joints with clearance lie in rings, as much wider than they as the clearance is to the scale of
+    the displacements. Where stress is known at the ends of segments alone, as under an added form, colours go straight
+    from one to the next. A plane structure is seen at right angles. Where there is no solution, as at a singular pose
+    of ``motion.frame()``, violet arrows show the motion that nothing resists.
 
     Parameters
     ----------

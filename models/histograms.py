@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..framework.errors import FrameError
 from ..framework.graphics.canvas import few_ticks
-from ..framework.graphics.style import BLUE, INK, SKY, new_axes, styled
+from ..framework.graphics.style import BLUE, INK, SKY, letters_across, new_axes, styled
 from .moments import Moments
 from .normality import FEWEST, LIMIT, anderson_darling
 from .sampling import Normal
@@ -106,7 +106,8 @@ def draw_histogram(axes: Axes, values: Array, label: str, unit: str, where: str 
     ticks = values[:MOST_TICKS]
     axes.plot(ticks, 0.0 * ticks, "|", color=INK, ms=7, mew=0.5, alpha=0.6, clip_on=False, zorder=5)
     axes.set_ylabel(f"density [1/{unit}]" if unit else "density")
-    axes.set_title("\n".join([*_numbers(moments, first, unit), *verdict]).replace("-", "−"), loc="left")
+    lines = [*_numbers(moments, first, unit, letters_across(axes)), *verdict]
+    axes.set_title("\n".join(lines).replace("-", "−"), loc="left")
     axes.spines[["top", "right"]].set_visible(False)
     few_ticks(axes)
 
@@ -126,13 +127,15 @@ def _judged(values: Array) -> tuple[bool, list[str]]:
     return True, [f"normal is not refuted (A² = {statistic:.2g})"]
 
 
-def _numbers(moments: Moments, first: str, unit: str) -> list[str]:
-    """Mean and deviation with their standard errors, to the digits that these leave."""
+def _numbers(moments: Moments, first: str, unit: str, most: int) -> list[str]:
+    """Mean and deviation with their standard errors, to the digits that these leave, in lines of so many letters."""
     error, deviation = float(moments.standard_error), float(moments.std_standard_error)
     least = min((each for each in (error, deviation) if each > 0.0), default=1.0)
     digits = int(np.clip(1 - math.floor(math.log10(least)), 3, 12))
+    mean = f"μ = {float(moments.mean):.{digits}f} ± {error:.{digits}f} {unit}"
+    spread = f"σ = {float(moments.std):.{digits}f} ± {deviation:.{digits}f} {unit}"
+    both = f"{mean},  {spread}"
     return [
         f"{first}with standard errors:" if first else "with standard errors:",
-        f"μ = {float(moments.mean):.{digits}f} ± {error:.{digits}f} {unit},"
-        f"  σ = {float(moments.std):.{digits}f} ± {deviation:.{digits}f} {unit}",
+        *([both] if len(both) <= most else [mean, spread]),
     ]

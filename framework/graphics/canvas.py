@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 # Length of the longest arrow as a share of what is drawn.
 ARROW = 0.2
+# How wide a digit is beside its size, and the least size of numbers, points.
+LETTER, SMALLEST = 0.62, 5.5
 # Colour of motions that nothing resists.
 FREE = COLOURS[3]
 LOOKS: dict[str, dict[str, Any]] = {
@@ -141,12 +143,29 @@ def _room(axes: Any) -> tuple[float, float]:
 
 
 def few_ticks(axes: Any, most: int = 6) -> None:
-    """No more numbers along an axis than fit beside each other."""
+    """No more numbers along an axis than fit beside each other, however many digits they have."""
+    axes.apply_aspect()  # on which the limits depend
     width, height = axes.bbox.width / axes.figure.dpi, axes.bbox.height / axes.figure.dpi
     for axis, inches in ((axes.xaxis, width), (axes.yaxis, 2.0 * height)):
         locator = axis.get_major_locator()
         if axis.get_scale() == "linear" and hasattr(locator, "set_params"):
             locator.set_params(nbins=int(np.clip(1.4 * inches, 2, most)))
+            if axis is axes.xaxis:
+                _fit_numbers(axis, inches)
+
+
+def _fit_numbers(axis: Any, inches: float) -> None:
+    """Numbers as small as they must be to stand beside each other along an axis, where a step has many digits."""
+    places = axis.get_majorticklocs()
+    letters = max(map(len, axis.get_major_formatter().format_ticks(places)), default=0)
+    if len(places) < 2 or not letters:
+        return
+    step = inches * float(np.diff(places).min()) / abs(float(np.ptp(axis.get_view_interval())))
+    # The layout makes axes narrower still, to find room for labels.
+    most = 0.85 * 72.0 * step / (LETTER * (letters + 1))
+    size = axis.get_major_ticks()[0].label1.get_size()
+    if most < size:
+        axis.set_tick_params(labelsize=max(most, SMALLEST))
 
 
 def frame_in_space(axes: Any, points: Array) -> None:

@@ -91,6 +91,32 @@ def _at_segment_ends(solution: Results, index: Index, what: str, unknown: Member
     return MemberValues(name, fraction, values)
 
 
+def between_segment_ends(solution: Results, index: Index, values: Array) -> Array:
+    """Von Mises stress along members (T, members, k); straight lines where only the ends of segments tell it.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    index
+        Index into the batch that leaves one axis.
+    values
+        The stress as far as it is known along the members.
+    """
+    there, frame, out = solved(solution, index), solution.frame, values.copy()
+    at = np.linspace(0.0, 1.0, values.shape[-1])
+    for number, (name, member) in enumerate(frame.members.items()):
+        if not np.isnan(values[there, number]).all() or not there.any():
+            continue
+        ends = np.linspace(0.0, 1.0, member.element.segments + 1)
+        try:
+            known = taken(solution, index, [solution.stress(name, frame.length(name)[..., None] * ends)])[:, 0, :, 2]
+        except FrameError:  # its element tells nothing there, either
+            continue
+        out[:, number] = [np.interp(at, ends, row) for row in known]
+    return out
+
+
 def untold(found: list[MemberValues], what: str) -> str:
     """Which members tell nothing, in words; empty where all do.
 

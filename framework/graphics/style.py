@@ -94,16 +94,24 @@ def entry(name: str) -> str:
 
 def set_title(axes: Any, text: str, share: float = 1.0) -> None:
     """Write a title from the left of axes, in as many lines as this share of their width asks for."""
-    from matplotlib import rcParams
-
-    size = 0.5 * float(
-        rcParams["font.size"] if isinstance(rcParams["axes.titlesize"], str) else rcParams["axes.titlesize"]
-    )
-    most = max(16, int(72.0 * share * axes.bbox.width / axes.figure.dpi / size))
+    most = letters_across(axes, share)
     # A number stays on the line of its unit: a space that cannot be broken stands between them meanwhile.
     bound = re.sub(r"(?<=\d) (?=[^\W\d_]{1,3}\b)", "\u00a0", text)
     lines = [part for line in bound.split("\n") for part in wrap(line, most, break_long_words=False)]
-    axes.set_title("\n".join(lines).replace("\u00a0", " "), loc="left", fontsize=2.0 * size)
+    axes.set_title("\n".join(lines).replace("\u00a0", " "), loc="left", fontsize=_title_size())
+
+
+def letters_across(axes: Any, share: float = 1.0) -> int:
+    """About how many letters of a title find room in this share of the width of axes."""
+    return max(16, int(72.0 * share * axes.bbox.width / axes.figure.dpi / (0.5 * _title_size())))
+
+
+def _title_size() -> float:
+    """Size of titles, points."""
+    from matplotlib import rcParams
+
+    size = rcParams["axes.titlesize"]
+    return float(rcParams["font.size"] if isinstance(size, str) else size)
 
 
 def note(axes: Axes, text: str, at: Array, shift: ArrayLike, **style: Any) -> None:

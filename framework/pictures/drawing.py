@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..errors import FrameError
 from ..graphics.deformed import named_places, round_scale
+from ..graphics.diagrams import between_segment_ends
 from ..graphics.free_modes import free_modes
 from ..graphics.units import quantity, scaled, stress_unit
 from ..paraview.entries import Index
 from ..paraview.scene import beams, solved, taken
 from ..solution import Solution
-from .shapes import Surface, arrow, block, cone, copies, sphere, tubes, upright
+from .bearings import Bearing, bearings
+from .shapes import Surface, arrow, block, cone, copies, joined, sphere, tubes, upright
 
 STATIONS = 24
 # What can colour the members, in words.
@@ -61,6 +63,8 @@ class Drawing:
         Names of places, and the node at each.
     status
         What is told of poses without a solution, (T,).
+    bearings, bearings_at
+        Those of joints with clearance, and where they are, two arrays (T, b, 3).
     """
 
     rest: Array
@@ -80,6 +84,8 @@ class Drawing:
     nodes: tuple[Array, Array] = field(default_factory=lambda: (np.zeros((1, 0, 3)), np.zeros((1, 0, 3))))
     names: tuple[tuple[str, int], ...] = ()
     status: tuple[str, ...] = ()
+    bearings: tuple[Bearing, ...] = ()
+    bearings_at: tuple[Array, Array] = field(default_factory=lambda: (np.zeros((1, 0, 3)), np.zeros((1, 0, 3))))
 
     @property
     def top(self) -> float:
@@ -104,7 +110,8 @@ class Drawing:
         nodes, moved = self.loaded
         tails = nodes + self.scale * moved - self._arrows
         tips = self.nodes[0] + self._moves if self.free.any() else np.zeros((0, 3))
-        return np.concatenate([self.points, tails.reshape(-1, 3), tips.reshape(-1, 3)])
+        rings = [self._bearings(pose).points for pose in range(len(self.rest))] if self.bearings else []
+        return np.concatenate([self.points, tails.reshape(-1, 3), tips.reshape(-1, 3), *rings])
 
     def told_names(self, pose: int) -> list[tuple[Array, str]]:
         """Where the names of nodes stand, beside what is there, (3,), and the names."""
@@ -125,10 +132,7 @@ class Drawing:
     @cached_property
     def across(self) -> int | None:
         """The global axis at right angles to a plane structure; None for one in space."""
-        extent = np.ptp(self.points, axis=0)
-        # The last of equals, so that what lies on a line is seen in the xy plane.
-        axis = 2 - int(extent[::-1].argmin())
-        return axis if extent[axis] <= 1e-3 * extent.max() else None
+        return plane_of(self.points)
 
     @property
     def up(self) -> Array:
@@ -142,6 +146,7 @@ class Drawing:
             "undeformed": tubes(self.rest[pose], self.values[pose], 0.35 * self._radius),
             "members": tubes(self.rest[pose] + self.scale * self.shift[pose], self.values[pose], self._radius),
             "joints": self._joints(pose),
+            "bearings": self._bearings(pose),
             "clamps": self._supports(pose, block(), self._clamped, self._inwards(pose)),
             "pins": self._supports(pose, cone(), self._pinned, self._upheld),
             "forces": self._forces(pose),
@@ -177,6 +182,16 @@ class Drawing:
         places = self._displaced(self.joints, pose)
         axes = np.broadcast_to(np.eye(3), (len(places), 3, 3))
         return copies(sphere(), places, np.full(len(places), 1.6 * self._radius), axes)
+
+    def _bearings(self, pose: int) -> Surface:
+        """Rings about the journals, as much wider as the clearance is to the scale of the displacements."""
+        places = self._displaced(self.bearings_at, pose)
+        return joined(
+            [
+                each.surface(pose, place, 1.6 * self._radius, self.scale * each.clearance[pose], 0.3 * self._radius)
+                for each, place in zip(self.bearings, places, strict=True)
+            ]
+        )
 
     def _supports(self, pose: int, template: Surface, chosen: NDArray[np.bool_], directions: Array) -> Surface:
         places, axes = self.supports[pose, chosen], upright(directions[chosen])
@@ -261,15 +276,19 @@ def drawing(
 
     shift = by_member(part.point_data["displacement"])
     values = np.linalg.norm(shift, axis=-1) if colour == "displacement" else by_member(part.point_data[colour])
+    if colour == "von_mises":
+        values = between_segment_ends(solution, index, values)
     greatest = float(np.abs(values).max(initial=0.0, where=np.isfinite(values)))
     factor, unit = scaled(greatest, units[0] if colour == "displacement" else stress_unit(units))
     loads = {node: force for node in frame.loads if np.any(force := _force(solution, node))}
     rest = by_member(part.points)
+    joints = list(frame.joints.values())
+    loose = bearings(solution, index, plane_of(rest + shift))
     return Drawing(
         rest=rest,
         shift=shift,
         values=factor * values,
-        joints=_nodes(solution, index, [link.first for link in frame.joints.values()]),
+        joints=_nodes(solution, index, [link.first for link in joints]),
         supports=_nodes(solution, index, list(frame.supports))[0],
         constrained=np.array(
             [[k in constrained for k in range(6)] for constrained in frame.supports.values()], dtype=bool
@@ -285,6 +304,8 @@ def drawing(
         nodes=_nodes(solution, index, list(frame.nodes)),
         names=_names(solution, index) if names else (),
         status=tuple(np.broadcast_to(solution.status, solution.shape)[index].tolist()),
+        bearings=loose,
+        bearings_at=_nodes(solution, index, [joints[each.joint].second for each in loose]),
     )
 
 
@@ -308,6 +329,14 @@ def _names(solution: Solution, index: Index) -> tuple[tuple[str, int], ...]:
     named = named_places(at, 1e-6 * (diagonal(np.array(list(at.values()))) or 1.0))
     numbers = [int(np.argmin([np.linalg.norm(place - other) for other in at.values()])) for _, place in named]
     return tuple(zip([name for name, _ in named], numbers, strict=True)) if len(named) <= MOST_NAMED else ()
+
+
+def plane_of(points: Array) -> int | None:
+    """The global axis at right angles to a plane in which points (..., 3) lie; None where there is none."""
+    extent = np.ptp(points.reshape(-1, 3), axis=0)
+    # The last of equals, so that what lies on a line is seen in the xy plane.
+    axis = 2 - int(extent[::-1].argmin())
+    return axis if extent[axis] <= 1e-3 * extent.max() else None
 
 
 def diagonal(points: Array) -> float:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...framework.batch import Array
 from ...framework.errors import FrameError
 from ..linkage.graphics.places import ReferencePoses
 from ..linkage.linkage import Linkage
@@ -46,7 +48,24 @@ def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Lin
     return found
 
 
-def drawn(motion: FourBarKinematics) -> ReferencePoses:
+@dataclass(frozen=True, eq=False)
+class FourBarPoses(ReferencePoses):
+    """The poses of a four-bar as those of a linkage, with what moves at its dead points.
+
+    Attributes
+    ----------
+    motion
+        The motion, (...).
+    """
+
+    motion: FourBarKinematics
+
+    def free_velocity(self, point: str, link: str | None = None) -> Array:
+        """See `DrawnPoses`."""
+        return np.broadcast_to(self.motion.free_velocity(point), (*self.shape, 3))
+
+
+def drawn(motion: FourBarKinematics) -> FourBarPoses:
     """The poses of a four-bar, singular ones as well, as figures of linkages take them.
 
     Parameters
@@ -54,4 +73,4 @@ def drawn(motion: FourBarKinematics) -> ReferencePoses:
     motion
         The motion, (...).
     """
-    return ReferencePoses(linkage(motion, {}))
+    return FourBarPoses(linkage(motion, {}), motion)

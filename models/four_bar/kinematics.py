@@ -149,6 +149,37 @@ class FourBarKinematics:
         """
         return self.acceleration_on(*self._point(point))
 
+    def free_velocity(self, point: str) -> Array:
+        """Velocity of a point in the motion that the locked crank lets pass where coupler and rocker are in line.
+
+        Parameters
+        ----------
+        point
+            ``"A"``, ``"B"``, ``"P"``, ``"D"`` or ``"E"``.
+
+        Returns
+        -------
+        ndarray
+            As D moves across the line at unit speed, the coupler about B and the rocker about E, (..., 3); zero at
+            poses that the crank holds.
+
+        Raises
+        ------
+        FrameError
+            If there is no such point.
+
+        Examples
+        --------
+        >>> from linkframe.models import FourBar
+        >>> motion = FourBar(point=(0.05, 0.0)).move([0.0, 1.0])
+        >>> [motion.free_velocity(point).round(9).tolist() for point in "DP"]
+        [[[0.0, 1.0, 0.0], [0.0, 0.0, 0.0]], [[0.0, 0.25, 0.0], [0.0, 0.0, 0.0]]]
+        """
+        link, x, y = self._point(point)
+        arm = finite(x, f"x on the {link}") + 1j * finite(y, f"y on the {link}")
+        way = 1j * self.direction("coupler") * arm / self.closure.coupler
+        return np.where(self.singular[..., None] & (link == "coupler"), self._vector(way), 0.0)
+
     def position_on(self, link: str, x: ArrayLike, y: ArrayLike = 0.0) -> Array:
         """Position of the point (x, y) of a link, given in the link's axes, (..., 3).
 

@@ -18,6 +18,7 @@ from ..propagation.workers import Workers
 from ..sampling import Sampler, Seed
 from .continuation.drives import by_joint
 from .derivatives.thermal import Expansion
+from .files.write_linkage import ROBOTS, write
 from .graphics.dxf import save_linkage
 from .graphics.plots import SI, Units, html_of, plot_linkage
 from .motion import Motion, limits_of
@@ -289,33 +290,43 @@ class Linkage(RangeOfMotion):
         return plot_linkage(self, ax, entry, names, loads, units)
 
     def save(self, path: str | Path, *, entry: int = 0, unit: str = "m") -> None:
-        """Write the reference configuration as a drawing for CAD, on layers by the names of the links (extra ``dxf``).
+        """Write the linkage to a file that its ending tells: a drawing, or what describes it.
 
-        Links are lines, with the outlines of their sections where they have beams; joints are circles on a layer of
+        As ``.toml``, ``.xml`` (MJCF), ``.urdf`` or ``.sdf`` it is what `write_linkage` writes. As ``.dxf`` (extra
+        ``dxf``) it is a drawing of the reference configuration for CAD, on layers by the names of the links. Links are
+        lines, with the outlines of their sections where they have beams; joints are circles on a layer of
         their kind, with a second circle about drives and a line along slides; points have their names.
 
         Parameters
         ----------
         path
-            ``name.dxf``.
+            The file; it is replaced, and its folder made where it is missing.
         entry
             Number of the linkage drawn, where the description carries a batch.
         unit
-            Unit of the coordinates, for the header: m, cm, mm, in or ft.
+            Unit of the coordinates, for the header of a drawing: m, cm, mm, in or ft.
 
         Raises
         ------
         FrameError
             If the name ends otherwise, there are no points, the unit is unknown, ezdxf is not installed or the folder
-            cannot be written.
+            cannot be written; of the other formats as by `write_linkage`.
+
+        Warns
+        -----
+        ConversionWarning
+            If a format has no words for something, which is left out.
         """
         path = Path(path)
-        if path.suffix != ".dxf":
+        if path.suffix.lower() == ".dxf":
+            save_linkage(self, path, entry, unit)
+        elif path.suffix.lower() in (".toml", *ROBOTS):
+            write(self, path, 2)
+        else:
             raise FrameError(
-                f"{path.name} does not end in .dxf: a linkage is saved as a drawing; write_linkage writes what "
-                "describes it, as .toml, .xml (MJCF), .urdf or .sdf"
+                f"{path.name} does not tell by its ending how to save a linkage: choose .toml, .xml (MJCF), .urdf or "
+                ".sdf, or .dxf for a drawing"
             )
-        save_linkage(self, path, entry, unit)
 
     def page(
         self,
@@ -372,6 +383,10 @@ class Linkage(RangeOfMotion):
 
     def _whole_range(self) -> dict[str, Array]:
         """Values of the only drive from end to end."""
+        if self.shape:
+            raise FrameError(
+                f"the linkage has a batch of shape {self.shape}: give a drive value for each in drives, on one axis"
+            )
         driven = [(name, each) for name, coordinates in self.drives.items() for each in coordinates]
         if len(driven) != 1:
             raise FrameError(f"a page of a linkage with {len(driven)} drives: give their values in drives")

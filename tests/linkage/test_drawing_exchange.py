@@ -115,7 +115,7 @@ def test_poses_that_are_not_assembled_are_left_out(tmp_path: Path) -> None:
 
 def test_what_is_refused(tmp_path: Path) -> None:
     linkage = slider_crank()
-    with pytest.raises(FrameError, match=r"x\.svg does not end in \.dxf"):
+    with pytest.raises(FrameError, match=r"x\.svg does not tell by its ending"):
         linkage.save(tmp_path / "x.svg")
     with pytest.raises(FrameError, match="unit='parsec': a drawing knows in, ft, mm, cm, m"):
         linkage.save(tmp_path / "x.dxf", unit="parsec")
@@ -129,3 +129,18 @@ def test_what_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FrameError, match="a drawing, which has no times"):
         linkage.move(A=[0.0, 1.0]).save(tmp_path / "x.dxf", [0.0, 1.0])
     assert not list(tmp_path.iterdir())
+
+
+def test_names_are_read_in_the_plane_of_the_drawing(tmp_path: Path) -> None:
+    """Seen from -y, x goes right and z up: by the arbitrary axis algorithm of DXF the extrusion (0, -1, 0)."""
+    linkage = Linkage(A=(0, 0, 0), B=(1, 0, 0.5))
+    linkage.link("arm", "A", "B")
+    linkage.revolute("A", "ground", "arm", axis=(0, 1, 0), drive=True)
+    linkage.save(tmp_path / "arm.dxf")
+    space = ezdxf.readfile(tmp_path / "arm.dxf").modelspace()
+    for text in of_layer(space, "points", "TEXT"):
+        assert_allclose(np.array(text.dxf.extrusion), (0, -1, 0), atol=1e-12)
+        at = np.array(text.ocs().to_wcs(text.dxf.insert))
+        beside = at - linkage.points[text.dxf.text]
+        assert beside[1] == pytest.approx(0.0)
+        assert (beside[[0, 2]] > 0.0).all()

@@ -296,3 +296,8 @@ def test_grids_that_are_refused(tmp_path: Path) -> None:
         linkage.page(tmp_path / "five.html", "P", drives={"A": values[:, None], "E": values})
     with pytest.raises(FrameError, match=r"drive 'A' varies along axes \[0, 1\]"):
         linkage.page(tmp_path / "five.html", "P", drives={"A": values[:4, None] + values[:4], "E": 0.0})
+    arm = Linkage(A=(0, 0), B=[(1, 0), (2, 0)])
+    arm.link("arm", "A", "B")
+    arm.revolute("A", "ground", "arm", drive=True)
+    with pytest.raises(FrameError, match=r"has a batch of shape \(2,\): give a drive value for each"):
+        arm.page(tmp_path / "arm.html", "B")

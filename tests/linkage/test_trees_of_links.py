@@ -296,3 +296,22 @@ def test_convert_refuses(
     (tmp_path / "a.toml").write_text(FOUR_BAR.read_text(encoding="utf-8"), encoding="utf-8")
     assert main(["convert", *(str(tmp_path / name) for name in names)]) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ending", [".toml", ".xml", ".urdf", ".SDF"])
+def test_save_writes_what_describes_a_linkage_as_its_ending_says(tmp_path: Path, ending: str) -> None:
+    made = tree()
+    made.save(tmp_path / f"saved{ending}")
+    write_linkage(made, tmp_path / f"written{ending}")
+    saved, written = ((tmp_path / f"{name}{ending}").read_text("utf-8") for name in ("saved", "written"))
+    assert saved.replace("saved", "written") == written
+
+
+def test_save_tells_at_its_call_what_it_leaves_out(tmp_path: Path) -> None:
+    made = tree()
+    made.load("G", fx=1.0)
+    with pytest.warns(ConversionWarning, match=r"saved\.urdf: URDF has no words for the loads") as told:
+        made.save(tmp_path / "saved.urdf")
+    assert told[0].filename == __file__
+    with pytest.raises(FrameError, match=r"saved\.step does not tell by its ending how to save a linkage"):
+        made.save(tmp_path / "saved.step")

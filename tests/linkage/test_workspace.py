@@ -52,6 +52,31 @@ def test_drives_of_an_arm_and_its_condition_number() -> None:
     assert np.isnan(space.condition()[~space.reached]).all()
 
 
+def test_places_behind_a_singular_pose_are_told_from_those_out_of_reach() -> None:
+    """A four-bar whose coupler point leads: beyond the dead point there are places in the other assembly mode only."""
+    linkage = Linkage(A=(-1.0, 0.0), B=(-0.6, 0.8), P=(0.0, 0.1), C=(0.6, 0.8), D=(1.0, 0.0))
+    for link in ("AB", "BP", "PC", "CD"):
+        linkage.link(link, *link)
+    joints = {"A": ("ground", "AB"), "B": ("AB", "BP"), "P": ("BP", "PC"), "C": ("PC", "CD"), "D": ("CD", "ground")}
+    for name, links in joints.items():
+        linkage.revolute(name, *links, drive=name in "AD")
+    x, y = np.linspace(-1.5, 1.5, 9), np.linspace(-0.5, 1.5, 9)
+    space = linkage.workspace("P", x=x, y=y)
+    places = np.stack(np.meshgrid(x, y), axis=-1)
+    rod = np.hypot(0.6, 0.7)
+    away = np.linalg.norm(places[..., None, :] - np.array([[-1.0, 0.0], [1.0, 0.0]]), axis=-1)
+    bar = np.hypot(0.4, 0.8)
+    can_be = ((away < bar + rod) & (away > abs(bar - rod))).all(axis=-1)
+    assert (can_be == (space.reached | space.elsewhere)).all()
+    assert space.elsewhere.any()
+    assert not (space.reached & space.elsewhere).any()
+    told = space.plot("condition").get_title(loc="left").replace("\n", " ")
+    assert f"{np.count_nonzero(space.elsewhere)} of them in another assembly mode" in told
+    out = space.status[~can_be]
+    assert set(out) == {"not assembled: the point cannot be there"}
+    assert all(each.startswith("other assembly mode") for each in space.status[space.elsewhere])
+
+
 def test_maps_say_what_is_blank_and_have_units() -> None:
     linkage = arm(BAR)
     linkage.load("P", fy=-100.0)

@@ -40,6 +40,20 @@ def test_a_four_bar_is_drawn_at_all_poses_where_its_closed_form_has_it() -> None
         motion.plot(trace="Q")
 
 
+def test_a_four_bar_at_a_dead_point_is_drawn_as_it_can_move() -> None:
+    """Links of 0.1, 0.2, 0.1 and 0.2 m in line: D goes across, P half way along the coupler half as fast."""
+    motion = FourBar().move([0.0, 1.0])
+    axes = motion.plot(pose=0)
+    ways = {each.xyann[0]: np.subtract(each.xy, each.xyann) for each in artists(axes, "free motion")}
+    at = {point: motion.position(point)[0, 0] for point in "DP"}
+    assert sorted(ways) == pytest.approx(sorted(at.values()))
+    long, short = (next(way for x, way in ways.items() if x == pytest.approx(at[point])) for point in "DP")
+    assert_allclose(short, 0.5 * long, atol=1e-15)
+    assert_allclose(long[0], 0.0, atol=1e-15)
+    assert axes.get_title(loc="left") == "arrows: free motion, drives locked"
+    assert not artists(motion.plot(pose=1), "free motion")
+
+
 def test_all_motions_have_the_same_verbs() -> None:
     verbs = {name for name in vars(DrawnMotion) if not name.startswith("_")}
     assert verbs == {"plot", "animate", "picture", "movie", "show"}

@@ -74,6 +74,9 @@ class Along:
     def poses(self, driven: Sequence[Array], parameters: Sequence[Value], shape: Shape) -> Found:
         """Poses at the driven states, which broadcast with the starts to `shape`."""
         s = driven[self.drive] - self.start.state[self.loops.driven_states[self.drive]]
+        # The others rest, and may have more axes all the same.
+        common = np.broadcast_shapes(*(np.shape(x) for x in driven))
+        s = s if np.shape(s) == common else np.broadcast_to(s, common)
         single = SingleDrive(self.loops, self.nominal, self.start, self.drive, self.switch)
         guess = single.guess(s)
         self._drive(guess.state, driven)

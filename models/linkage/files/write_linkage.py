@@ -64,7 +64,12 @@ def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
     [1. 2. 0.]
     [1. 2. 0.]
     """
-    path, name, left = Path(path), "", list[str]()
+    write(linkage, Path(path), 2)
+
+
+def write(linkage: LinkageDescription, path: Path, depth: int) -> None:
+    """See `write_linkage`; what is left out is told at the call so many levels above."""
+    name, left = "", list[str]()
     if path.suffix.lower() in ROBOTS:
         from ..robot_files.formats import robot_text  # most linkages are not written there
 
@@ -73,4 +78,4 @@ def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
         text = written(tables(linkage))
     with whole_or_nothing(path.parent) as stage:
         (stage / path.name).write_text(text, encoding="utf-8")
-    tell(path, left, name, depth=2)
+    tell(path, left, name, depth + 1)

@@ -15,6 +15,7 @@ from ....framework.graphics.canvas import ARROW, FREE
 from ....framework.graphics.deformed import round_scale
 from ....framework.graphics.scene import JointSymbol, LoadArrow, Scene, outline
 from ....framework.graphics.style import COLOURS
+from ....framework.pictures.bearings import ARC_POINTS, circle_arcs
 from ....framework.pictures.shapes import Surface, arrow, block, copies, joined, prism, sphere, tubes, upright
 from ..description.parts import LinkageLink, Pair
 from .places import FREE_TEXT, DrawnPoses, PosePlaces, free_arrows
@@ -22,8 +23,8 @@ from .plane import plane
 from .regions import DrawnRegion, drawn_regions, magnified, outline_of, told
 from .scene import linkage_scene
 
-# What the largest clearance is drawn as, in radii of a pin, and points of a quarter of a ring.
-SHOWN, ARC_POINTS = 1.2, 9
+# What the largest clearance is drawn as, in radii of a pin.
+SHOWN = 1.2
 BEARING = "#1b7f5c"
 STEEL, DRIVE, GROUND_COLOUR, FORCE = "#3a3f4a", "#d55e00", "#9aa0aa", "#c8352b"
 SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
@@ -305,10 +306,3 @@ class MotionBodies:
         drawn = self.arrow(scene, force)
         length = float(np.linalg.norm(drawn))
         return copies(arrow(), (at + drawn)[None], np.array([length]), upright(drawn[None]))
-
-
-def circle_arcs(at: Array, axis: Array, radius: float) -> Array:
-    """A circle about a unit vector as four arcs, (4, `ARC_POINTS`, 3)."""
-    side, up = upright(axis[None])[0].T[:2]
-    turn = np.linspace(0.0, 0.5 * np.pi, ARC_POINTS) + 0.5 * np.pi * np.arange(4)[:, None]
-    return np.asarray(at + radius * (np.cos(turn)[..., None] * side + np.sin(turn)[..., None] * up))

@@ -14,7 +14,7 @@ from ....elements import CrossSection
 from ....elements.outlines import outlines
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ....framework.graphics.scene import Scene
+from ....framework.graphics.scene import Label, Scene
 from ....framework.paraview.files import whole_or_nothing
 from ..description.linkage_description import LinkageDescription
 from .places import DrawnPlaces, DrawnPoses, PosePlaces, ReferencePlaces, series_of
@@ -119,8 +119,18 @@ class CadDrawing:
         for label in scene.labels:
             layout.add_point(label.at.tolist(), layer)
             if names:
-                text = layout.add_text(label.text, height=LETTER * radius, dxfattribs=layer)
-                text.set_placement((label.at + radius * np.array([1.2, 1.2, 0.0])).tolist())
+                self._add_name(layout, label, radius, flat, layer)
+
+    def _add_name(
+        self, layout: Any, label: Label, radius: float, flat: tuple[int, int] | None, layer: dict[str, str]
+    ) -> None:
+        """A name beside its point, to be read in the plane of the drawing; in space from above."""
+        from ezdxf.math import OCS
+
+        first, second = (np.eye(3)[k] for k in flat or (0, 1))
+        normal = np.cross(first, second)
+        text = layout.add_text(label.text, height=LETTER * radius, dxfattribs=layer | {"extrusion": normal.tolist()})
+        text.set_placement(OCS(normal.tolist()).from_wcs((label.at + 1.2 * radius * (first + second)).tolist()))
 
     def _add_joints(self, layout: Any, scene: Scene, radius: float) -> None:
         """Circles about the joints' axes on a layer of their kind; two where a drive is, a line along a slide."""

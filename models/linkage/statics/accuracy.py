@@ -59,8 +59,9 @@ class PointAccuracy:
 
     @cached_property
     def rigid(self) -> Array:
-        """Position of the point with rigid links and no clearance, (..., 3)."""
-        return np.broadcast_to(self._closed.frame.position(self.point), (*self.shape, 3))
+        """Position of the point with rigid links and no clearance, (..., 3); NaN where the pose is not assembled."""
+        place = np.where(self.motion.is_assembled[..., None], self._closed.frame.position(self.point), np.nan)
+        return np.broadcast_to(place, (*self.shape, 3))
 
     @cached_property
     def compliance(self) -> Array:

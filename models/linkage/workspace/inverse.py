@@ -111,10 +111,11 @@ class InverseKinematics:
         columns = np.concatenate([by[name] for name in self.linkage.drives], axis=-1)
         return np.asarray(columns / np.repeat([self.size, 1.0], 3)[:, None] * self.units)
 
-    def solved(self, places: Array) -> tuple[Array, Bools]:
-        """Drive values (n, drives) that bring the point to places (n, 3), and which are brought there, (n,).
+    def solved(self, places: Array) -> tuple[Array, Bools, Bools]:
+        """Drive values (n, drives) that bring the point to places (n, 3), which do, and which places it can have, (n,).
 
-        The point is led there from its reference position on a straight line.
+        The point is led there from its reference position on a straight line. It can have places as well to which its
+        drives do not bring it on a straight path of theirs: those in another assembly mode.
         """
         led = {f"{self.point} to {'xyz'[k]}": places[:, k] for k in self._ways}
         at = Motion.of(self._led(), led, {}, {}, "keep", 0.0)
@@ -125,7 +126,7 @@ class InverseKinematics:
             columns += [own[..., pair.kind.coordinates.index(component)] for component in components]
         drives = np.stack([np.broadcast_to(each, (len(places),)) for each in columns], axis=-1)
         drives = np.where(np.isfinite(drives).all(axis=-1, keepdims=True), drives, self.start)
-        return drives, self._off(self.poses(drives), places) <= REACHED
+        return drives, self._off(self.poses(drives), places) <= REACHED, at.is_assembled | at.assembly.other
 
     def refined(self, drives: Array, places: Array) -> tuple[Array, Bools]:
         """Newton steps from drive values (n, drives) towards places (n, 3), as long as they come nearer."""

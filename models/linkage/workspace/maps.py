@@ -48,6 +48,10 @@ class MappedPlaces(Protocol):
     def reached(self) -> NDArray[np.bool_]:
         """Which places are reached."""
 
+    @property
+    def elsewhere(self) -> NDArray[np.bool_]:
+        """Which of the others the point can have in another assembly mode."""
+
     def stiffness(self, direction: ArrayLike | None) -> Array:
         """Stiffness, (rows, columns)."""
 
@@ -121,7 +125,9 @@ def _told(space: MappedPlaces, values: Array, units: Units) -> list[str]:
     lines = [] if space.flat() else [f"{'xyz'[across]} = {space.place[across]:.4g} {units[0]}".replace("-", "−")]
     count, there = space.reached.size, int(np.count_nonzero(space.reached))
     without = there - int(np.count_nonzero(np.isfinite(values) & space.reached))
+    elsewhere = int(np.count_nonzero(space.elsewhere))
     blank = [f"{count - there} of {count} places not reachable"] if there < count else []
+    blank += [f"{elsewhere} of them in another assembly mode"] if elsewhere else []
     blank += [f"{without} singular or rigid"] if without else []
     return [*lines, *(["blank: " + ", ".join(blank)] if blank else [f"all {count} places reachable"])]
 

@@ -13,8 +13,8 @@ Numbers = NDArray[np.int64]
 BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
-def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools]:
-    """Drive values (rows, columns, drives) for a grid of places (rows, columns, 3), and which places are reached.
+def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, Bools]:
+    """Drive values (rows, columns, drives) for a grid of places (rows, columns, 3), and which are and could be reached.
 
     What lies behind a hole or beside a corner is tried from the places beside it, as long as that reaches more.
 
@@ -26,13 +26,13 @@ def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools]:
         Wanted positions.
     """
     shape = places.shape[:2]
-    flat, there = solver.solved(places.reshape(-1, 3))
+    flat, there, possible = solver.solved(places.reshape(-1, 3))
     drives, reached = flat.reshape(*shape, -1), there.reshape(shape)
     fresh = reached.copy()
     while True:
         target, source = _beside(fresh, reached)
         if not len(target):
-            return drives, reached
+            return drives, reached, reached | possible.reshape(shape)
         found, good = solver.refined(drives[source[:, 0], source[:, 1]], places[target[:, 0], target[:, 1]])
         rows, columns = target[good].T
         drives[rows, columns] = found[good]

@@ -15,6 +15,7 @@ from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..graphics.plots import SI, Units
 from ..motion import Motion
+from ..poses.assembled_poses import OTHER_MODE
 from ..worst_case.region import unit
 from .inverse import InverseKinematics
 from .maps import plot_map
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Bools = NDArray[np.bool_]
+OUT_OF_REACH = "not assembled: the point cannot be there"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,6 +46,9 @@ class Workspace:
         Where the grid lies along the third, and the reference position along the others, (3,).
     reached
         Which places are reached, (rows, columns).
+    elsewhere
+        Which of the others the point can have in another assembly mode only: behind singular poses, or where a straight
+        path of the drives from the reference configuration ends elsewhere, (rows, columns).
     """
 
     motion: Motion
@@ -52,11 +57,19 @@ class Workspace:
     grid: tuple[Array, Array]
     place: Array
     reached: Bools
+    elsewhere: Bools
     _solver: InverseKinematics
 
     def __repr__(self) -> str:
         rows, columns = self.reached.shape
         return f"<Workspace of {self.point}: {np.count_nonzero(self.reached)} of {rows} × {columns} places reached>"
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """The status of the pose at each place, see `Motion.status`, (rows, columns)."""
+        out = np.where(self.elsewhere, OTHER_MODE, OUT_OF_REACH).astype("<U200")
+        out[self.reached] = self.motion.status
+        return out
 
     @cached_property
     def drives(self) -> dict[str, Array]:
@@ -262,7 +275,8 @@ def workspace(
     shape = len(grid[1]), len(grid[0])
     places = np.broadcast_to(place, (*shape, 3)).copy()
     places[..., axes[0]], places[..., axes[1]] = np.meshgrid(*grid)
-    drives, reached = everywhere(solver, places)
+    drives, reached, possible = everywhere(solver, places)
     if not reached.any():
         raise FrameError(f"no place of the grid can be reached by {point}: its reference position is {place.tolist()}")
-    return Workspace(solver.poses(drives[reached]), point, (axes[0], axes[1]), grid, place, reached, solver)
+    poses, elsewhere = solver.poses(drives[reached]), possible & ~reached
+    return Workspace(poses, point, (axes[0], axes[1]), grid, place, reached, elsewhere, solver)
