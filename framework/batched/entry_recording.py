@@ -21,8 +21,10 @@ from ..structure.edge import Edge
 from ..structure.parts import Extended, Row, Value, add, is_zero, product
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of, spanning
+from . import entry_machine
 from .block import Block
-from .entry_program import OPERATIONS, EntryProgram, EntrySolution, Step, values_of, widen
+from .entry_program import EntryProgram, EntrySolution, Way, values_of
+from .entry_steps import OPERATIONS, Step, widen
 from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
 from .partial_factorisation import Masks
 from .replay import MOST, RecordedElimination, operations
@@ -30,8 +32,8 @@ from .stage import Forces, Matrix
 
 # Frames of a topology that are worked on before the list is written, which takes as long as some six of them.
 _FEW = 3
-# And after which it is compiled, which takes as long again.
-_OFTEN = 200
+# And after which it is compiled: to Python, which takes as long again, and to machine code, which takes ten times that.
+_OFTEN, _ALWAYS = 200, 1000
 
 
 class TermPlan(Protocol):
@@ -80,7 +82,14 @@ class _Topology:
         if self.program is None:
             self.program = _written(plan, numbers, loads)
             self.without = self.program is None
-        return None if self.program is None else self.program.run(numbers, loads, compiled=self.met > _OFTEN)
+        return None if self.program is None else self.program.run(numbers, loads, self.way)
+
+    @property
+    def way(self) -> Way:
+        """How the steps are done: what takes long to make is made for what is met often."""
+        if self.met > _ALWAYS and entry_machine.available():
+            return Way.MACHINE
+        return Way.COMPILED if self.met > _OFTEN else Way.STEPS
 
 
 def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySolution | None:

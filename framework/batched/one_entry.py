@@ -55,13 +55,13 @@ class EntryNumbers:
     key
         What stands where.
     former
-        The program that was last run on these numbers, whether compiled, and what it made of them before any load.
+        The program that was last run on these numbers, in which way, and what it made of them before any load.
     """
 
     def __init__(self, topology: Topology, stacks: list[NDArray[Any]] | None = None) -> None:
         frame, self.topology = topology.frame, topology
         self.stacks = [_stack(group) for group in topology.groups] if stacks is None else stacks
-        self.former: tuple[Any, bool, list[Any]] | None = None
+        self.former: tuple[Any, Any, tuple[list[Any], Any]] | None = None
         self.edges: list[float] = []
         self.turns: list[float] = []
         self.strained = any(group.strained for group in topology.groups)
