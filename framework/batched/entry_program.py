@@ -123,8 +123,9 @@ class EntryProgram:
 
     def _shared(self, numbers: EntryNumbers, way: Way) -> tuple[list[Any], Any]:
         """The ratios, and all that the second part takes up."""
-        narrow: list[Any] = [numbers.edges[k] for k in self.edges]
-        narrow += [numbers.turns[k] for k in self.turns]
+        links = numbers.links
+        narrow: list[Any] = [links.edges[k] for k in self.edges]
+        narrow += [links.turns[k] for k in self.turns]
         wide = [stack.reshape(-1)[places] for stack, places in zip(numbers.stacks, self.members, strict=True)]
         if way is Way.MACHINE:
             return self.machine.shared(narrow, np.concatenate(wide, dtype=Extended) if wide else np.zeros(0, Extended))

@@ -11,6 +11,10 @@ _MEMBERS = ("nodes", "members", "bodies")
 _PARTS = (*_MEMBERS, "joints", "masses", "supports", "offsets", "ties", "size")
 
 
+# What holds nodes to each other and to the ground.
+_LINKS = ("joints", "ties", "supports", "offsets", "bodies")
+
+
 def same_structure(one: Description, other: Description) -> bool:
     """Whether two descriptions differ in loads alone: the same parts by name, the same numbers held."""
     return _same(one, other, _PARTS)
@@ -28,6 +32,19 @@ def same_connections(one: Description, other: Description) -> bool:
         and _same(one, other, ("members", "bodies"))
         and all(a.body == b.body for a, b in zip(one.nodes.values(), other.nodes.values(), strict=True))
     )
+
+
+def same_links(one: Description, other: Description, *, moved: bool) -> bool:
+    """Whether two descriptions of the same members have the same numbers in joints, ties, supports and bodies.
+
+    Parameters
+    ----------
+    one, other
+        The descriptions.
+    moved
+        Whether nodes lie in other places, and with them what is rigid between them.
+    """
+    return _same(one, other, _LINKS) and not (moved and any(tie.rigid for tie in one.ties))
 
 
 def _same(one: Description, other: Description, parts: tuple[str, ...]) -> bool:

@@ -25,9 +25,10 @@ from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
-from .one_entry import EntryNumbers, forest
+from .one_entry import EntryLinks, EntryNumbers, forest
 from .order import Order, Pattern, link, order
 from .partial_factorisation import Springs
+from .reuse import same_links
 from .stage import Matrix
 
 # Unknowns up to which connected components are found without matrices.
@@ -65,8 +66,11 @@ class Unloaded:
         self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
         self.topology = _topology(frame, cut=cut, former=former, moved=moved)
         self._stacks = None if former is None or moved else former.known_stacks
+        linked = former if former is not None and same_links(former.frame, frame, moved=moved) else None
+        self._links = None if linked is None else linked.known_links
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
-        if not (self._plain and forest(frame)):
+        self._forest: bool = self._plain and (forest(frame) if linked is None else linked._forest)
+        if not self._forest:
             self.tree  # noqa: B018  # refuses at once what contradicts itself
 
     @cached_property
@@ -83,13 +87,19 @@ class Unloaded:
         coupled = sum(map(len, frame.supports.values())) + 6 * (len(frame.joints) + len(frame.ties))
         if 6 * len(self.topology.number) - coupled > LARGE:
             return None
-        return EntryNumbers(self.topology, self._stacks)
+        return EntryNumbers(self.topology, self._stacks, self._links)
 
     @property
     def known_stacks(self) -> list[NDArray[Any]] | None:
         """Matrices of the members of a frame of one entry, once they were asked for."""
         known: EntryNumbers | None = vars(self).get("entry")
         return self._stacks if known is None else known.stacks
+
+    @property
+    def known_links(self) -> EntryLinks | None:
+        """Numbers of the joints, ties and supports of a frame of one entry, once they were asked for."""
+        known: EntryNumbers | None = vars(self).get("entry")
+        return self._links if known is None else known.links
 
     @cached_property
     def constant(self) -> bool:
@@ -339,6 +349,8 @@ def _union(parts: Parts) -> int:
 
 def _geometry(frame: Description) -> int:
     """Mask of the axes over which positions vary."""
+    if not frame.shape:
+        return 0
     shapes = [node.coordinates.shape[:-1] for node in frame.nodes.values()]
     shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
     shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]
