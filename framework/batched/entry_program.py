@@ -8,6 +8,7 @@ the same order, and so the same bits.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -111,7 +112,8 @@ class EntryProgram:
         """The solution of a frame in one of the ways; None where a pivot is suspicious."""
         former = numbers.former
         again = former is not None and former[0] is self and former[1] is way
-        with np.errstate(all="ignore"):
+        # machine code has its own mind about what overflows
+        with nullcontext() if way is Way.MACHINE else np.errstate(all="ignore"):
             ratios, state = former[2] if former is not None and again else self._shared(numbers, way)
             for ratio in ratios:
                 if not ratio > SUSPECT:

@@ -6,7 +6,7 @@ import functools
 import operator
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -28,7 +28,6 @@ from .condensation import Chain, Condensation, retained
 from .one_entry import EntryLinks, EntryNumbers, forest
 from .order import Order, Pattern, link, order
 from .partial_factorisation import Springs
-from .reuse import same_links
 from .stage import Matrix
 
 # Unknowns up to which connected components are found without matrices.
@@ -48,8 +47,6 @@ class Unloaded:
         The way in which it is to be solved; None for the one that promises to be fastest.
     former
         What is known of a frame with the same members, not cut, if anything.
-    moved
-        Whether its nodes lay in other places.
     """
 
     def __init__(
@@ -58,15 +55,14 @@ class Unloaded:
         *,
         cut: bool,
         method: str | None,
-        former: Unloaded | None = None,
-        moved: bool = False,
+        former: Former | None = None,
     ) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
         self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
-        self.topology = _topology(frame, cut=cut, former=former, moved=moved)
-        self._stacks = None if former is None or moved else former.known_stacks
-        linked = former if former is not None and same_links(former.frame, frame, moved=moved) else None
+        self.topology = _topology(frame, cut=cut, former=former)
+        self._stacks = None if former is None or former.moved else former.unloaded.known_stacks
+        linked = former.unloaded if former is not None and former.linked else None
         self._links = None if linked is None else linked.known_links
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
         self._forest: bool = self._plain and (forest(frame) if linked is None else linked._forest)
@@ -149,6 +145,24 @@ class Unloaded:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
         shape = group.stiffness_shape
         return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
+
+
+class Former(NamedTuple):
+    """What is known of a frame with the same members, not cut.
+
+    Attributes
+    ----------
+    unloaded
+        That frame.
+    moved
+        Whether its nodes lay in other places.
+    linked
+        Whether it has the same numbers in joints, ties, supports and bodies.
+    """
+
+    unloaded: Unloaded
+    moved: bool
+    linked: bool
 
 
 class Chained:
@@ -295,11 +309,12 @@ class Chained:
         return Block(self.unloaded.grid, orders, matrix, scale, {}, ends, springs, [], varying), own
 
 
-def _topology(frame: Description, *, cut: bool, former: Unloaded | None, moved: bool) -> Topology:
+def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topology:
     """Nodes and members, as far as they are known from what was `former`."""
     if former is None:
         return Topology.of(frame, cut=cut)
-    return former.topology.moved(frame) if moved else former.topology.loaded(frame)
+    known = former.unloaded.topology
+    return known.moved(frame) if former.moved else known.loaded(frame)
 
 
 def _orders(
