@@ -379,8 +379,8 @@ class Beam(BeamSectionLaw):
     def _plane(self, direction: BendingPlane, length: Real) -> Plane:
         """Stiffness in one plane of bending."""
         centre = self._whole.centre(direction.bending)
-        whole = self._whole.curve(direction.bending, direction.shearing, centre, length)
-        return bending_plane(centre, length, whole, self._released(direction))
+        bends = self._whole.bends(direction.bending, direction.shearing, centre, length)
+        return bending_plane(centre, length, bends, self._released(direction))
 
     def _released(self, direction: BendingPlane) -> frozenset[int]:
         if not self.releases:

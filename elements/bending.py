@@ -53,13 +53,14 @@ class Plane(NamedTuple):
     bend: Real
 
 
-def bending_plane(fraction: Real, length: Real, whole: Curve, released: frozenset[int]) -> Plane:
-    """Stiffness from the flexibility `whole` of a member at its elastic centre, at `fraction` of the length.
+def bending_plane(fraction: Real, length: Real, whole: tuple[Real, Real], released: frozenset[int]) -> Plane:
+    """Stiffness of a member from its rotation by a moment and its deflection by a slope of moment, as of a `Curve`, at
+    its elastic centre, at `fraction` of the length.
 
     Released components, indices into (v1, r1, v2, r2), carry nothing. A hinge takes the place of the centre.
     """
     centre, rest = fraction * length, (1.0 - fraction) * length
-    turning, moving = whole.rotation_by_moment, -whole.deflection_by_slope
+    turning, moving = whole[0], -whole[1]
     none = 0.0 * turning
     if not released:
         return Plane(fraction, centre, rest, 1.0 / moving, 1.0 / turning)

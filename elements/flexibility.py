@@ -46,6 +46,11 @@ class UniformPart:
         """Elastic centre, (...), as a fraction."""
         return 0.5 * self.fraction
 
+    def bends(self, bending: int, shearing: int, centre: Real, length: Real) -> tuple[Real, Real]:
+        """Of `curve` the rotation by a moment, and the deflection by a slope."""
+        p, turn = self.fraction, self.section[bending] * self.fraction * length
+        return turn, turn * length * length * p * (p / 6.0 - 0.5 * centre) - self.section[shearing] * p * length
+
     def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
         """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""
         p, turn = self.fraction, self.section[bending] * self.fraction * length
@@ -84,6 +89,11 @@ class TaperedPart:
         """Elastic centre, (...), as a fraction."""
         turn = self.weights * self.section[bending]
         return np.asarray(np.sum(turn * self.points, axis=0) / np.sum(turn, axis=0))
+
+    def bends(self, bending: int, shearing: int, centre: Real, length: Real) -> tuple[Real, Real]:
+        """Of `curve` the rotation by a moment, and the deflection by a slope."""
+        curve = self.curve(bending, shearing, centre, length)
+        return curve.rotation_by_moment, curve.deflection_by_slope
 
     def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
         """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""

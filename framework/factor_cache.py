@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from .batched.block import BlockFactor
 from .batched.plan import Plan
-from .batched.reuse import same_connections, same_members, same_structure
-from .batched.unloaded import Chained, Unloaded
+from .batched.reuse import Differences
+from .batched.unloaded import Chained, Former, Unloaded
 from .cache import SOLVED
 from .description import Description, alone
 from .solvers.method import choose
@@ -61,22 +61,23 @@ def planned(frame: Description, described: Description, method: str | None) -> t
     # what a frame was made from may hold the frame, which would then be kept for ever
     described = alone(described)
     last: tuple[Plan, Factors] | None = SOLVED.get(frame)
-    if last is not None and last[0].asked == method and same_structure(last[0].frame, described):
+    differences = None if last is None else Differences(last[0].frame, described)
+    if last is not None and differences is not None and differences.none and last[0].asked == method:
         found = last[0].reloaded(described), last[1]
     else:
-        former, moved = (None, False) if last is None else _known(last[0], described)
-        found = Plan(described, method=method, former=former, moved=moved), Factors()
+        former = None if last is None or differences is None else _known(last[0].unloaded, differences)
+        found = Plan(described, method=method, former=former), Factors()
         if method is not None:
             choose(found[0], method)  # refuses at once what does not suit the batch
     SOLVED.put(frame, found)
     return found
 
 
-def _known(last: Plan, described: Description) -> tuple[Unloaded | None, bool]:
-    """What the plan of a last solution knows of the members of a description, and whether nodes have moved since."""
-    if same_members(last.frame, described):
-        return last.unloaded, False
-    return (last.unloaded, True) if same_connections(last.frame, described) else (None, False)
+def _known(last: Unloaded, differences: Differences) -> Former | None:
+    """What a last solution tells of the next one's members; None where these are others."""
+    if differences.members and differences.connections:
+        return None
+    return Former(last, moved=differences.members, linked=not differences.links)
 
 
 def share(frame: Description, other: Description) -> None:

@@ -20,14 +20,17 @@ def default_axes(chord: Array) -> Array:
     chord = chord.astype(np.result_type(chord, np.float64), copy=False)
     x, y, z = chord[..., 0], chord[..., 1], chord[..., 2]
     horizontal = np.hypot(x, y)
-    upright = horizontal == 0.0
     length = np.hypot(horizontal, z)
-    across = np.where(upright, 1.0, horizontal)
+    upright = None if horizontal.all() else horizontal == 0.0
+    across = horizontal if upright is None else np.where(upright, 1.0, horizontal)
     axes = np.zeros((*x.shape, 3, 3), chord.dtype)
     axes[..., 0, :] = chord / length[..., None]
     axes[..., 1, 0] = -y / across
-    axes[..., 1, 1] = np.where(upright, 1.0, x / across)
-    axes[..., 2, 0] = np.where(upright, -np.sign(z), -axes[..., 0, 2] * axes[..., 1, 1])
+    axes[..., 1, 1] = x / across
+    axes[..., 2, 0] = -axes[..., 0, 2] * axes[..., 1, 1]
+    if upright is not None:
+        axes[..., 1, 1] = np.where(upright, 1.0, axes[..., 1, 1])
+        axes[..., 2, 0] = np.where(upright, -np.sign(z), axes[..., 2, 0])
     axes[..., 2, 1] = axes[..., 0, 2] * axes[..., 1, 0]
     axes[..., 2, 2] = horizontal / length
     return axes

@@ -7,25 +7,30 @@ the same order, and so the same bits.
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..batch import Array
-from ..program.program import Operation
 from ..solvers.method import Method
 from ..structure.parts import Extended, Row, Value, combine, unknowns
+from .entry_machine import EntryMachineCode
+from .entry_steps import EntryCode, Step, carried_out
 from .one_entry import EntryLoads, EntryNumbers
 
 # A pivot below this share of the stiffness whose rounding it carries raises suspicion.
 SUSPECT = 1e-11
 
-# What is done, and the places of the two numbers that it is done with.
-Step = tuple[Callable[[Any, Any], Any], int, int]
+
+class Way(Enum):
+    """How the steps are done: one by one, as functions of Python, or as machine code."""
+
+    STEPS, COMPILED, MACHINE = range(3)
 
 
 @dataclass(frozen=True)
@@ -103,79 +108,69 @@ class EntryProgram:
     excited: frozenset[int]
     method: Method
 
-    def run(self, numbers: EntryNumbers, loads: EntryLoads, *, compiled: bool) -> EntrySolution | None:
-        """The solution of a frame, step by step or `compiled`; None where a pivot is suspicious."""
+    def run(self, numbers: EntryNumbers, loads: EntryLoads, way: Way) -> EntrySolution | None:
+        """The solution of a frame in one of the ways; None where a pivot is suspicious."""
         former = numbers.former
-        again = former is not None and former[0] is self and former[1] is compiled
-        with np.errstate(all="ignore"):
-            if former is not None and again:
-                state = former[2]
-            else:
-                given = self._given(numbers)
-                state = self.code[0](given) if compiled else carried_out(self.shared, given)
-            places = self.least.values()
-            ratios = [state[k] for k in range(len(places))] if compiled else [state[place] for place in places]
+        again = former is not None and former[0] is self and former[1] is way
+        # machine code has its own mind about what overflows
+        with nullcontext() if way is Way.MACHINE else np.errstate(all="ignore"):
+            ratios, state = former[2] if former is not None and again else self._shared(numbers, way)
             for ratio in ratios:
                 if not ratio > SUSPECT:
                     return None
-            numbers.former = self, compiled, state
-            pushes = [loads.values[k] for k in self.loads]
-            if compiled:
-                nodes, known = self.code[1](state, pushes)
-            else:
-                values = carried_out(self.loaded, [*state, *pushes])
-                nodes, known = [values[k] for k in self.nodes], [values[k] for k in self.unknowns.values()]
-            found = np.array(nodes, dtype=np.float64).reshape(-1, 6)
+            numbers.former = self, way, (ratios, state)
+            nodes, known = self._loaded(state, [loads.values[k] for k in self.loads], way)
         unknowns, least = dict(zip(self.unknowns, known, strict=True)), dict(zip(self.least, ratios, strict=True))
-        return EntrySolution(found, unknowns, self.component, self.excited, least, self.method, again)
+        return EntrySolution(nodes, unknowns, self.component, self.excited, least, self.method, again)
 
-    def _given(self, numbers: EntryNumbers) -> list[Any]:
-        values: list[Any] = [numbers.edges[k] for k in self.edges]
-        values += [numbers.turns[k] for k in self.turns]
-        for stack, places in zip(numbers.stacks, self.members, strict=True):
-            values += stack.reshape(-1)[places].tolist()
-        values += self.constants
-        return values
+    def _shared(self, numbers: EntryNumbers, way: Way) -> tuple[list[Any], Any]:
+        """The ratios, and all that the second part takes up."""
+        links = numbers.links
+        narrow: list[Any] = [links.edges[k] for k in self.edges]
+        narrow += [links.turns[k] for k in self.turns]
+        wide = [stack.reshape(-1)[places] for stack, places in zip(numbers.stacks, self.members, strict=True)]
+        if way is Way.MACHINE:
+            return self.machine.shared(narrow, np.concatenate(wide, dtype=Extended) if wide else np.zeros(0, Extended))
+        given = [*narrow, *(value for part in wide for value in part.tolist()), *self.constants]
+        if way is Way.COMPILED:
+            return self.code.shared(given)
+        values = carried_out(self.shared, given)
+        return [values[k] for k in self.least.values()], values
+
+    def _loaded(self, state: Any, pushes: list[float], way: Way) -> tuple[Array, list[Value]]:
+        """Displacements of all nodes, and the unknowns."""
+        if way is Way.MACHINE:
+            return self.machine.loaded(state, pushes)
+        if way is Way.COMPILED:
+            nodes, known = self.code.loaded(state, pushes)
+        else:
+            values = carried_out(self.loaded, [*state, *pushes])
+            nodes, known = [values[k] for k in self.nodes], [values[k] for k in self.unknowns.values()]
+        return np.array(nodes, dtype=np.float64).reshape(-1, 6), known
+
+    @property
+    def size(self) -> int:
+        """Number of steps."""
+        return len(self.shared) + len(self.loaded)
 
     @cached_property
-    def code(self) -> tuple[Callable[[list[Any]], list[Any]], Callable[[list[Any], list[Any]], Any]]:
-        """Both parts as functions of Python, which takes some ten milliseconds; the first begins with the ratios."""
-        size = len(self.edges) + len(self.turns) + sum(map(len, self.members)) + len(self.constants)
-        first = size + len(self.shared)
-        wanted = [*self.nodes, *self.unknowns.values()]
-        used = {k for _, a, b in self.loaded for k in (a, b)}.union(wanted)
-        kept = [*self.least.values(), *sorted(k for k in used if k < first)]
-        source = [
-            "def shared(given):",
-            f" {_names(range(size))} = given",
-            *_lines(self.shared, size),
-            f" return {_names(kept)}",
-            "def loaded(kept, loads):",
-            f" {_names(kept)} = kept",
-            f" {_names(range(first, first + len(self.loads)))} = loads",
-            *_lines(self.loaded, first + len(self.loads)),
-            f" return {_names(self.nodes)}, {_names(self.unknowns.values())}",
-        ]
-        made: dict[str, Any] = {"wide": Extended, "inf": np.inf}
-        exec(compile("\n".join(source), "<frame>", "exec"), made)
-        return made["shared"], made["loaded"]
+    def code(self) -> EntryCode:
+        """The steps as functions of Python."""
+        narrow = len(self.edges) + len(self.turns)
+        given = narrow + sum(map(len, self.members)) + len(self.constants)
+        return EntryCode(given, *self._parts)
 
+    @cached_property
+    def machine(self) -> EntryMachineCode:
+        """The steps as machine code."""
+        narrow = len(self.edges) + len(self.turns)
+        given = [k >= narrow for k in range(narrow + sum(map(len, self.members)))]
+        return EntryMachineCode(given, self.constants, *self._parts)
 
-def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
-    """All numbers: what is given, and what each step makes."""
-    values = list(given)
-    put = values.append
-    for operation, a, b in steps:
-        put(operation(values[a], values[b]))
-    return values
-
-
-def _names(places: Iterable[int]) -> str:
-    return "[" + ", ".join(f"v{place}" for place in places) + "]"
-
-
-def _lines(steps: Sequence[Step], first: int) -> list[str]:
-    return [f" v{first + k} = " + _TEXTS[do].format(a=f"v{a}", b=f"v{b}") for k, (do, a, b) in enumerate(steps)]
+    @property
+    def _parts(self) -> tuple[Sequence[Step], int, Sequence[Step], list[int], list[int], Sequence[int]]:
+        ratios, known = list(self.least.values()), list(self.unknowns.values())
+        return self.shared, len(self.loads), self.loaded, ratios, known, self.nodes
 
 
 def values_of(
@@ -192,47 +187,3 @@ def values_of(
         for index, part in parts.items():
             terms[index].append((1.0, combine([(factor, known[k]) for k, factor in part.items()])))
     return [combine(term) for term in terms]
-
-
-def widen(a: Any, _: Any) -> Any:
-    return Extended(a)
-
-
-def _divided(a: Any, b: Any) -> Any:
-    """a / b; of an exact zero inf, as `reciprocal` has it."""
-    return a / b if b else np.inf
-
-
-def _negative(a: Any, _: Any) -> Any:
-    return -a
-
-
-def _least(a: Any, b: Any) -> Any:
-    """As NumPy has it: what is none is the least."""
-    return b if b < a or b != b else a
-
-
-def _most(a: Any, b: Any) -> Any:
-    return b if b > a or b != b else a
-
-
-OPERATIONS: dict[Operation, Callable[[Any, Any], Any]] = {
-    Operation.ADD: operator.add,
-    Operation.SUBTRACT: operator.sub,
-    Operation.MULTIPLY: operator.mul,
-    Operation.DIVIDE: _divided,
-    Operation.NEGATE: _negative,
-    Operation.MINIMUM: _least,
-    Operation.MAXIMUM: _most,
-}
-# The same in words of Python.
-_TEXTS: dict[Callable[[Any, Any], Any], str] = {
-    operator.add: "{a} + {b}",
-    operator.sub: "{a} - {b}",
-    operator.mul: "{a} * {b}",
-    widen: "wide({a})",
-    _divided: "{a} / {b} if {b} else inf",
-    _negative: "-{a}",
-    _least: "{b} if {b} < {a} or {b} != {b} else {a}",
-    _most: "{b} if {b} > {a} or {b} != {b} else {a}",
-}

@@ -21,8 +21,10 @@ from ..structure.edge import Edge
 from ..structure.parts import Extended, Row, Value, add, is_zero, product
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of, spanning
+from . import entry_machine
 from .block import Block
-from .entry_program import OPERATIONS, EntryProgram, EntrySolution, Step, values_of, widen
+from .entry_program import EntryProgram, EntrySolution, Way, values_of
+from .entry_steps import OPERATIONS, Step, widen
 from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
 from .partial_factorisation import Masks
 from .replay import MOST, RecordedElimination, operations
@@ -30,8 +32,8 @@ from .stage import Forces, Matrix
 
 # Frames of a topology that are worked on before the list is written, which takes as long as some six of them.
 _FEW = 3
-# And after which it is compiled, which takes as long again.
-_OFTEN = 200
+# And after which it is compiled: to Python, which takes as long again, and to machine code, which takes ten times that.
+_OFTEN, _ALWAYS = 200, 1000
 
 
 class TermPlan(Protocol):
@@ -80,7 +82,14 @@ class _Topology:
         if self.program is None:
             self.program = _written(plan, numbers, loads)
             self.without = self.program is None
-        return None if self.program is None else self.program.run(numbers, loads, compiled=self.met > _OFTEN)
+        return None if self.program is None else self.program.run(numbers, loads, self.way)
+
+    @property
+    def way(self) -> Way:
+        """How the steps are done: what takes long to make is made for what is met often."""
+        if self.met > _ALWAYS and entry_machine.available():
+            return Way.MACHINE
+        return Way.COMPILED if self.met > _OFTEN else Way.STEPS
 
 
 def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySolution | None:
@@ -135,8 +144,8 @@ class _Writer:
         self.plan, self.numbers, self.loads = plan, numbers, loads
         self.recording = recording = Recording()
         # In the order of what is given; loads are told from the rest by what they are said to vary over.
-        self.edges = [recording.later(0) for _ in numbers.edges]
-        self.turns = [recording.later(0) for _ in numbers.turns]
+        self.edges = [recording.later(0) for _ in numbers.links.edges]
+        self.turns = [recording.later(0) for _ in numbers.links.turns]
         self.members = [[recording.later(0) for _ in range(stack.size)] for stack in numbers.stacks]
         self.pushes = [recording.later(1) for _ in loads.values]
         self.tree = self._tree()
@@ -146,7 +155,7 @@ class _Writer:
         numbers, topology, rhs_parameters = self.numbers, self.plan.topology, self.plan.rhs_parameters
         edges = edges_of(topology, rhs_parameters)
         by_place = [self._edge(place, edge) for place, edge in enumerate(edges)]
-        turn = iter(zip(self.turns, numbers.turns, strict=True))
+        turn = iter(zip(self.turns, numbers.links.turns, strict=True))
 
         def taken(count: int) -> list[Value]:
             pairs = [next(turn) for _ in range(count)]
@@ -163,7 +172,7 @@ class _Writer:
         for body in topology.bodies:
             if body not in bodies:
                 bodies[body] = _square(taken(9))
-        chosen, closing = spanning([edges[k] for k in numbers.order], ordered=True)
+        chosen, closing = spanning([edges[k] for k in numbers.links.order], ordered=True)
         if any(edge.ideal for edge in closing):
             return None
         by_edge = dict(zip(edges, by_place, strict=True))
@@ -182,7 +191,7 @@ class _Writer:
 
     def _edge(self, place: int, edge: Edge) -> Edge:
         """An edge with terms for its numbers."""
-        given = self.numbers.edges[EACH * place : EACH * (place + 1)]
+        given = self.numbers.links.edges[EACH * place : EACH * (place + 1)]
         terms = [term if number else 0.0 for term, number in zip(self.edges[EACH * place :], given, strict=False)]
         offset: tuple[Row, ...] = tuple({-1: value} if not is_zero(value) else {} for value in terms[OFFSETS:])
         return replace(edge, stiffness=tuple(terms[:PITCH]), pitch=terms[PITCH], offset=offset)
@@ -232,7 +241,7 @@ class _Layout:
         recording, numbers = writer.recording, writer.numbers
         terms = [value for value in asked if isinstance(value, Term)]
         program, places = recording.program(terms)
-        sizes = [len(numbers.edges), len(numbers.turns), *(stack.size for stack in numbers.stacks)]
+        sizes = [len(numbers.links.edges), len(numbers.links.turns), *(stack.size for stack in numbers.stacks)]
         starts = np.cumsum([0, *sizes, len(writer.pushes)]).tolist()
         inside = [[k for k in places if a <= k < b] for a, b in pairwise(starts)]
         own = [k for k in places if k >= starts[-1]]

@@ -30,41 +30,30 @@ _ALL_OF_THEM = (0.0,) * EACH
 _UNITS = (0.0, 1.0, -1.0)
 
 
-class EntryNumbers:
-    """The numbers of a frame of one entry, its loads apart.
+class EntryLinks:
+    """The numbers of joints, ties, supports and bodies of a frame of one entry.
 
     Parameters
     ----------
     topology
         Its nodes and members.
-    stacks
-        Matrices of the members, stack by stack, where they are known.
 
     Attributes
     ----------
-    stacks
-        Matrices of the members in the nodes' axes, (n, 12, 12) each.
     edges
         Of each joint, tie and support, in turn: springs, pitch and offsets.
     turns
         Axes of joints, arms of rigid links, axes of bodies.
     order
         Places of joints, ties and supports, the strongest first.
-    strained
-        Whether members strain without forces.
     key
         What stands where.
-    former
-        The program that was last run on these numbers, whether compiled, and what it made of them before any load.
     """
 
-    def __init__(self, topology: Topology, stacks: list[NDArray[Any]] | None = None) -> None:
-        frame, self.topology = topology.frame, topology
-        self.stacks = [_stack(group) for group in topology.groups] if stacks is None else stacks
-        self.former: tuple[Any, bool, list[Any]] | None = None
+    def __init__(self, topology: Topology) -> None:
+        frame, self._number = topology.frame, topology.number
         self.edges: list[float] = []
         self.turns: list[float] = []
-        self.strained = any(group.strained for group in topology.groups)
         heads = [*self._joints(frame), *self._ties(frame), *self._supports(frame)]
         self.order = sorted(range(len(heads)), key=[strength for _, strength in heads].__getitem__, reverse=True)
         places: dict[str, int] = {}
@@ -73,18 +62,10 @@ class EntryNumbers:
             self.turns += frame.bodies[body].axes.reshape(-1).tolist()
         turns = tuple([turn if turn in _UNITS else 2.0 for turn in self.turns])
         nonzero = (np.array(self.edges) != 0.0).tobytes()
-        stacks_of = [
-            (group.dofs.tobytes(), (stack != 0.0).tobytes())
-            for group, stack in zip(topology.groups, self.stacks, strict=True)
-        ]
-        self.key: tuple[Hashable, ...] = on, (*self.order,), (*(head for head, _ in heads),), nonzero, turns, *stacks_of
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What another process needs: programs it makes itself."""
-        return vars(self) | {"former": None}
+        self.key: tuple[Hashable, ...] = on, (*self.order,), (*(head for head, _ in heads),), nonzero, turns
 
     def _joints(self, frame: Description) -> list[Head]:
-        number, heads = self.topology.number, list[Head]()
+        number, heads = self._number, list[Head]()
         for name, link in frame.joints.items():
             element = link.element
             springs = element.stiffness.reshape(-1).tolist()
@@ -101,7 +82,7 @@ class EntryNumbers:
         return heads
 
     def _ties(self, frame: Description) -> list[Head]:
-        number, heads = self.topology.number, list[Head]()
+        number, heads = self._number, list[Head]()
         for tie in frame.ties:
             self.edges += _ALL_OF_THEM
             if tie.rigid:
@@ -111,12 +92,57 @@ class EntryNumbers:
         return heads
 
     def _supports(self, frame: Description) -> list[Head]:
-        number, heads = self.topology.number, list[Head]()
+        number, heads = self._number, list[Head]()
         for node, constrained in frame.supports.items():
             self.edges += (*_ALL_OF_THEM[:OFFSETS], *_six(constrained))
             ideal = (*sorted(constrained),)
             heads.append((("support", number[node], ideal), (len(ideal), 0.0)))
         return heads
+
+
+class EntryNumbers:
+    """The numbers of a frame of one entry, its loads apart.
+
+    Parameters
+    ----------
+    topology
+        Its nodes and members.
+    stacks
+        Matrices of the members, stack by stack, where they are known.
+    links
+        Its joints, ties, supports and bodies, where they are known.
+
+    Attributes
+    ----------
+    stacks
+        Matrices of the members in the nodes' axes, (n, 12, 12) each.
+    links
+        Joints, ties, supports and bodies.
+    strained
+        Whether members strain without forces.
+    key
+        What stands where.
+    former
+        The program that was last run on these numbers, in which way, and what it made of them before any load.
+    """
+
+    def __init__(
+        self, topology: Topology, stacks: list[NDArray[Any]] | None = None, links: EntryLinks | None = None
+    ) -> None:
+        self.topology = topology
+        self.stacks = [_stack(group) for group in topology.groups] if stacks is None else stacks
+        self.links = EntryLinks(topology) if links is None else links
+        self.former: tuple[Any, Any, tuple[list[Any], Any]] | None = None
+        self.strained = any(group.strained for group in topology.groups)
+        stacks_of = [
+            (group.dofs.tobytes(), (stack != 0.0).tobytes())
+            for group, stack in zip(topology.groups, self.stacks, strict=True)
+        ]
+        self.key: tuple[Hashable, ...] = *self.links.key, *stacks_of
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process needs: programs it makes itself."""
+        return vars(self) | {"former": None}
 
 
 class EntryLoads:

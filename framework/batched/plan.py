@@ -28,7 +28,7 @@ from .entry_program import EntrySolution
 from .entry_recording import solved
 from .one_entry import EntryLoads
 from .stage import Forces, Matrix
-from .unloaded import Chained, Unloaded
+from .unloaded import Chained, Former, Unloaded
 
 # Sets of chains, which differ by the nodes that loads are on, of which plans of one frame share the stiffness.
 _CHAINED = 2
@@ -47,8 +47,6 @@ class Plan:
         The way in which it is to be solved, see `linkframe.framework.solvers.method`; the plan chooses where None.
     former
         What is known of a frame with the same members, not cut, if anything.
-    moved
-        Whether its nodes lay in other places.
     """
 
     def __init__(
@@ -57,12 +55,11 @@ class Plan:
         *,
         cut: bool = False,
         method: str | None = None,
-        former: Unloaded | None = None,
-        moved: bool = False,
+        former: Former | None = None,
     ) -> None:
         times: dict[str, float] = {}
         with timed(times, "numbering"):
-            unloaded = Unloaded(frame, cut=cut, method=method, former=former, moved=moved)
+            unloaded = Unloaded(frame, cut=cut, method=method, former=former)
         self._chained: Bounded[tuple[object, ...], Chained] = Bounded(_CHAINED)
         self._of(frame, unloaded, times, again=False)
 

@@ -6,29 +6,48 @@ from __future__ import annotations
 from ..cache import alike
 from ..description import Description
 
-# What nodes and members, and the stiffness of these, are made of.
-_MEMBERS = ("nodes", "members", "bodies")
-_PARTS = (*_MEMBERS, "joints", "masses", "supports", "offsets", "ties", "size")
+# What nodes and members, and the stiffness of these, are made of; and what holds nodes to each other and to the ground.
+_MEMBERS = frozenset({"nodes", "members", "bodies"})
+_LINKS = frozenset({"joints", "ties", "supports", "offsets", "bodies"})
+_PARTS = _MEMBERS | _LINKS | {"masses", "size"}
 
 
-def same_structure(one: Description, other: Description) -> bool:
-    """Whether two descriptions differ in loads alone: the same parts by name, the same numbers held."""
-    return _same(one, other, _PARTS)
+class Differences:
+    """What two descriptions differ in, their loads apart.
 
+    Parameters
+    ----------
+    one, other
+        The descriptions.
+    """
 
-def same_members(one: Description, other: Description) -> bool:
-    """Whether two descriptions have the same members between the same places."""
-    return _same(one, other, _MEMBERS)
+    def __init__(self, one: Description, other: Description) -> None:
+        self.one, self.other = one, other
+        same = one.shape == other.shape
+        self._parts = {part for part in _PARTS if not (same and alike(getattr(one, part), getattr(other, part)))}
 
+    @property
+    def none(self) -> bool:
+        """Whether there are none: the same parts by name, the same numbers held."""
+        return not self._parts
 
-def same_connections(one: Description, other: Description) -> bool:
-    """Whether two descriptions have the same members, between nodes that may lie in other places."""
-    return (
-        list(one.nodes) == list(other.nodes)
-        and _same(one, other, ("members", "bodies"))
-        and all(a.body == b.body for a, b in zip(one.nodes.values(), other.nodes.values(), strict=True))
-    )
+    @property
+    def members(self) -> bool:
+        """Whether members are others, or between other places."""
+        return not self._parts.isdisjoint(_MEMBERS)
 
+    @property
+    def connections(self) -> bool:
+        """Whether members are others, or between other nodes, wherever these lie."""
+        one, other = self.one.nodes, self.other.nodes
+        return (
+            not self._parts.isdisjoint(_MEMBERS - {"nodes"})
+            or list(one) != list(other)
+            or any(a.body != b.body for a, b in zip(one.values(), other.values(), strict=True))
+        )
 
-def _same(one: Description, other: Description, parts: tuple[str, ...]) -> bool:
-    return one.shape == other.shape and all(alike(getattr(one, part), getattr(other, part)) for part in parts)
+    @property
+    def links(self) -> bool:
+        """Whether joints, ties, supports or bodies have other numbers, as what is rigid has where its nodes move."""
+        rigid = "nodes" in self._parts and any(tie.rigid for tie in self.one.ties)
+        return rigid or not self._parts.isdisjoint(_LINKS)

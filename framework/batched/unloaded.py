@@ -6,7 +6,7 @@ import functools
 import operator
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -25,7 +25,7 @@ from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation, retained
-from .one_entry import EntryNumbers, forest
+from .one_entry import EntryLinks, EntryNumbers, forest
 from .order import Order, Pattern, link, order
 from .partial_factorisation import Springs
 from .stage import Matrix
@@ -47,8 +47,6 @@ class Unloaded:
         The way in which it is to be solved; None for the one that promises to be fastest.
     former
         What is known of a frame with the same members, not cut, if anything.
-    moved
-        Whether its nodes lay in other places.
     """
 
     def __init__(
@@ -57,16 +55,18 @@ class Unloaded:
         *,
         cut: bool,
         method: str | None,
-        former: Unloaded | None = None,
-        moved: bool = False,
+        former: Former | None = None,
     ) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
         self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
-        self.topology = _topology(frame, cut=cut, former=former, moved=moved)
-        self._stacks = None if former is None or moved else former.known_stacks
+        self.topology = _topology(frame, cut=cut, former=former)
+        self._stacks = None if former is None or former.moved else former.unloaded.known_stacks
+        linked = former.unloaded if former is not None and former.linked else None
+        self._links = None if linked is None else linked.known_links
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
-        if not (self._plain and forest(frame)):
+        self._forest: bool = self._plain and (forest(frame) if linked is None else linked._forest)
+        if not self._forest:
             self.tree  # noqa: B018  # refuses at once what contradicts itself
 
     @cached_property
@@ -83,13 +83,19 @@ class Unloaded:
         coupled = sum(map(len, frame.supports.values())) + 6 * (len(frame.joints) + len(frame.ties))
         if 6 * len(self.topology.number) - coupled > LARGE:
             return None
-        return EntryNumbers(self.topology, self._stacks)
+        return EntryNumbers(self.topology, self._stacks, self._links)
 
     @property
     def known_stacks(self) -> list[NDArray[Any]] | None:
         """Matrices of the members of a frame of one entry, once they were asked for."""
         known: EntryNumbers | None = vars(self).get("entry")
         return self._stacks if known is None else known.stacks
+
+    @property
+    def known_links(self) -> EntryLinks | None:
+        """Numbers of the joints, ties and supports of a frame of one entry, once they were asked for."""
+        known: EntryNumbers | None = vars(self).get("entry")
+        return self._links if known is None else known.links
 
     @cached_property
     def constant(self) -> bool:
@@ -139,6 +145,24 @@ class Unloaded:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
         shape = group.stiffness_shape
         return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
+
+
+class Former(NamedTuple):
+    """What is known of a frame with the same members, not cut.
+
+    Attributes
+    ----------
+    unloaded
+        That frame.
+    moved
+        Whether its nodes lay in other places.
+    linked
+        Whether it has the same numbers in joints, ties, supports and bodies.
+    """
+
+    unloaded: Unloaded
+    moved: bool
+    linked: bool
 
 
 class Chained:
@@ -285,11 +309,12 @@ class Chained:
         return Block(self.unloaded.grid, orders, matrix, scale, {}, ends, springs, [], varying), own
 
 
-def _topology(frame: Description, *, cut: bool, former: Unloaded | None, moved: bool) -> Topology:
+def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topology:
     """Nodes and members, as far as they are known from what was `former`."""
     if former is None:
         return Topology.of(frame, cut=cut)
-    return former.topology.moved(frame) if moved else former.topology.loaded(frame)
+    known = former.unloaded.topology
+    return known.moved(frame) if former.moved else known.loaded(frame)
 
 
 def _orders(
@@ -339,6 +364,8 @@ def _union(parts: Parts) -> int:
 
 def _geometry(frame: Description) -> int:
     """Mask of the axes over which positions vary."""
+    if not frame.shape:
+        return 0
     shapes = [node.coordinates.shape[:-1] for node in frame.nodes.values()]
     shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
     shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]

@@ -33,7 +33,7 @@ from .unit_offsets import Solve, against_offsets
 
 def joints_with_clearance(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
-    return [name for name, joint in frame.joints.items() if joint.element.clearance.any()]
+    return [name for name, joint in frame.joints.items() if np.count_nonzero(joint.element.clearance)]
 
 
 class Clearances:

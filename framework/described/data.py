@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Self
@@ -81,15 +80,13 @@ class DescriptionData:
             The description as it is now; what is added to either later is not in the other. Arrays are shared.
         """
         clone = object.__new__(type(self))
-        for name, value in vars(self).items():
-            setattr(clone, name, value)
-            if isinstance(value, dict):
-                components = dict(value)
-                if name in _GROWING:
-                    components = {key: copy.copy(v) for key, v in value.items()}
-                setattr(clone, name, components)
-            elif isinstance(value, list):
-                setattr(clone, name, list(value))
+        parts = clone.__dict__
+        parts.update(vars(self))
+        for name, value in parts.items():
+            if name in _GROWING:
+                parts[name] = {key: each.copy() for key, each in value.items()}
+            elif isinstance(value, (dict, list)):
+                parts[name] = value.copy()
         return clone
 
     __copy__ = copy

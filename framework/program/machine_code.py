@@ -124,7 +124,27 @@ def _machine(cpu: str, features: str) -> Any:
 
 
 def _compiled(text: str) -> Callable[..., None]:
-    """The function, from disk where it has been compiled before."""
+    """The function of a kernel."""
+    whole = ctypes.c_int64
+    found: Callable[..., None] = compiled(text, ctypes.CFUNCTYPE(None, ctypes.c_void_p, whole, whole, whole, whole))
+    return found
+
+
+def compiled(text: str, kind: Any) -> Any:
+    """The function ``run`` of a text, from disk where it has been compiled before.
+
+    Parameters
+    ----------
+    text
+        What LLVM is to read.
+    kind
+        Type of the function, by ctypes.
+
+    Returns
+    -------
+    callable
+        The function.
+    """
     import llvmlite.binding as llvm
 
     with _lock:
@@ -138,11 +158,9 @@ def _compiled(text: str) -> Callable[..., None]:
         else:
             engine.add_object_file(llvm.ObjectFileRef.from_data(content))
         engine.finalize_object()
-        whole = ctypes.c_int64
-        kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, whole, whole, whole, whole)
         found: Any = kind(engine.get_function_address("run"))
     found.engine = engine  # lives as long as the function
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 @cache

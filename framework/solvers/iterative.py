@@ -35,6 +35,8 @@ _BLOCK, _SOFT_STEPS = 4, 40
 _ROUGH = 1e-2
 # Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
 _FLOOR = 1e-12
+# Share of the numbers in blocks that are not zero, above which a product by blocks is the quicker one.
+_FILLED = 0.65
 _EPS = float(np.finfo(float).eps)
 
 Operator = Callable[[Array], Array]
@@ -234,11 +236,15 @@ def _norm(a: Array) -> float:
 
 
 def _in_blocks(scaled: scipy.sparse.csr_matrix, places: Places) -> Any:
-    """The matrix (n, n) in blocks of six by six, which takes half the time of a product, where all nodes have six
-    unknowns."""
+    """The matrix (n, n) in blocks of six by six, where all nodes have six unknowns: a product takes half the time.
+
+    Of members along the axes most of a block is zero, and entry by entry is the quicker way.
+    """
     nodes = len(places.component) // 6
-    whole = np.array_equal(places.component, np.tile(np.arange(6), nodes))
-    return scaled.tobsr((6, 6)) if whole else scaled
+    if not np.array_equal(places.component, np.tile(np.arange(6), nodes)):
+        return scaled
+    blocks = scaled.tobsr((6, 6))
+    return blocks if scaled.nnz > _FILLED * blocks.data.size else scaled
 
 
 def _preconditioner(scaled: scipy.sparse.csr_matrix, root: Array, places: Places) -> Operator:

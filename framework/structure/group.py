@@ -89,7 +89,8 @@ class Group:
     @cached_property
     def length(self) -> Array:
         """Their lengths (n, ...)."""
-        length: Array = np.linalg.norm(self.chord, axis=-1) / self.counts
+        # as np.linalg.norm has it, without its overhead
+        length: Array = np.sqrt(np.add.reduce(self.chord * self.chord, axis=-1)) / self.counts
         return length
 
     @cached_property

@@ -36,7 +36,7 @@ OPENSEES, PYNITE = "openseespy, rebuilt", "PyNite, built"
 LIMITS = {FIRST: 2.5, LATER: 1.0, LENGTHS: 0.25, STIFFNESS: 0.25, LOAD: 0.08}
 RATIOS = {OPENSEES: 5.0, PYNITE: 1.0}
 # Jobs in turn, so that no two in a row have the same numbers; and solutions after which a topology is known well.
-TURNS, MANY = 16, 300
+TURNS, MANY = 16, 1200
 ERROR = 1e-12
 SPRINGS = (2e11, 2e11, 2e11, 2e11, 2e11, 0.0)
 

@@ -1,0 +1,191 @@
+"""The steps of a frame of one entry as machine code: doubles, and the 80 bits of extended precision, each in its own
+registers.
+
+Python spends some fifty nanoseconds on a step, nearly all of it in making the number that the step makes. LLVM (extra
+``fast``) does the same steps in the same order on the same two kinds of numbers, and is given no leave to change them:
+the same bits.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import operator
+import platform
+import struct
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..program import machine_code
+from ..structure.parts import Extended, Value
+from .entry_steps import Step, divided, least, most, negative, widen
+
+_WIDE, _DOUBLE = "x86_fp80", "double"
+_INF = {_WIDE: "0xK7FFF8000000000000000", _DOUBLE: "0x7FF0000000000000"}
+_ZERO = {_WIDE: "0xK00000000000000000000", _DOUBLE: "0x0000000000000000"}
+_PLAIN = {operator.add: "fadd", operator.sub: "fsub", operator.mul: "fmul"}
+_BELOW: dict[Callable[[Any, Any], Any], str] = {least: "olt", most: "ogt"}
+# Bytes that numbers of both kinds take in an array.
+_SIZES = {_WIDE: 16, _DOUBLE: 8}
+
+
+@cache
+def available() -> bool:
+    """Whether llvmlite is installed, and extended precision is that of the 80-bit registers."""
+    wide = np.finfo(Extended)
+    known = platform.machine().lower() in ("x86_64", "amd64") and wide.nmant == 63 and np.dtype(Extended).itemsize == 16
+    return known and machine_code.available()
+
+
+class EntryMachineCode:
+    """Both parts of the program of a frame of one entry, compiled.
+
+    Parameters
+    ----------
+    given
+        Of each number that is given, whether it is in extended precision.
+    constants
+        Numbers that are part of the program, after these.
+    shared, loaded
+        The steps; those of the second part come after the `loads`, which are doubles.
+    ratios, known, nodes
+        Places of the ratios of pivots, which the first part makes, of the unknowns, and of the displacements.
+    """
+
+    def __init__(
+        self,
+        given: Sequence[bool],
+        constants: Sequence[Value],
+        shared: Sequence[Step],
+        loads: int,
+        loaded: Sequence[Step],
+        ratios: Sequence[int],
+        known: Sequence[int],
+        nodes: Sequence[int],
+    ) -> None:
+        wide = [*given, *(isinstance(value, np.longdouble) for value in constants)]
+        size = len(wide)
+        made, first = [*_kinds(wide, shared)], size + len(shared)
+        used = {k for _, a, b in loaded for k in (a, b)}.union(known, nodes)
+        kept = [*ratios, *sorted(k for k in used if k < first)]
+        self._kept, self._ratios = len(kept), [made[k] for k in ratios]
+        places: dict[bool, list[int]] = {True: [], False: []}
+        for k, kind in enumerate(given):
+            places[kind].append(k)
+        begin = [
+            *_load("a", _DOUBLE, places[False]),
+            *_load("b", _WIDE, places[True]),
+            *_constants(len(given), constants),
+        ]
+        self._shared = _function([*begin, *_lines(made, shared, size), *_store("c", made, kept, _WIDE)])
+        whole = [*made, *(False for _ in range(loads))]
+        after = [*_kinds(whole, loaded)]
+        kinds = [made[k] for k in kept]
+        begin = [*_take(kept, kinds), *_load("b", _DOUBLE, range(first, first + loads))]
+        end = [*_store("c", after, nodes, _DOUBLE), *_store("c", after, known, _WIDE, _SIZES[_DOUBLE] * len(nodes))]
+        self._loaded = _function([*begin, *_lines(after, loaded, first + loads), *end])
+        self._nodes, self._known = len(nodes), [after[k] for k in known]
+
+    def shared(self, narrow: Sequence[float], wide: NDArray[Any]) -> tuple[list[Value], NDArray[Any]]:
+        """The ratios, and what the second part takes up, of numbers given in double and extended precision."""
+        given, state = np.array(narrow, dtype=np.float64), np.empty(self._kept, dtype=Extended)
+        self._shared(given.ctypes.data, wide.ctypes.data, state.ctypes.data)
+        return _numbers(state[: len(self._ratios)], self._ratios), state
+
+    def loaded(self, state: NDArray[Any], loads: Sequence[float]) -> tuple[NDArray[np.float64], list[Value]]:
+        """Displacements of all nodes, (nodes, 6), and the unknowns."""
+        given = np.array(loads, dtype=np.float64)
+        # one piece of memory for both: numbers in extended precision begin where sixteen bytes do
+        size = self._nodes
+        out = np.empty((size + 1) // 2 + len(self._known), dtype=Extended)
+        self._loaded(state.ctypes.data, given.ctypes.data, out.ctypes.data)
+        return out[: size // 2].view(np.float64).reshape(-1, 6), _numbers(out[size // 2 :], self._known)
+
+
+def _numbers(array: NDArray[Any], kinds: Sequence[bool]) -> list[Value]:
+    """Numbers of an array, those that are doubles as such."""
+    return [value if wide else float(value) for value, wide in zip(array, kinds, strict=True)]
+
+
+def _function(lines: Iterable[str]) -> Callable[..., None]:
+    text = ["define void @run(ptr %a, ptr %b, ptr %c) {", *lines, "  ret void", "}"]
+    address = ctypes.c_void_p
+    found: Callable[..., None] = machine_code.compiled(
+        "\n".join(text), ctypes.CFUNCTYPE(None, address, address, address)
+    )
+    return found
+
+
+def _kinds(wide: Sequence[bool], steps: Sequence[Step]) -> Iterator[bool]:
+    """Of all numbers, whether they are in extended precision."""
+    known = list(wide)
+    for operation, a, _ in steps:
+        known.append(operation is widen or known[a])
+    return iter(known)
+
+
+def _at(pointer: str, name: str, offset: int) -> str:
+    return f"  %{name} = getelementptr i8, ptr %{pointer}, i64 {offset}"
+
+
+def _load(pointer: str, kind: str, places: Iterable[int]) -> Iterator[str]:
+    """Numbers of one kind, one after the other."""
+    for k, place in enumerate(places):
+        yield _at(pointer, f"p{place}", k * _SIZES[kind])
+        yield f"  %v{place} = load {kind}, ptr %p{place}, align 8"
+
+
+def _take(kept: Sequence[int], kinds: Sequence[bool]) -> Iterator[str]:
+    """What the first part left, all of it in extended precision, in which doubles are exact."""
+    for k, place in {place: k for k, place in enumerate(kept)}.items():
+        wide = kinds[place]
+        yield _at("a", f"p{k}", _SIZES[_WIDE] * place)
+        yield f"  %{'v' if wide else 'x'}{k} = load {_WIDE}, ptr %p{k}, align 16"
+        if not wide:
+            yield f"  %v{k} = fptrunc {_WIDE} %x{k} to {_DOUBLE}"
+
+
+def _constants(first: int, constants: Sequence[Value]) -> Iterator[str]:
+    for k, value in enumerate(constants, first):
+        (bits,) = struct.unpack(">Q", struct.pack(">d", float(value)))
+        if isinstance(value, np.longdouble):
+            yield f"  %v{k} = fpext {_DOUBLE} 0x{bits:016X} to {_WIDE}"
+        else:
+            # adding zero would lose its sign; minus zero changes nothing
+            yield f"  %v{k} = fadd {_DOUBLE} 0x{bits:016X}, 0x8000000000000000"
+
+
+def _store(pointer: str, wide: Sequence[bool], places: Iterable[int], kind: str, offset: int = 0) -> Iterator[str]:
+    """Numbers as those of one kind, one after the other."""
+    for n, k in enumerate(places):
+        name, own = f"{kind[0]}{n}", _kind(wide[k])
+        value = f"%v{k}"
+        if own != kind:
+            value = f"%s{name}"
+            yield f"  {value} = {'fpext' if kind == _WIDE else 'fptrunc'} {own} %v{k} to {kind}"
+        yield _at(pointer, f"o{name}", offset + n * _SIZES[kind])
+        yield f"  store {kind} {value}, ptr %o{name}, align {_SIZES[kind]}"
+
+
+def _kind(wide: bool) -> str:
+    return _WIDE if wide else _DOUBLE
+
+
+def _lines(wide: Sequence[bool], steps: Sequence[Step], first: int) -> Iterator[str]:
+    for k, (operation, i, j) in enumerate(steps, first):
+        kind, a, b = _kind(wide[k]), f"%v{i}", f"%v{j}"
+        if operation in _PLAIN:
+            yield f"  %v{k} = {_PLAIN[operation]} {kind} {a}, {b}"
+        elif operation is widen:
+            yield f"  %v{k} = fpext {_DOUBLE} {a} to {_WIDE}"
+        elif operation is negative:
+            yield f"  %v{k} = fneg {kind} {a}"
+        elif operation is divided:
+            yield f"  %q{k} = fdiv {kind} {a}, {b}\n  %z{k} = fcmp oeq {kind} {b}, {_ZERO[kind]}"
+            yield f"  %v{k} = select i1 %z{k}, {kind} {_INF[kind]}, {kind} %q{k}"
+        else:
+            yield f"  %l{k} = fcmp {_BELOW[operation]} {kind} {b}, {a}\n  %n{k} = fcmp uno {kind} {b}, {b}"
+            yield f"  %u{k} = or i1 %l{k}, %n{k}\n  %v{k} = select i1 %u{k}, {kind} {b}, {kind} {a}"

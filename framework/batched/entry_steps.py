@@ -1,0 +1,125 @@
+"""Steps on plain numbers: one by one, or as functions of Python."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..program.program import Operation
+from ..structure.parts import Extended
+
+# What is done, and the places of the two numbers that it is done with.
+Step = tuple[Callable[[Any, Any], Any], int, int]
+
+
+def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
+    """All numbers: what is given, and what each step makes."""
+    values = list(given)
+    put = values.append
+    for operation, a, b in steps:
+        put(operation(values[a], values[b]))
+    return values
+
+
+class EntryCode:
+    """Both parts of the program of a frame of one entry as functions of Python, which takes some ten milliseconds.
+
+    Parameters
+    ----------
+    size
+        Of what is given, constants included.
+    shared, loaded
+        The steps; those of the second part come after the `loads`.
+    ratios, known, nodes
+        Places of the ratios of pivots, which the first part makes, of the unknowns, and of the displacements.
+    """
+
+    def __init__(
+        self,
+        size: int,
+        shared: Sequence[Step],
+        loads: int,
+        loaded: Sequence[Step],
+        ratios: Sequence[int],
+        known: Sequence[int],
+        nodes: Sequence[int],
+    ) -> None:
+        first = size + len(shared)
+        used = {k for _, a, b in loaded for k in (a, b)}.union(known, nodes)
+        kept = [*ratios, *sorted(k for k in used if k < first)]
+        source = [
+            "def shared(given):",
+            f" {_names(range(size))} = given",
+            *_lines(shared, size),
+            f" return {_names(kept)}",
+            "def loaded(kept, loads):",
+            f" {_names(kept)} = kept",
+            f" {_names(range(first, first + loads))} = loads",
+            *_lines(loaded, first + loads),
+            f" return {_names(nodes)}, {_names(known)}",
+        ]
+        made: dict[str, Any] = {"wide": Extended, "inf": np.inf}
+        exec(compile("\n".join(source), "<frame>", "exec"), made)
+        self._count = len(ratios)
+        self._shared: Callable[[list[Any]], list[Any]] = made["shared"]
+        self.loaded: Callable[[list[Any], list[Any]], tuple[list[Any], list[Any]]] = made["loaded"]
+
+    def shared(self, given: list[Any]) -> tuple[list[Any], list[Any]]:
+        """The ratios, and what the second part takes up."""
+        state = self._shared(given)
+        return state[: self._count], state
+
+
+def _names(places: Iterable[int]) -> str:
+    return "[" + ", ".join(f"v{place}" for place in places) + "]"
+
+
+def _lines(steps: Sequence[Step], first: int) -> list[str]:
+    return [f" v{first + k} = " + _TEXTS[do].format(a=f"v{a}", b=f"v{b}") for k, (do, a, b) in enumerate(steps)]
+
+
+def widen(a: Any, _: Any) -> Any:
+    return Extended(a)
+
+
+def divided(a: Any, b: Any) -> Any:
+    """a / b; of an exact zero inf, as `reciprocal` has it."""
+    return a / b if b else np.inf
+
+
+def negative(a: Any, _: Any) -> Any:
+    return -a
+
+
+def least(a: Any, b: Any) -> Any:
+    """As NumPy has it: what is none is the least."""
+    return b if b < a or b != b else a
+
+
+def most(a: Any, b: Any) -> Any:
+    return b if b > a or b != b else a
+
+
+OPERATIONS: dict[Operation, Callable[[Any, Any], Any]] = {
+    Operation.ADD: operator.add,
+    Operation.SUBTRACT: operator.sub,
+    Operation.MULTIPLY: operator.mul,
+    Operation.DIVIDE: divided,
+    Operation.NEGATE: negative,
+    Operation.MINIMUM: least,
+    Operation.MAXIMUM: most,
+}
+# The same in words of Python.
+_TEXTS: dict[Callable[[Any, Any], Any], str] = {
+    operator.add: "{a} + {b}",
+    operator.sub: "{a} - {b}",
+    operator.mul: "{a} * {b}",
+    widen: "wide({a})",
+    divided: "{a} / {b} if {b} else inf",
+    negative: "-{a}",
+    least: "{b} if {b} < {a} or {b} != {b} else {a}",
+    most: "{b} if {b} > {a} or {b} != {b} else {a}",
+}
