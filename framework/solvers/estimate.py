@@ -13,6 +13,8 @@ from .graph import Graph
 # member whose geometry varies or does not, and for an operation.
 _START, _MEMBER, _STEP = 2e-3, 0.28e-3, 0.2e-6
 _MOVED, _FIXED, _OPERATION = 1.2e-6, 0.4e-6, 0.6e-9
+# Seconds for a member of few unknowns that do not vary, of a chain; of what has loops it takes up to twice as long.
+_CONSTANT = 0.15e-3
 # Times longer what is done in extended precision takes: members and operations. That is all in batches of no more than
 # so many entries with so many members in all.
 _EXTENDED, _SHORT, _FINE = (15.0, 2.5), 2**10, 2**12
@@ -39,6 +41,11 @@ def recorded(pieces: int, entries: int = 1) -> float:
     """Seconds of few unknowns, whose stiffness varies over so many entries."""
     each = _FIXED * _EXTENDED[0] if extended(entries, pieces) else _FIXED
     return _START + pieces * (_MEMBER + each * entries)
+
+
+def few(pieces: int) -> float:
+    """Seconds of few unknowns, broadcast, whose stiffness does not vary."""
+    return _START + _CONSTANT * pieces
 
 
 def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: float = np.inf) -> float:
