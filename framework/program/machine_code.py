@@ -81,7 +81,7 @@ class Kernel:
         self.read = [k for k in read if k not in constants]
         self.values = [*self.read, *written]
         self.along = [bool(program.masks[k] >> axis & 1) for k in self.read]
-        self._function = _compiled("\n".join(Text(program, self.read, self.along, written).lines()))
+        self._function = compiled("\n".join(Text(program, self.read, self.along, written).lines()))
 
     @staticmethod
     def of(program: Program, axis: int) -> Kernel:
@@ -122,8 +122,8 @@ def _machine(cpu: str, features: str) -> Any:
     return llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=2)
 
 
-def _compiled(text: str) -> Callable[..., None]:
-    """The function, from disk where it has been compiled before."""
+def compiled(text: str) -> Callable[..., None]:
+    """The function ``run`` of a text, from disk where it has been compiled before."""
     import llvmlite.binding as llvm
 
     with _lock:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import scipy
@@ -67,7 +68,7 @@ class _Blocks:
         self.count = count
         pairs: Index = np.sort((count * low + high)[low >= 0])
         self.pairs = pairs[np.diff(pairs, prepend=-1) > 0]
-        self.total = np.zeros((6, 6, count + len(self.pairs)))
+        self.total: NDArray[Any] = np.zeros((6, 6, count + len(self.pairs)))
 
     def add(self, first: Index, second: Index, values: Array) -> None:
         """Add `values` (6, 6, n) that couple nodes to themselves or to others."""

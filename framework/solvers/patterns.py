@@ -46,20 +46,14 @@ def connected(first: Index, second: Index, count: int) -> Index:
     """Connected component of each of `count` places, of which pairs are joined, (count,)."""
 
     def label() -> Index:
-        found: Index = scipy.sparse.csgraph.connected_components(adjacency(first, second, count), directed=False)[1]
-        return found.astype(np.int64)
+        return _label(adjacency(first, second, count))
 
     return kept("connected", (first, second, np.array(count)), label)
 
 
 def connected_by(matrix: scipy.sparse.csr_matrix) -> Index:
     """Connected component of each row of a symmetric matrix without zeros, (n,)."""
-
-    def label() -> Index:
-        found: Index = scipy.sparse.csgraph.connected_components(matrix, directed=False)[1]
-        return found.astype(np.int64)
-
-    return kept("connected by", (matrix.indptr, matrix.indices), label)
+    return kept("connected by", (matrix.indptr, matrix.indices), lambda: _label(matrix))
 
 
 def narrow(first: Index, second: Index, count: int) -> Index:
@@ -67,8 +61,7 @@ def narrow(first: Index, second: Index, count: int) -> Index:
 
     def order() -> Index:
         joined = adjacency(np.concatenate([first, second]), np.concatenate([second, first]), count)
-        found: Index = scipy.sparse.csgraph.reverse_cuthill_mckee(joined, symmetric_mode=True)
-        return found.astype(np.int64)
+        return scipy.sparse.csgraph.reverse_cuthill_mckee(joined, symmetric_mode=True).astype(np.int64)
 
     return kept("narrow", (first, second, np.array(count)), order)
 
@@ -111,7 +104,7 @@ def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy
     def fewer() -> tuple[Index, scipy.sparse.csr_matrix]:
         places = np.flatnonzero(used)
         row = np.repeat(np.arange(pattern.shape[0]), np.diff(pattern.indptr))[places]
-        return places, _sorted(np.ones(len(places)), row, pattern.indices[places], pattern.shape)
+        return places, _sorted(np.ones(len(places)), row, pattern.indices[places].astype(np.int64), pattern.shape)
 
     places, found = kept("without zeros", (pattern.indptr, pattern.indices, used), fewer)
     return filled(found, data[places])
@@ -122,6 +115,10 @@ def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse
     out = copy.copy(pattern)
     out.data = data
     return out
+
+
+def _label(matrix: scipy.sparse.csr_matrix) -> Index:
+    return scipy.sparse.csgraph.connected_components(matrix, directed=False)[1].astype(np.int64)
 
 
 def _by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
