@@ -143,7 +143,8 @@ def _fastest_of_few(plan: Compiled) -> Method:
     why = f"as {unknowns} unknowns are no more than {LARGE}"
     shared = few(pieces - sum(len(inside) for _, inside in plan.chains))
     in_bands = one(pieces, unknowns, 1, 0.0)
-    if _refined_by_springs(plan) and in_bands < shared:
+    # of a single entry the elimination is recorded, and done again in Python's numbers for the next of its topology
+    if plan.frame.shape and in_bands < shared and _refined_by_springs(plan):
         why = f"as its {pieces} members are few: about {in_bands:.2g} s, {shared:.2g} s by broadcasting"
         return Method(BANDED, f"banded Cholesky, {why}", in_bands)
     return Method(BROADCAST, f"broadcasting LDL^T, {why}", shared)
@@ -152,7 +153,7 @@ def _fastest_of_few(plan: Compiled) -> Method:
 def _refined_by_springs(plan: Compiled) -> bool:
     """Whether what a matrix of the whole frame loses comes back by refinement that takes next to no time.
 
-    That is so where nothing but members carries loads at nodes; what joints and ties lose, and what acts along members,
+    This is so where nothing but members carries loads at nodes; what joints and ties lose, and what acts along members,
     takes equilibrium in extended precision.
     """
     frame = plan.frame
