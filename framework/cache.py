@@ -144,6 +144,8 @@ def alike(one: Any, other: Any) -> bool:
 
 # Orders of elimination, by the pattern of what is eliminated; they weigh as many as that has entries.
 ORDERS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
+# Patterns of graphs and matrices, by the numbers of what is coupled; they weigh as many.
+PATTERNS: Bounded[tuple[object, ...], Any] = Bounded(2**20)
 # Operations of an elimination, by what is eliminated; they weigh as many as they are.
 PROGRAMS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 # What programs are compiled to, by their steps; they weigh as many.

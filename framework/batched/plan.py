@@ -105,7 +105,7 @@ class Plan:
         clone = object.__new__(Plan)
         clone._chained = Bounded(_CHAINED)
         clone._of(self.frame, unloaded, {}, again=False)
-        clone.chained, clone.forces, clone.entry = chained, forces, None
+        clone.chains, clone.chained, clone.forces, clone.entry = [], chained, forces, None
         return clone
 
     @cached_property
@@ -208,14 +208,14 @@ class Plan:
     @cached_property
     def chained(self) -> Chained:
         """The stiffness, with members in line condensed that no load is on."""
-        found = chains(self.topology, self.tree.rows.keys() | loaded(self.topology))
+        found = self.chains
         key = tuple(tuple(part) for chain in found for part in chain)
         return self._chained.found(key, lambda: Chained(self.unloaded, found))
 
-    @property
+    @cached_property
     def chains(self) -> list[Chain]:
-        """Members in line, between nodes that nothing but these is on."""
-        return self.chained.chains
+        """Members in line, between nodes that nothing but these is on; to find them nothing is condensed yet."""
+        return chains(self.topology, self.tree.rows.keys() | loaded(self.topology))
 
     @property
     def condensed(self) -> Condensation:

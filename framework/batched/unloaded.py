@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from ..cache import ORDERS
 from ..description import Description
-from ..solvers.graph import Graph, adjacency
+from ..solvers.graph import Graph
 from ..solvers.method import BROADCAST, LARGE
+from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, add, unknowns
@@ -138,8 +139,7 @@ class Unloaded:
         """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
         joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
         first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
-        graph = adjacency(first, second, len(self.topology.number))
-        return scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
+        return connected(first, second, len(self.topology.number))
 
     def varies(self, group: Group) -> bool:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""

@@ -188,7 +188,7 @@ def constant_rows(plan: Plan, group: Group, element: LineElement) -> Real:
 def _turned(rows: Real, local_axes: Real) -> Real:
     """Deformations (..., springs, 12) by displacements in local axes, as those by displacements in global ones."""
     split = rows.reshape(*rows.shape[:-1], 4, 3)
-    out: Real = np.einsum("...ibj,...jl->...ibl", split, local_axes)
+    out: Real = split @ local_axes[..., None, :, :]
     return out.reshape(*out.shape[:-2], 12)
 
 

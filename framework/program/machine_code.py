@@ -82,7 +82,7 @@ class Kernel:
         self.read = [k for k in read if k not in constants]
         self.values = [*self.read, *written]
         self.along = [bool(program.masks[k] >> axis & 1) for k in self.read]
-        self._function = _compiled("\n".join(Text(program, self.read, self.along, written).lines()))
+        self._function = compiled_kernel("\n".join(Text(program, self.read, self.along, written).lines()))
 
     @staticmethod
     def of(program: Program, axis: int) -> Kernel:
@@ -123,8 +123,8 @@ def _machine(cpu: str, features: str) -> Any:
     return llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=2)
 
 
-def _compiled(text: str) -> Callable[..., None]:
-    """The function of a kernel."""
+def compiled_kernel(text: str) -> Callable[..., None]:
+    """The function ``run`` of a text that takes a pointer to pointers and four whole numbers."""
     whole = ctypes.c_int64
     found: Callable[..., None] = compiled(text, ctypes.CFUNCTYPE(None, ctypes.c_void_p, whole, whole, whole, whole))
     return found

@@ -9,6 +9,7 @@ from ..batch import Array
 from ..structure.topology import Index
 from .factor import Factor
 from .lu import LUFactor
+from .patterns import kept
 
 
 class BandedFactor(Factor):
@@ -25,19 +26,26 @@ class BandedFactor(Factor):
     def __init__(self, matrix: scipy.sparse.csr_matrix, order: Index) -> None:
         super().__init__(matrix)
         self.order = order
-        place = np.empty_like(order)
-        place[order] = np.arange(len(order))
-        rows = place[np.repeat(np.arange(len(order)), np.diff(self.scaled.indptr))]
-        columns = place[self.scaled.indices]
-        lower = rows >= columns
-        below = rows[lower] - columns[lower]
+        lower, where, width = kept("band", (self.scaled.indptr, self.scaled.indices, order), self._places)
         # Column by column, as the band lies in memory.
-        band = np.zeros((int(below.max(initial=0)) + 1, len(order)), order="F")
-        band[below, columns[lower]] = self.scaled.data[lower]
+        numbers = np.zeros(width * len(order))
+        numbers[where] = self.scaled.data[lower]
+        band = numbers.reshape(len(order), width).T
         self.factor: Array
         self.factor, info = scipy.linalg.lapack.dpbtrf(band, lower=1, overwrite_ab=1)
         # a pivot that is not positive: whether rounding or a mechanism, LU tells
         self.instead: Factor | None = LUFactor(matrix) if info else None
+
+    def _places(self) -> tuple[Index, Index, int]:
+        """Entries on and below the diagonal, where these go in the band, and how wide that is."""
+        place = np.empty_like(self.order)
+        place[self.order] = np.arange(len(self.order))
+        rows = place[np.repeat(np.arange(len(self.order)), np.diff(self.scaled.indptr))]
+        columns = place[self.scaled.indices]
+        lower = np.flatnonzero(rows >= columns)
+        below, columns = rows[lower] - columns[lower], columns[lower]
+        width = int(below.max(initial=0)) + 1
+        return lower, columns * width + below, width
 
     @property
     def definite(self) -> bool:

@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ..batched.stage import Forces
@@ -22,7 +21,8 @@ from ..structure.group import Group
 from ..structure.parts import Grid, RightHandSideParameters, Value
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
-from .graph import Graph, adjacency
+from .graph import Graph
+from .patterns import connected
 from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
@@ -161,8 +161,7 @@ class Coupling:
     def label(self) -> Index:
         """Connected component of each unknown, (n,)."""
         stiff = self.terms.high < self.size
-        graph = adjacency(self.terms.low[stiff], self.terms.high[stiff], self.size)
-        return scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
+        return connected(self.terms.low[stiff], self.terms.high[stiff], self.size)
 
     @cached_property
     def loaded(self) -> Mask:

@@ -15,7 +15,7 @@ from ..structure.group import Group
 from ..structure.parts import Value
 from ..structure.topology import Index
 from .coupling import Coupling, EvaluatedBlock, Terms
-from .graph import by_rows
+from .patterns import by_rows
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from ..batch import Array
+from .patterns import filled
 from .rounding import zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
@@ -42,7 +43,7 @@ class Factor(ABC):
         self.root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         rows = np.repeat(np.arange(len(self.root)), np.diff(matrix.indptr))
         data = self.root[rows] * matrix.data * self.root[matrix.indices]
-        self.scaled = scipy.sparse.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+        self.scaled = filled(matrix, data)
 
     @abstractmethod
     def unscaled(self, load: Array) -> Array | None:

@@ -15,6 +15,7 @@ from ..batched.unloaded import Unloaded
 from ..structure.edge import GROUND
 from ..structure.topology import Index
 from .factor import Factor
+from .patterns import connected
 
 # Times that more motions are sought where those that are known are held.
 _ROUNDS = 8
@@ -90,16 +91,16 @@ def unsupported_motions(plan: Unloaded) -> Array:
     count = len(topology.number)
     edges = [(edge.first, edge.second) for edge in tree.edges if GROUND not in (edge.first, edge.second)]
     i, j = np.concatenate([topology.ends, np.array(edges, dtype=np.int64).reshape(-1, 2)]).T
-    parts, label = scipy.sparse.csgraph.connected_components(
-        scipy.sparse.coo_matrix((np.ones(len(i)), (i, j)), (count, count)), directed=False
-    )
-    floats = np.ones(parts, dtype=bool)
+    label = connected(i, j, count)
+    floats = np.ones(label.max(initial=-1) + 1, dtype=bool)
     for edge in tree.edges:
         if edge.kind == "tie" or GROUND in (edge.first, edge.second):
             floats[label[edge.second if edge.first == GROUND else edge.first]] = False
     for group in topology.groups:
         if group.resists:
             floats[label[group.nodes[:, 0]]] = False
+    if not floats.any():
+        return np.zeros((len(graph.unknown), 0))
     own = np.ones(count, dtype=bool)
     own[[branch.child for branch in tree.branches]] = False
     columns = []

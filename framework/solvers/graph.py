@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy
@@ -15,6 +14,7 @@ from ..structure.parts import Row, unknowns
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .dissection import Dissection, dissect
+from .patterns import narrow
 from .transformation import Transformation
 
 
@@ -97,9 +97,7 @@ class Graph:
     def band(self) -> Index:
         """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
         carrying, pairs = self._local
-        both = np.concatenate([pairs, pairs[:, ::-1]])
-        joined = adjacency(both[:, 0], both[:, 1], len(carrying))
-        return scipy.sparse.csgraph.reverse_cuthill_mckee(joined, symmetric_mode=True).astype(np.int64)
+        return narrow(pairs[:, 0], pairs[:, 1], len(carrying))
 
     @cached_property
     def width(self) -> int:
@@ -117,20 +115,6 @@ class Graph:
         """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
         place = np.searchsorted(self._local[0], self.node[where])
         return np.argsort(_ranks(nodes)[place], kind="stable")
-
-
-def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matrix:
-    """A matrix (count, count) with entries at the pairs of places, each of which may stand there several times."""
-    order = np.argsort(second, kind="stable")
-    return by_rows(np.ones(len(order)), first[order], second[order], (count, count))
-
-
-def by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
-    """A matrix by its entries, which keep their order in each row; what stands at one place several times adds up."""
-    order = np.argsort(row, kind="stable")
-    start = np.zeros(shape[0] + 1, dtype=np.int32)
-    np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
-    return scipy.sparse.csr_matrix((data[order], column[order].astype(np.int32), start), shape=shape)
 
 
 def _distinct(first: Index, second: Index, count: int) -> Index:

@@ -3,7 +3,9 @@ component over many elements at once."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import scipy
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..structure.topology import Index
+from .patterns import kept, without_zeros
 
 # Node numbers (n, k) of elements between k nodes, and what gives the symmetric matrices (m, ..., 6 k, 6 k) of a slice
 # of them.
@@ -18,6 +21,8 @@ Stack = tuple[Index, Callable[[slice], Array]]
 
 # Elements, and rows of blocks, at once: they stay in the cache.
 _CHUNK = 4096
+# Numbers that are added up together rather than component by component.
+_TOGETHER = 2**14
 
 
 def summed(stacks: Sequence[Stack], kept: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
@@ -63,7 +68,7 @@ class _Blocks:
         self.count = count
         pairs: Index = np.sort((count * low + high)[low >= 0])
         self.pairs = pairs[np.diff(pairs, prepend=-1) > 0]
-        self.total = np.zeros((6, 6, count + len(self.pairs)))
+        self.total: NDArray[Any] = np.zeros((6, 6, count + len(self.pairs)))
 
     def add(self, first: Index, second: Index, values: Array) -> None:
         """Add `values` (6, 6, n) that couple nodes to themselves or to others."""
@@ -77,22 +82,44 @@ class _Blocks:
             values = np.where(first > second, values.swapaxes(0, 1), values)
         place = np.where(low == high, low, self.count + np.searchsorted(self.pairs, self.count * low + high))
         start, stop = place.min(), place.max() + 1
-        for r, c in np.argwhere(values.any(axis=-1)):
-            self.total[r, c, start:stop] += np.bincount(place - start, values[r, c], stop - start)
+        used, count = values.any(axis=-1), int(stop - start)
+        if values.size <= _TOGETHER:
+            some = values[used]
+            each = (place - start) + count * np.arange(len(some))[:, None]
+            summed = np.bincount(each.reshape(-1), some.reshape(-1), count * len(some))
+            self.total[used, start:stop] += summed.reshape(len(some), count)
+            return
+        for r, c in np.argwhere(used):
+            self.total[r, c, start:stop] += np.bincount(place - start, values[r, c], count)
 
     def matrix(self) -> scipy.sparse.csr_matrix:
         """Both triangles."""
+        if self.count <= _CHUNK:
+            places, pattern = kept("blocks", (self.pairs, np.array(self.count)), self._places)
+            return without_zeros(pattern, self.total.reshape(-1)[places])
+        pattern = self._pattern()
+        slices = [pattern.indptr[start : start + _CHUNK + 1] for start in range(0, self.count, _CHUNK)]
+        parts = [self._rows(pattern, ends) for ends in slices]
+        return scipy.sparse.csr_matrix(scipy.sparse.vstack(parts, format="csr"))
+
+    def _places(self) -> tuple[Index, scipy.sparse.csr_matrix]:
+        """Which number of `total` each entry is, row by row, and a matrix of the pattern."""
+        if not self.count:
+            return np.zeros(0, dtype=np.int64), scipy.sparse.csr_matrix((0, 0))
+        numbered = copy.copy(self)
+        numbered.total = np.arange(1, self.total.size + 1, dtype=np.int64).reshape(self.total.shape)
+        pattern = self._pattern()
+        found = numbered._rows(pattern, pattern.indptr)
+        return found.data - 1, found
+
+    def _pattern(self) -> scipy.sparse.csr_matrix:
+        """Blocks by their numbers from 1 on, row by row."""
         low, high = np.divmod(self.pairs, max(self.count, 1))
         own = np.arange(self.count)
         # In this order the columns of a row come sorted.
         rows, columns = np.concatenate([high, own, low]), np.concatenate([low, own, high])
         shape = self.count, self.count
-        pattern = scipy.sparse.csr_matrix((np.arange(1, len(rows) + 1), (rows, columns)), shape=shape)
-        if not self.count:
-            return scipy.sparse.csr_matrix((0, 0))
-        slices = [pattern.indptr[start : start + _CHUNK + 1] for start in range(0, self.count, _CHUNK)]
-        parts = [self._rows(pattern, ends) for ends in slices]
-        return parts[0] if len(parts) == 1 else scipy.sparse.csr_matrix(scipy.sparse.vstack(parts, format="csr"))
+        return scipy.sparse.csr_matrix((np.arange(1, len(rows) + 1), (rows, columns)), shape=shape)
 
     def _rows(self, pattern: scipy.sparse.csr_matrix, ends: NDArray[np.int32]) -> scipy.sparse.csr_matrix:
         """Some rows of blocks."""

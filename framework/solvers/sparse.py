@@ -189,10 +189,11 @@ class SparseSolver:
         """Load on the unknowns, (n, load cases)."""
         with timed(self.plan.times, "assembly"):
             nodal = self._nodal_load()
-            shifts = self._shifts()
-            if shifts.any():
-                nodal -= self.matrices.members @ shifts
-            out: Array = self.matrices.substitution.T @ nodal
+            if self.plan.tree.rows:
+                shifts = self._shifts()
+                if shifts.any():
+                    nodal -= self.matrices.members @ shifts
+            out: Array = self.matrices.gathered(nodal)
             springs = self.plan.tree.springs
             if springs:
                 rows = [spring.row for spring in springs]

@@ -15,7 +15,7 @@ from ..error_bounds.deformations import constant_rows
 from ..error_bounds.kinematic_edge import Real, extended
 from ..structure.topology import Group, Index
 from .evaluation import Picked
-from .graph import by_rows
+from .patterns import by_rows
 from .transformation import Transformation
 
 Mask = NDArray[np.bool_]

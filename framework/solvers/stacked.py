@@ -277,7 +277,7 @@ class _Solved:
         with timed(self.plan.times, "solution"):
             right = self._right(matrices, columns)
             values = right * factor.root[:, None]
-            factor.solve(values)
+            factor.solve(np.arange(len(values)), values)
             values *= factor.root[:, None]
             values[self.singular[matrices]] = np.nan
         # pivots tell what is singular and not what is soft: a step of refinement does

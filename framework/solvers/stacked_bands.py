@@ -1,4 +1,4 @@
-"""Banded Cholesky factors of many matrices of one pattern: LAPACK, entry by entry, on numbers assembled together."""
+"""Banded Cholesky factors of many matrices of one pattern, on numbers assembled together."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..structure.topology import Index
+from .band_factors import BandFactors, OneByOne, SideBySide, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
 from .factor import ITERATIONS, SUSPECT
@@ -41,6 +42,8 @@ class Bands:
         Place of each unknown in the order, (n,); -1 where it is none of these.
     width
         Number of diagonals on and below the main one.
+    side_by_side
+        Whether factors are made some at a time.
     """
 
     def __init__(self, coupling: Coupling, where: Mask, order: Index) -> None:
@@ -59,6 +62,7 @@ class Bands:
         self.position: Index = keys
         self.column, below = np.divmod(keys, self.width)
         self.row = self.column + below
+        self.side_by_side = side_by_side(coupling.grid.sizes[coupling.mask], self.size, self.width)
         self._diagonal = np.flatnonzero(below == 0)
         self.sums = Sums(coupling, own, target, len(keys))
 
@@ -89,37 +93,31 @@ class StackedFactor:
     """
 
     def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array) -> None:
-        self.bands, self.picked, self.root, count = bands, picked, root, len(root)
-        self.band = np.zeros((count, bands.size * bands.width))
-        self.band[:, bands.position] = values.T
-        self.instead: dict[int, LUFactor] = {}
-        for entry in range(count):
-            _, info = scipy.linalg.lapack.dpbtrf(self._of(entry), lower=1, overwrite_ab=1)
-            if info:  # a pivot that is not positive: whether rounding or a mechanism, LU tells
-                self.instead[entry] = LUFactor(self._sparse(values[:, entry]))
-
-    def _of(self, entry: int) -> Array:
-        band: Array = self.band[entry].reshape(self.bands.size, self.bands.width).T
-        return band
+        self.bands, self.picked, self.root = bands, picked, root
+        kind = SideBySide if bands.side_by_side else OneByOne
+        self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width)
+        # a pivot that is not positive: whether rounding or a mechanism, LU tells
+        failed = np.flatnonzero(~(self._factors.pivots > 0.0).all(axis=1)).tolist()
+        self.instead = {entry: LUFactor(self._sparse(values[:, entry])) for entry in failed}
 
     def _sparse(self, values: Array) -> scipy.sparse.csr_matrix:
         row, column = self.bands.row, self.bands.column
         lower = scipy.sparse.coo_matrix((values, (row, column)), shape=(self.bands.size,) * 2).tocsr()
         return scipy.sparse.csr_matrix(lower + lower.T - scipy.sparse.diags(lower.diagonal()))
 
-    def solve(self, loads: Array) -> None:
-        """Solve in place with the scaled matrices for loads (m, k, size); NaN where a pivot is zero."""
-        for entry, load in enumerate(loads):
-            self.solve_one(entry, load)
+    def solve(self, entries: Index, loads: Array) -> None:
+        """Solve in place with some of the scaled matrices for loads (m, k, size); NaN where a pivot is zero."""
+        others = np.flatnonzero(np.isin(entries, list(self.instead))).tolist() if self.instead else []
+        found = [(other, self._otherwise(int(entries[other]), loads[other])) for other in others]
+        self._factors.solve(entries, loads)
+        for other, values in found:
+            loads[other] = values
 
-    def solve_one(self, entry: int, load: Array) -> None:
-        """For loads (k, size) at one entry, in place."""
-        if entry not in self.instead:
-            scipy.linalg.lapack.dpbtrs(self._of(entry), load.T, lower=1, overwrite_b=1)
-            return
+    def _otherwise(self, entry: int, load: Array) -> Array | float:
+        """Solution for loads (k, size) by LU."""
         factor = self.instead[entry]
         found = factor.unscaled(factor.root[:, None] * load.T)
-        load[:] = np.nan if found is None else (factor.root[:, None] * found).T
+        return np.nan if found is None else (factor.root[:, None] * found).T
 
     @cached_property
     def growth(self) -> Array:
@@ -129,8 +127,8 @@ class StackedFactor:
         last unknown that moves does so; where a link of n nodes turns, that is 1 / n^3.
         """
         size = self.bands.size
-        pivots = self.band.reshape(len(self.root), size, self.bands.width)[..., 0] ** 2
-        least = pivots.min(axis=1, initial=1.0)
+        pivots = self._factors.pivots**2
+        least = np.fmin.reduce(pivots, axis=1, initial=1.0)
         growth: Array = np.sqrt(size) / least
         sure = least > zero_eigenvalue(size) * max(1.0 / SUSPECT, (size / 6.0) ** 3)
         sure[list(self.instead)] = False
@@ -175,7 +173,7 @@ class StackedFactor:
         growth, zero = 1.0, zero_eigenvalue(len(vector))
         for enough in (SUSPECT, *(_SURE,) * (ITERATIONS - 1)):
             vector = vector / growth
-            self.solve_one(entry, vector[None])
+            self.solve(np.array([entry]), vector[None, None])
             growth = float(np.linalg.norm(vector))
             if not growth >= enough / zero:
                 break

@@ -90,13 +90,17 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
 
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
     """Solve for scaled loads (m, k, size) in place, as far as these are `going` (m, k)."""
-    for k, entry in enumerate(entries.tolist()):
-        if going[k].all():
-            factor.solve_one(entry, loads[k])
-        elif going[k].any():
-            some = loads[k, going[k]]
-            factor.solve_one(entry, some)
-            loads[k, going[k]] = some
+    if going.all():
+        factor.solve(entries, loads)
+        return
+    whole = going.all(axis=1)
+    some = loads[whole]
+    factor.solve(entries[whole], some)
+    loads[whole] = some
+    for k in np.flatnonzero(going.any(axis=1) & ~whole).tolist():
+        few = loads[k : k + 1, going[k]]
+        factor.solve(entries[k : k + 1], few)
+        loads[k, going[k]] = few[0]
 
 
 class StaticsResidual:

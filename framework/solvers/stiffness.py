@@ -22,6 +22,7 @@ from .graph import Graph
 from .iterative import Iterative, Places
 from .lu import LUFactor
 from .method import BANDED, CHOLESKY, ITERATIVE, available
+from .patterns import connected_by, part
 
 
 class SparseStiffness:
@@ -43,7 +44,7 @@ class SparseStiffness:
     @cached_property
     def label(self) -> Index:
         """Number of the connected component of each unknown, (n,)."""
-        return scipy.sparse.csgraph.connected_components(self.matrices.stiffness, directed=False)[1].astype(np.int64)
+        return connected_by(self.matrices.stiffness)
 
     @cached_property
     def unsupported_motions(self) -> Array:
@@ -63,9 +64,9 @@ class SparseStiffness:
         key = where.tobytes()
         if key not in self.factors:
             stiffness = self.matrices.stiffness
-            matrix = stiffness if where.all() else stiffness[where][:, where]
+            matrix = stiffness if where.all() else part(stiffness, where)
             with timed(times, "factorisation"):
-                self.factors[key] = self._factorised(scipy.sparse.csr_matrix(matrix), where)
+                self.factors[key] = self._factorised(matrix, where)
         return self.factors[key]
 
     def direct(self, where: NDArray[np.bool_]) -> Callable[[scipy.sparse.csr_matrix], Factor]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,6 +22,8 @@ Index = NDArray[np.int64]
 # Stiffness matrices up to which a stack is summed in extended precision.
 _EXTENDED = 4096
 ALL = slice(None)
+# Stiffness matrices up to which it takes longer to skip what is zero than to rotate it.
+_TOGETHER = 128
 # Share of what a deformation is made of that a rigid motion surely makes of it, and no rounding.
 _PLAIN = 1e-6
 # Batch entries of which springs are looked at together.
@@ -157,6 +160,8 @@ class Group:
         """
         ends = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in end_axes or self.end_axes]
         batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in ends))
+        if math.prod(batch) <= _TOGETHER:
+            return _rotated_together(local, ends)
         out = np.zeros((12, 12, *batch))
         used = (local != 0.0).reshape(-1, 12, 12).any(axis=0)
         for i, block in zip(*np.nonzero(used.reshape(12, 4, 3).any(axis=-1)), strict=True):
@@ -234,3 +239,28 @@ class Group:
         weighted: NDArray[Any] = stiffness.astype(kind)[..., None] * rotated
         out: NDArray[Any] = np.swapaxes(rotated, -1, -2) @ weighted
         return out
+
+
+def _rotated_together(local: Array, ends: list[Array]) -> Array:
+    """``T^T A T`` of symmetric matrices (..., 12, 12), in the order of `Group.in_node_axes`, what is zero as well.
+
+    `ends` are the rotations of start and end, (3, 3, ...).
+    """
+    start, end = ends
+    turn = np.stack(np.broadcast_arrays(start, start, end, end))
+    blocks = np.ascontiguousarray(np.moveaxis(local, (-2, -1), (0, 1)))
+    blocks = blocks.reshape(4, 3, 4, 3, *blocks.shape[2:])
+    right = _thrice(blocks[:, :, :, k, None] * turn[:, k] for k in range(3))
+    whole = _thrice(turn[:, i, :, None, None] * right[:, None, i] for i in range(3))
+    out = whole.reshape(12, 12, *whole.shape[4:])
+    low, high = np.tril_indices(12, -1)
+    out[low, high] = out[high, low]
+    return np.moveaxis(out, (0, 1), (-2, -1))
+
+
+def _thrice(terms: Iterator[Array]) -> Array:
+    """A sum of three terms from zero on, one after the other."""
+    out: Array = 0.0 + next(terms)
+    for term in terms:
+        out += term
+    return out

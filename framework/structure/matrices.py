@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
+from ..batch import Array
 from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
 from ..solvers.node_blocks import Stack, summed
@@ -97,10 +98,22 @@ class Matrices:
             Numbers of the nodes of elements, and what gives their matrices.
         """
         free = self.plan.graph.free
-        if 6 * free.sum() == len(self.unknown):  # the other nodes are held
+        if self._held:
             return summed(stacks, free)
         change = self.substitution
         return scipy.sparse.csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
+
+    @cached_property
+    def _held(self) -> bool:
+        """Whether each node either moves by unknowns of its own or is held."""
+        return bool(6 * self.plan.graph.free.sum() == len(self.unknown))
+
+    def gathered(self, nodal: Array) -> Array:
+        """T^T f, (n, load cases), of loads f (DOFs, load cases)."""
+        if self._held:
+            return nodal.reshape(-1, 6, nodal.shape[1])[self.plan.graph.free].reshape(-1, nodal.shape[1])
+        out: Array = self.substitution.T @ nodal
+        return out
 
     def at(self, value: Value) -> float:
         """A number at the entry."""

@@ -1,0 +1,231 @@
+"""Cholesky factors of many banded matrices at a time, entry beside entry in each register, as machine code.
+
+LAPACK takes one matrix after the other, and of a narrow band each column costs it more in calls than in arithmetic.
+Here a lane of a register is an entry of the batch: what is done is the same for all, in the same order, and no lane
+knows of the others (Golub & Van Loan, Matrix Computations, 4th ed., 2013, sec. 4.3.5). Needs the extra ``fast``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from itertools import count
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .machine_code import compiled_kernel
+from .machine_text import WIDTH
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+_V = f"<{WIDTH} x double>"
+
+
+def factorise(bands: Array) -> None:
+    """Replace matrices by their factors L of L L^T, NaN from the first pivot on that is negative.
+
+    Parameters
+    ----------
+    bands
+        Entries on and below the diagonal, column by column, (groups, columns, width, `WIDTH`); as many columns as the
+        band is wide follow those of the matrix and are zero.
+    """
+    groups, columns, width, _ = bands.shape
+    _run(_addresses(bands), 0, columns - width, width, groups)
+
+
+def solve(bands: Array, numbers: Index, loads: Array) -> None:
+    """Replace loads by solutions.
+
+    Parameters
+    ----------
+    bands
+        Factors, see `factorise`.
+    numbers
+        Groups that loads are given for, (n,).
+    loads
+        (n, right-hand sides, columns, `WIDTH`), zero in the columns that follow those of the matrix.
+    """
+    _, columns, width, _ = bands.shape
+    table = np.stack([_addresses(bands)[numbers], _addresses(loads)], axis=1)
+    _run(table, loads.shape[1], columns - width, width, len(numbers))
+
+
+def _addresses(array: Array) -> Index:
+    """Where in memory each array along the first axis begins."""
+    assert array.flags.c_contiguous
+    return array.ctypes.data + array.strides[0] * np.arange(len(array))
+
+
+def _run(table: Index, cases: int, size: int, width: int, groups: int) -> None:
+    table = np.ascontiguousarray(table)
+    _function()(table.ctypes.data, cases, size, width, groups)
+
+
+@cache
+def _function() -> Callable[..., None]:
+    return compiled_kernel(_Text().whole())
+
+
+class _Text:
+    """The function as the text that LLVM reads: of no right-hand sides it factorises, of some it solves."""
+
+    def __init__(self) -> None:
+        self._lines: list[str] = []
+        self._names = count()
+        self._block = "entry"
+
+    def whole(self) -> str:
+        """All of it."""
+        self._lines = [
+            f"declare {_V} @llvm.sqrt.v{WIDTH}f64({_V})",
+            "define void @run(ptr %table, i64 %cases, i64 %size, i64 %width, i64 %groups) {",
+            "entry:",
+            "  %factorise = icmp eq i64 %cases, 0",
+            "  %columns = add i64 %size, %width",
+            "  br i1 %factorise, label %factors, label %solutions",
+        ]
+        for name, body in (("factors", self._factor), ("solutions", self._solutions)):
+            self._lines.append(f"{name}:")
+            self._block = name
+            self._loop("0", "%groups", body)
+            self._lines.append("  ret void")
+        return "\n".join([*self._lines, "}"])
+
+    # -- what is done -------------------------------------------------------------------------------------------------
+
+    def _factor(self, group: str) -> None:
+        band = self._pointer(group)
+
+        def column(j: str) -> None:
+            first = self._int("mul", j, "%width")
+            diagonal = self._vector(f"call {_V} @llvm.sqrt.v{WIDTH}f64({_V} {self._load(band, first)})")
+            self._store(band, first, diagonal)
+            self._loop("1", "%width", lambda i: self._divide(band, self._int("add", first, i), diagonal))
+            self._loop("1", "%width", lambda i: self._subtract(band, first, i))
+
+        self._loop("0", "%size", column)
+
+    def _divide(self, base: str, at: str, by: str) -> None:
+        self._store(base, at, self._vector(f"fdiv {_V} {self._load(base, at)}, {by}"))
+
+    def _subtract(self, band: str, first: str, i: str) -> None:
+        """What column `first` takes from the column i behind it."""
+        factor = self._load(band, self._int("add", first, i))
+        other = self._int("sub", self._int("add", first, self._int("mul", i, "%width")), i)
+
+        def row(k: str) -> None:
+            taken = self._vector(f"fmul {_V} {self._load(band, self._int('add', first, k))}, {factor}")
+            at = self._int("add", other, k)
+            self._store(band, at, self._vector(f"fsub {_V} {self._load(band, at)}, {taken}"))
+
+        self._loop(i, "%width", row)
+
+    def _solutions(self, group: str) -> None:
+        pair = self._int("mul", group, "2")
+        band, loads = self._pointer(pair), self._pointer(self._int("add", pair, "1"))
+        self._loop("0", "%cases", lambda case: self._solve(band, loads, self._int("mul", case, "%columns")))
+
+    def _solve(self, band: str, loads: str, start: str) -> None:
+        def forward(j: str) -> None:
+            first, at = self._int("mul", j, "%width"), self._int("add", start, j)
+            self._divide(loads, at, self._load(band, first))
+            found = self._load(loads, at)
+
+            def row(i: str) -> None:
+                taken = self._vector(f"fmul {_V} {self._load(band, self._int('add', first, i))}, {found}")
+                below = self._int("add", at, i)
+                self._store(loads, below, self._vector(f"fsub {_V} {self._load(loads, below)}, {taken}"))
+
+            self._loop("1", "%width", row)
+
+        def backward(k: str) -> None:
+            j = self._int("sub", self._int("sub", "%size", "1"), k)
+            first, at = self._int("mul", j, "%width"), self._int("add", start, j)
+
+            def row(i: str, left: str) -> str:
+                known, share = self._load(loads, self._int("add", at, i)), self._int("add", first, i)
+                taken = self._vector(f"fmul {_V} {self._load(band, share)}, {known}")
+                return self._vector(f"fsub {_V} {left}, {taken}")
+
+            self._store(loads, at, self._summed(self._load(loads, at), row))
+            self._divide(loads, at, self._load(band, first))
+
+        self._loop("0", "%size", forward)
+        self._loop("0", "%size", backward)
+
+    # -- how it is written --------------------------------------------------------------------------------------------
+
+    def _value(self, kind: str, line: str) -> str:
+        name = f"%{kind}{next(self._names)}"
+        self._lines.append(f"  {name} = {line}")
+        return name
+
+    def _int(self, operation: str, a: str, b: str) -> str:
+        return self._value("n", f"{operation} i64 {a}, {b}")
+
+    def _vector(self, line: str) -> str:
+        return self._value("v", line)
+
+    def _pointer(self, at: str) -> str:
+        """The pointer that the table has at a place."""
+        return self._value("p", f"load ptr, ptr {self._value('p', f'getelementptr i64, ptr %table, i64 {at}')}")
+
+    def _place(self, base: str, at: str) -> str:
+        return self._value("p", f"getelementptr {_V}, ptr {base}, i64 {at}")
+
+    def _load(self, base: str, at: str) -> str:
+        return self._vector(f"load {_V}, ptr {self._place(base, at)}, align 8")
+
+    def _store(self, base: str, at: str, value: str) -> None:
+        self._lines.append(f"  store {_V} {value}, ptr {self._place(base, at)}, align 8")
+
+    def _loop(self, start: str, stop: str, body: Callable[[str], Any]) -> None:
+        label, number, then = self._head(start)
+        self._lines.append(f"  br i1 {self._less(number, stop)}, label %{label}.body, label %{label}.done")
+        self._body(label)
+        body(number)
+        self._end(label, number, then)
+
+    def _summed(self, value: str, body: Callable[[str, str], str]) -> str:
+        """What becomes of a value from row to row below the diagonal."""
+        before, label = self._block, f"loop{next(self._names)}"
+        _, number, then = self._head("1", label)
+        at = len(self._lines)
+        self._lines.append("")
+        self._lines.append(f"  br i1 {self._less(number, '%width')}, label %{label}.body, label %{label}.done")
+        self._body(label)
+        found = body(number, f"%{label}.value")
+        self._lines[at] = f"  %{label}.value = phi {_V} [{value}, %{before}], [{found}, %{label}.end]"
+        self._end(label, number, then)
+        return f"%{label}.value"
+
+    def _head(self, start: str, label: str = "") -> tuple[str, str, str]:
+        label = label or f"loop{next(self._names)}"
+        number, then = f"%{label}.number", f"%{label}.next"
+        self._lines += [
+            f"  br label %{label}",
+            f"{label}:",
+            f"  {number} = phi i64 [{start}, %{self._block}], [{then}, %{label}.end]",
+        ]
+        return label, number, then
+
+    def _less(self, number: str, stop: str) -> str:
+        return self._value("b", f"icmp slt i64 {number}, {stop}")
+
+    def _body(self, label: str) -> None:
+        self._lines.append(f"{label}.body:")
+        self._block = f"{label}.body"
+
+    def _end(self, label: str, number: str, then: str) -> None:
+        self._lines += [
+            f"  br label %{label}.end",
+            f"{label}.end:",
+            f"  {then} = add i64 {number}, 1",
+            f"  br label %{label}",
+            f"{label}.done:",
+        ]
+        self._block = f"{label}.done"

@@ -1,0 +1,113 @@
+"""Cholesky factors of the entries of a batch within bands: LAPACK takes one after the other, machine code some abreast.
+
+Both round each step of an entry as if that were alone; from one to the other, roundings differ.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import scipy
+
+from ..batch import Array
+from ..program import band_code
+from ..program.machine_code import available
+from ..program.machine_text import WIDTH
+from ..structure.topology import Index
+
+# Width of a band up to which LAPACK's calls outweigh its arithmetic, and columns of all entries from which on machine
+# code saves more than it takes to load it.
+_NARROW, _MANY = 80, 2**14
+
+
+class BandFactors(Protocol):
+    """Factors of m matrices of n columns."""
+
+    @property
+    def pivots(self) -> Array:
+        """Diagonal of L, (m, n); not above zero, or NaN, where there is no such factor."""
+        ...
+
+    def solve(self, entries: Index, loads: Array) -> None:
+        """Replace the loads (entries, k, n) on some entries by solutions."""
+        ...
+
+
+def side_by_side(entries: int, size: int, width: int) -> bool:
+    """Whether so many matrices, each of so many columns, are taken some at a time."""
+    return width <= _NARROW and entries * size >= _MANY and available()
+
+
+class OneByOne:
+    """Factors by LAPACK.
+
+    Parameters
+    ----------
+    values
+        What is not zero on and below the diagonal, (entries of a matrix, m).
+    position
+        Where this lies in a band, column by column.
+    size, width
+        Columns, and diagonals on and below the main one.
+    """
+
+    def __init__(self, values: Array, position: Index, size: int, width: int) -> None:
+        self._shape = size, width
+        self._bands = np.zeros((values.shape[1], size * width))
+        self._bands[:, position] = values.T
+        self.failed = np.zeros(len(self._bands), dtype=bool)
+        for entry in range(len(self._bands)):
+            _, info = scipy.linalg.lapack.dpbtrf(self._of(entry), lower=1, overwrite_ab=1)
+            self.failed[entry] = info != 0
+
+    def _of(self, entry: int) -> Array:
+        band: Array = self._bands[entry].reshape(self._shape).T
+        return band
+
+    @property
+    def pivots(self) -> Array:
+        """Diagonal of L, (m, n)."""
+        found = self._bands.reshape(-1, *self._shape)[..., 0]
+        return np.where(self.failed[:, None], np.nan, found)
+
+    def solve(self, entries: Index, loads: Array) -> None:
+        """Replace the loads (entries, k, n) on some entries by solutions."""
+        for entry, load in zip(entries.tolist(), loads, strict=True):
+            scipy.linalg.lapack.dpbtrs(self._of(entry), load.T, lower=1, overwrite_b=1)
+
+
+class SideBySide:
+    """Factors by machine code, see `OneByOne`."""
+
+    def __init__(self, values: Array, position: Index, size: int, width: int) -> None:
+        self._size, self._width, self._count = size, width, values.shape[1]
+        groups = -(-self._count // WIDTH)
+        self._bands = np.zeros((groups, size + width, width, WIDTH))
+        for group, whole in enumerate(self._bands.reshape(groups, -1, WIDTH)):
+            some = values[:, group * WIDTH : (group + 1) * WIDTH]
+            whole[position, : some.shape[1]] = some
+            whole[position, some.shape[1] :] = some[:, :1]  # lanes that are left over do what another one does
+        band_code.factorise(self._bands)
+
+    @cached_property
+    def pivots(self) -> Array:
+        """Diagonal of L, (m, n)."""
+        found = self._bands[:, : self._size, 0].swapaxes(1, 2)
+        return np.ascontiguousarray(found.reshape(-1, self._size)[: self._count])
+
+    def solve(self, entries: Index, loads: Array) -> None:
+        """Replace the loads (entries, k, n) on some entries by solutions."""
+        if not loads.size:
+            return
+        groups, at = np.unique(entries // WIDTH, return_inverse=True)
+        where, cases = WIDTH * at + entries % WIDTH, loads.shape[1]
+        rows = np.zeros((len(groups) * WIDTH, cases, self._size))
+        rows[where] = loads
+        lanes = np.zeros((len(groups), cases, self._size + self._width, WIDTH))
+        inside = lanes[:, :, : self._size]
+        inside[...] = np.moveaxis(rows.reshape(-1, WIDTH, cases, self._size), 1, -1)
+        band_code.solve(self._bands, groups, lanes)
+        rows.reshape(-1, WIDTH, cases, self._size)[...] = np.moveaxis(inside, -1, 1)
+        loads[:] = rows[where]

@@ -1,0 +1,133 @@
+"""What follows from which unknowns are coupled alone, kept by its content: frames of one topology share it.
+
+Of small and middle-sized frames to find this again takes longer than the numbers; of large ones it is found each time.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ..cache import PATTERNS
+
+Index = NDArray[np.int64]
+Found = TypeVar("Found")
+
+# Numbers from which on what follows from them is not kept.
+_MANY = 2**17
+
+
+def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]) -> Found:
+    """What follows from some numbers, made where it is not known yet; nobody may change it.
+
+    Parameters
+    ----------
+    what
+        Name of what it is.
+    numbers
+        All that it depends on.
+    make
+        Makes it.
+    """
+    weight = sum(each.size for each in numbers)
+    if weight > _MANY:
+        return make()
+    key = (what, *((each.dtype.char, each.shape, each.tobytes()) for each in numbers))
+    found: Found = PATTERNS.found(key, make, weight)
+    return found
+
+
+def connected(first: Index, second: Index, count: int) -> Index:
+    """Connected component of each of `count` places, of which pairs are joined, (count,)."""
+
+    def label() -> Index:
+        return _label(adjacency(first, second, count))
+
+    return kept("connected", (first, second, np.array(count)), label)
+
+
+def connected_by(matrix: scipy.sparse.csr_matrix) -> Index:
+    """Connected component of each row of a symmetric matrix without zeros, (n,)."""
+    return kept("connected by", (matrix.indptr, matrix.indices), lambda: _label(matrix))
+
+
+def narrow(first: Index, second: Index, count: int) -> Index:
+    """Order of `count` places, of which pairs are joined, that keeps neighbours near each other, (count,)."""
+
+    def order() -> Index:
+        joined = adjacency(np.concatenate([first, second]), np.concatenate([second, first]), count)
+        return scipy.sparse.csgraph.reverse_cuthill_mckee(joined, symmetric_mode=True).astype(np.int64)
+
+    return kept("narrow", (first, second, np.array(count)), order)
+
+
+def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matrix:
+    """A matrix (count, count) with entries at the pairs of places, each of which may stand there several times."""
+    order = np.argsort(second, kind="stable")
+    return _by_rows(np.ones(len(order)), first[order], second[order], (count, count))
+
+
+def by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
+    """A matrix by its entries, which keep their order in each row; what stands at one place several times adds up."""
+
+    def pattern() -> tuple[Index, scipy.sparse.csr_matrix]:
+        order = np.argsort(row, kind="stable")
+        return order, _sorted(np.ones(len(order)), row[order], column[order], shape)
+
+    order, found = kept("by rows", (row, column, np.array(shape)), pattern)
+    return filled(found, data[order])
+
+
+def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
+    """The rows and columns of a matrix (n, n) `where` (n,) that is true."""
+
+    def pattern() -> tuple[Index, scipy.sparse.csr_matrix]:
+        row = np.repeat(np.arange(len(where)), np.diff(matrix.indptr))
+        places = np.flatnonzero(where[row] & where[matrix.indices])
+        number, size = np.cumsum(where) - 1, int(where.sum())
+        row, column = number[row[places]], number[matrix.indices[places]]
+        return places, _sorted(np.ones(len(places)), row, column, (size, size))
+
+    places, found = kept("part", (matrix.indptr, matrix.indices, where), pattern)
+    return filled(found, matrix.data[places])
+
+
+def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
+    """A matrix of the pattern of another one, of which what is exactly zero is left out."""
+    used = data != 0.0
+
+    def fewer() -> tuple[Index, scipy.sparse.csr_matrix]:
+        places = np.flatnonzero(used)
+        row = np.repeat(np.arange(pattern.shape[0]), np.diff(pattern.indptr))[places]
+        return places, _sorted(np.ones(len(places)), row, pattern.indices[places].astype(np.int64), pattern.shape)
+
+    places, found = kept("without zeros", (pattern.indptr, pattern.indices, used), fewer)
+    return filled(found, data[places])
+
+
+def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
+    """A matrix of the pattern of another one, whose numbers of places it shares."""
+    out = copy.copy(pattern)
+    out.data = data
+    return out
+
+
+def _label(matrix: scipy.sparse.csr_matrix) -> Index:
+    return scipy.sparse.csgraph.connected_components(matrix, directed=False)[1].astype(np.int64)
+
+
+def _by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
+    order = np.argsort(row, kind="stable")
+    return _sorted(data[order], row[order], column[order], shape)
+
+
+def _sorted(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
+    """A matrix by its entries, row by row."""
+    start = np.zeros(shape[0] + 1, dtype=np.int32)
+    np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
+    return scipy.sparse.csr_matrix((data, column.astype(np.int32), start), shape=shape)
