@@ -874,8 +874,8 @@ class Description:
         return vars(self) | {"_examined": {}, "made_from": made_from}
 
     def __repr__(self) -> str:
-        parts = {"node": self.nodes, "member": self.members, "joint": self.joints}
-        counts = ", ".join(f"{len(each)} {name}{'' if len(each) == 1 else 's'}" for name, each in parts.items())
+        parts = {"node": len(self.nodes), "member": len(self.members), "joint": len(self.joints)}
+        counts = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in parts.items())
         return f"<Frame of shape {self.shape}: {counts}>"
 
     def _repr_html_(self) -> str:
