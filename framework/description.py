@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sized
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -51,8 +49,8 @@ class Description(DescribedLoads):
         self.absent = left if self.absent is None else self.absent | left
 
     def __repr__(self) -> str:
-        parts: dict[str, Sized] = {"node": self.nodes, "member": self.members, "joint": self.joints}
-        counts = ", ".join(f"{len(each)} {name}{'' if len(each) == 1 else 's'}" for name, each in parts.items())
+        parts = {"node": len(self.nodes), "member": len(self.members), "joint": len(self.joints)}
+        counts = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in parts.items())
         return f"<Frame of shape {self.shape}: {counts}>"
 
     def _repr_html_(self) -> str:

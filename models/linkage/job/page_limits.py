@@ -68,10 +68,7 @@ def end_deviations(distribution: Any) -> tuple[float, float] | None:
     with np.errstate(all="ignore"):
         if all(callable(getattr(distribution, key, None)) for key in ("mean", "std", "support")):
             mean, spread = float(distribution.mean()), DEVIATIONS * float(distribution.std())
-            ends, counted = (
-                np.asarray(distribution.support(), dtype=np.float64),
-                np.array([mean - spread, mean + spread]),
-            )
+            ends, counted = np.asarray(distribution.support(), dtype=np.float64), mean + spread * np.array([-1.0, 1.0])
         else:  # what is known of every input are its quantiles
             ends, counted = (
                 np.array([float(distribution.ppf(np.array(p))) for p in pair]) for pair in ((0.0, 1.0), BEYOND)
