@@ -32,7 +32,7 @@ _PROBE = 1e-5
 # Vectors that lead to the least eigenvalues, and steps.
 _BLOCK, _SOFT_STEPS = 4, 40
 # Share of a load that is left where a few digits do.
-_ROUGH = 1e-2
+_ROUGH = 1e-3
 # Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
 _FLOOR = 1e-12
 # Share of the numbers in blocks that are not zero, above which a product by blocks is the quicker one.
@@ -133,15 +133,8 @@ class Iterative(Factor):
         return np.stack(columns, axis=1) if len(columns) == len(found) else self.unscaled(load)
 
     def _rough(self, load: Array) -> Array | None:
-        """From the multiple of the load that comes nearest: of the motion that resists least little else is left."""
-        least, pushed = _ROUGH * _norm(load), self._acting @ load
-        work = _dot(load, pushed)
-        if not work > 0.0:
-            return self._descend(load, lambda _: least)
-        share = _dot(load, load) / work
-        left = load - share * pushed
-        more = np.zeros_like(load) if _norm(left) <= least else self._descend(left, lambda _: least)
-        return None if more is None else share * load + more
+        least = _ROUGH * _norm(load)
+        return self._descend(load, lambda _: least)
 
     @cached_property
     def singular(self) -> bool:
