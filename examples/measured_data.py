@@ -41,12 +41,12 @@ built = four_bar(0.1, 0.3002).move(A=angle).position("P")
 read = built + [1.0, 1.0, np.nan] * np.random.default_rng(4).normal(0.0, ACCURACY, built.shape)
 
 measured = Measured(read, ACCURACY, {"A": angle})
-reference = motion.compare("P", measured)
+nominal = motion.compare("P", measured)
 calibration = motion.calibrate("P", measured, four_bar, LENGTHS)
 as_built = compare(four_bar(**calibration.values).move(A=angle).position("P"), measured)
 
 if __name__ == "__main__":
-    print("reference:", reference)
+    print("nominal:", nominal)
     print(calibration)
     print("as built:", as_built)
-    reference.plot().figure.savefig("measured_data.png")
+    nominal.plot().figure.savefig("measured_data.png")

@@ -454,14 +454,14 @@ def test_sizing() -> None:
 
 def test_measured_data() -> None:
     shown = example("measured_data")
-    assert shown.as_drawn.p_value < 1e-9
+    assert shown.nominal.p_value < 1e-9
     assert shown.as_built.p_value > 0.05
     for name, true in (("crank", 0.1), ("coupler", 0.3002)):
         assert abs(shown.calibration.values[name] - true) < 3.0 * shown.calibration.standard_error[name]
-    axes = shown.as_drawn.plot()
+    axes = shown.nominal.plot()
     assert axes.get_title(loc="left").startswith("χ² = 2791 of 48 components")
     marked = next(line for line in axes.lines if line.get_label() == "outside")
-    assert marked.get_xdata().tolist() == np.flatnonzero(shown.as_drawn.outside).tolist()
+    assert marked.get_xdata().tolist() == np.flatnonzero(shown.nominal.outside).tolist()
 
 
 def test_own_linkage_study() -> None:

@@ -193,8 +193,8 @@ def test_two_threads(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_compiled_once_for_a_structure(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another frame with other lengths and samples compiles nothing."""
     made: list[str] = []
-    compiled = machine_code._compiled
-    monkeypatch.setattr(machine_code, "_compiled", lambda text: made.append(text) or compiled(text))
+    compiled = machine_code.compiled_kernel
+    monkeypatch.setattr(machine_code, "compiled_kernel", lambda text: made.append(text) or compiled(text))
     KERNELS.clear()
     for lengths in (1.0, 1.1):
         solution = four_bar((30, 1300), lengths).solve()

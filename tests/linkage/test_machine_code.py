@@ -101,8 +101,8 @@ def test_a_pose_is_the_same_in_any_order_and_part(name: str) -> None:
 
 def test_a_linkage_of_the_same_kind_compiles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
-    compiled = machine_code._compiled
-    monkeypatch.setattr(machine_code, "_compiled", lambda text: made.append(text) or compiled(text))
+    compiled = machine_code.compiled_kernel
+    monkeypatch.setattr(machine_code, "compiled_kernel", lambda text: made.append(text) or compiled(text))
     KERNELS.clear()
     for crank in (2.0, 2.1, 1.9):
         count = len(made)
