@@ -63,7 +63,7 @@ DRAWN = {
     "gravity_spring_rpm": 'reactions.plot("drives")',
     "loose_pins": BEND + 'plt.plot(np.degrees(theta), 1e6 * by_clearance)\nplt.xlabel("crank [°]")\n'
     'plt.ylabel("displacement of P by clearance [µm]")',
-    "measured_data": "reference.plot()",
+    "measured_data": "nominal.plot()",
     "optimal_six_bar": 'six_bar(found.x).move(A=THETA).plot(trace="P")',
     "own_cable": 'solution.plot("deformed", entry=0)',
     "own_foundation": 'frame.solve().plot("deformed", entry=0)',
