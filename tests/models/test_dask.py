@@ -47,7 +47,10 @@ def same(found: Any, wanted: Any) -> None:
 @pytest.fixture(scope="module")
 def client() -> Iterator[Any]:
     distributed = pytest.importorskip("distributed")
-    cluster = distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None)
+    # Without its pages, whose port another cluster may have.
+    cluster = distributed.LocalCluster(
+        2, threads_per_worker=1, dashboard_address=None, scheduler_kwargs={"dashboard": False}
+    )
     with cluster, distributed.Client(cluster) as found:
         yield found
 
