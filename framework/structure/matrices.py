@@ -98,19 +98,19 @@ class Matrices:
             Numbers of the nodes of elements, and what gives their matrices.
         """
         free = self.plan.graph.free
-        if self._held:
+        if self._free_or_constrained:
             return summed(stacks, free)
         change = self.substitution
         return scipy.sparse.csr_matrix(change.T @ summed(stacks, np.ones_like(free)) @ change)
 
     @cached_property
-    def _held(self) -> bool:
-        """Whether each node either moves by unknowns of its own or is held."""
+    def _free_or_constrained(self) -> bool:
+        """Whether each node either moves by unknowns of its own or is constrained."""
         return bool(6 * self.plan.graph.free.sum() == len(self.unknown))
 
     def gathered(self, nodal: Array) -> Array:
         """T^T f, (n, load cases), of loads f (DOFs, load cases)."""
-        if self._held:
+        if self._free_or_constrained:
             return nodal.reshape(-1, 6, nodal.shape[1])[self.plan.graph.free].reshape(-1, nodal.shape[1])
         out: Array = self.substitution.T @ nodal
         return out

@@ -131,7 +131,7 @@ def _searched(limit: LimitState, begin: Array, pose: Index) -> DesignPoints:
     return search.found()
 
 
-def further_points(limit: LimitState, points: DesignPoints, scores: Array, values: Array, pose: Index) -> DesignPoints:
+def added_points(limit: LimitState, points: DesignPoints, scores: Array, values: Array, pose: Index) -> DesignPoints:
     """Points to which searches lead from the worst of the samples that some points of a pose do not explain.
 
     Parameters

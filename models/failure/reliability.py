@@ -16,7 +16,7 @@ from ..intervals import ConfidenceInterval, checked_level
 from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.inputs import JointInputs
 from ..sampling import Seed, root_seed, stream, whole
-from .design_points import DesignPoints, design_points, distinct, further_points, joined, likely
+from .design_points import DesignPoints, added_points, design_points, distinct, joined, likely
 from .edges import Edges, beyond_edges
 from .importance import Estimate, Mixture, importance_sampling
 from .limit_state import Function, LimitState, check_called
@@ -418,7 +418,7 @@ class _Explorer:
             if not self.points.converged.all() or self.points.explain(scores, values):
                 break
             pose = self.run.worst_pose(scores, self.problem)
-            found = further_points(self.run.state, self.points, scores, values, pose)
+            found = added_points(self.run.state, self.points, scores, values, pose)
             known = len(self.points.beta)
             self.further.append(found)
             self.points = distinct([self.points, found])
