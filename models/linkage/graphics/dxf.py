@@ -79,10 +79,10 @@ class CadDrawing:
         if unit not in UNITS:
             raise FrameError(f"{path.name} was given unit={unit!r}: a drawing knows {', '.join(UNITS)}")
         try:
-            import ezdxf
+            from ezdxf.filemanagement import new
         except ModuleNotFoundError:
             raise FrameError(f"{path.name} needs the extra `dxf`: pip install 'linkframe[dxf]'") from None
-        document = ezdxf.new("R2010", setup=False, units=UNITS[unit])
+        document = new("R2010", setup=False, units=UNITS[unit])
         drawing = cls(document, linkage)
         for number, link in enumerate(linkage.links):
             drawing.layer(link, LINK_COLOURS[number % len(LINK_COLOURS)], "link")
