@@ -1,52 +1,58 @@
 """Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
 
-from .distributions import Interval, tolerance
-from .failure import OpenTURNSProblem, PystraProblem, Reliability, reliability, to_openturns, to_pystra
-from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, relative_cost, tolerance_grade
-from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
-from .fuzzy import FuzzyNumber, FuzzyResult, propagate_fuzzy
-from .histograms import plot_histogram
-from .intervals import ConfidenceInterval
-from .linkage import (
-    AccuracyStudy,
-    Contributors,
-    ConversionWarning,
-    DeadPoint,
-    DisplacementSensitivity,
-    DriveRange,
-    FiniteWorstCase,
-    FitAllocation,
-    FuzzyReach,
-    Linkage,
-    LoadsWarning,
-    Mobility,
-    Motion,
-    PointAccuracy,
-    PoseState,
-    PositionSensitivity,
-    ReachableRegion,
-    Reactions,
-    Stress,
-    Workspace,
-    WorstCase,
-    read_linkage,
-    write_linkage,
-)
-from .measured import Calibration, Comparison, Measured, calibrate, compare, read_measured
-from .propagation import (
-    Failures,
-    GaussianCopula,
-    Histogram,
-    PolynomialChaos,
-    Propagation,
-    Reweighted,
-    TaylorMoments,
-    polynomial_chaos,
-    propagate,
-    taylor_moments,
-)
-from .sensitivity import SobolIndices, sobol_indices
-from .spread import Spread
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .distributions import Interval, tolerance
+    from .failure import OpenTURNSProblem, PystraProblem, Reliability, reliability, to_openturns, to_pystra
+    from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, relative_cost, tolerance_grade
+    from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
+    from .fuzzy import FuzzyNumber, FuzzyResult, propagate_fuzzy
+    from .histograms import plot_histogram
+    from .intervals import ConfidenceInterval
+    from .linkage import (
+        AccuracyStudy,
+        Contributors,
+        ConversionWarning,
+        DeadPoint,
+        DisplacementSensitivity,
+        DriveRange,
+        FiniteWorstCase,
+        FitAllocation,
+        FuzzyReach,
+        Linkage,
+        LoadsWarning,
+        Mobility,
+        Motion,
+        PointAccuracy,
+        PoseState,
+        PositionSensitivity,
+        ReachableRegion,
+        Reactions,
+        Stress,
+        Workspace,
+        WorstCase,
+        read_linkage,
+        write_linkage,
+    )
+    from .measured import Calibration, Comparison, Measured, calibrate, compare, read_measured
+    from .propagation import (
+        Failures,
+        GaussianCopula,
+        Histogram,
+        PolynomialChaos,
+        Propagation,
+        Reweighted,
+        TaylorMoments,
+        polynomial_chaos,
+        propagate,
+        taylor_moments,
+    )
+    from .sensitivity import SobolIndices, sobol_indices
+    from .spread import Spread
 
 __all__ = [
     "Accuracy",
@@ -121,3 +127,88 @@ __all__ = [
     "tolerance_grade",
     "write_linkage",
 ]
+
+# Each name is loaded where it is first used: a four-bar needs neither robots' files nor probabilities of failure.
+_LATER = {
+    "Accuracy": ".four_bar",
+    "AccuracyStudy": ".linkage",
+    "Allocation": ".fits",
+    "Calibration": ".measured",
+    "Comparison": ".measured",
+    "ConfidenceInterval": ".intervals",
+    "Contributors": ".linkage",
+    "ConversionWarning": ".linkage",
+    "DeadPoint": ".linkage",
+    "DisplacementSensitivity": ".linkage",
+    "DriveRange": ".linkage",
+    "Failures": ".propagation",
+    "FiniteWorstCase": ".linkage",
+    "Fit": ".fits",
+    "FitAllocation": ".linkage",
+    "FourBar": ".four_bar",
+    "FourBarMotion": ".four_bar",
+    "FuzzyNumber": ".fuzzy",
+    "FuzzyReach": ".linkage",
+    "FuzzyResult": ".fuzzy",
+    "GaussianCopula": ".propagation",
+    "Histogram": ".propagation",
+    "Interval": ".distributions",
+    "Kinetostatics": ".four_bar",
+    "LimitsOfSize": ".fits",
+    "Link": ".four_bar",
+    "Linkage": ".linkage",
+    "LoadsWarning": ".linkage",
+    "Measured": ".measured",
+    "Mobility": ".linkage",
+    "Motion": ".linkage",
+    "OpenTURNSProblem": ".failure",
+    "PointAccuracy": ".linkage",
+    "PolynomialChaos": ".propagation",
+    "PoseState": ".linkage",
+    "PositionSensitivity": ".linkage",
+    "Propagation": ".propagation",
+    "PystraProblem": ".failure",
+    "ReachableRegion": ".linkage",
+    "Reactions": ".linkage",
+    "Reliability": ".failure",
+    "Reweighted": ".propagation",
+    "SobolIndices": ".sensitivity",
+    "Spread": ".spread",
+    "Stress": ".linkage",
+    "Study": ".four_bar",
+    "TaylorMoments": ".propagation",
+    "Workspace": ".linkage",
+    "WorstCase": ".linkage",
+    "accuracy": ".four_bar",
+    "allocate": ".fits",
+    "calibrate": ".measured",
+    "compare": ".measured",
+    "fit": ".fits",
+    "limits_of_size": ".fits",
+    "monte_carlo": ".four_bar",
+    "plot_histogram": ".histograms",
+    "polynomial_chaos": ".propagation",
+    "propagate": ".propagation",
+    "propagate_fuzzy": ".fuzzy",
+    "read_linkage": ".linkage",
+    "read_measured": ".measured",
+    "relative_cost": ".fits",
+    "reliability": ".failure",
+    "sobol_indices": ".sensitivity",
+    "taylor_moments": ".propagation",
+    "to_openturns": ".failure",
+    "to_pystra": ".failure",
+    "tolerance": ".distributions",
+    "tolerance_grade": ".fits",
+    "write_linkage": ".linkage",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_LATER[name], __name__), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_LATER]

@@ -6,10 +6,10 @@ import codecs
 import os
 import signal
 import sys
-from argparse import ArgumentParser
+from argparse import Action, ArgumentParser
 from collections.abc import Sequence
-from importlib.metadata import version
 from io import TextIOWrapper
+from typing import Any
 
 from ..framework.errors import FrameError
 from .job.signals import Signals
@@ -40,7 +40,7 @@ def parser() -> ArgumentParser:
         prog="linkframe",
         description="Frame elements for mechanisms: where every point of a linkage really goes.",
     )
-    top.add_argument("--version", action="version", version=f"linkframe {version('linkframe')}")
+    top.add_argument("--version", action=_Version, nargs=0, help="show program's version number and exit")
     jobs = top.add_subparsers(title="jobs", dest="job", metavar="JOB", required=True)
     four_bar.add_to(jobs)
     linkage.add_to(jobs)
@@ -85,6 +85,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             told = [f"linkframe {options.job}: interrupted; files are written all or none", *_notes(interrupt)]
             print("\n".join(told), file=sys.stderr)
     return signals.code
+
+
+class _Version(Action):
+    """Prints the version, which is looked for only when it is asked for: that takes longer than to read the options."""
+
+    def __call__(self, parser: ArgumentParser, *_: Any) -> None:
+        from importlib.metadata import version
+
+        print(f"linkframe {version('linkframe')}")
+        parser.exit()
 
 
 def _notes(error: BaseException) -> list[str]:

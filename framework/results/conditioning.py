@@ -55,6 +55,8 @@ def scaled(plan: Plan) -> Array:
 
 def _same(count: int, pairs: list[tuple[int, int]]) -> Index:
     """By node the one that stands for it, where pairs of nodes are the same."""
+    if not pairs:
+        return np.arange(count)
     there = np.ones(len(pairs), dtype=bool)
     graph = scipy.sparse.csr_matrix((there, tuple(np.array(pairs, dtype=np.int64).reshape(-1, 2).T)), (count, count))
     labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,14 +13,16 @@ from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
 from ...framework.frame import Frame
 from ..linkage.graphics.drawn_motion import DrawnMotion
-from ..linkage.graphics.places import DrawnPoses
-from ..linkage.linkage import Linkage
-from .as_linkage import drawn, linkage
 from .closure import Closure
 from .description import FourBarDescription
 from .frame import frame
 from .kinematics import FourBarKinematics
 from .kinetostatics import Kinetostatics, Link, kinetostatics
+
+# Any linkage is loaded where a four-bar is drawn or made one: that takes longer than to load all that a four-bar is.
+if TYPE_CHECKING:
+    from ..linkage.graphics.places import DrawnPoses
+    from ..linkage.linkage import Linkage
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,8 @@ class FourBarMotion(DrawnMotion, FourBarKinematics):
     four_bar: FourBar
 
     def _drawn(self) -> DrawnPoses:
+        from .as_linkage import drawn
+
         return drawn(self)
 
     def frame(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
@@ -225,6 +230,8 @@ class FourBar(FourBarDescription):
         >>> round(float(np.degrees(reach.upper)), 4)  # where coupler and rocker are in line
         117.2796
         """
+        from .as_linkage import linkage
+
         return linkage(self.move(theta), clearance or {})
 
 

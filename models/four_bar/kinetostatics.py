@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from ...elements.parameters import as_real
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
-from ..linkage.graphics.reaction_plots import plot_four_bar_reactions
 from .description import LINKS
 from .kinematics import FourBarKinematics
 
@@ -129,6 +128,8 @@ class Kinetostatics:
         FrameError
             If there is nothing of that name.
         """
+        from ..linkage.graphics.reaction_plots import plot_four_bar_reactions
+
         forces = {joint: self.reaction(joint) for joint in REACTIONS}
         return plot_four_bar_reactions(self.motion.theta, forces, self.drive_torque, what, ax, units)
 

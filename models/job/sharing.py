@@ -8,7 +8,6 @@ import warnings
 from argparse import ArgumentParser, ArgumentTypeError, Namespace, _ArgumentGroup
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -255,6 +254,8 @@ def sharing(options: Namespace, inputs: SampledInputs) -> Sharing:
         raise FrameError("--resume has no folder to go on in: give it with --checkpoint DIR")
     if options.checkpoint is None:
         return Sharing(options.workers)
+    from importlib.metadata import version
+
     whole = {"the job": options.job, "the release of linkframe": version("linkframe"), **inputs.about}
     found = Sharing(options.workers, options.checkpoint, whole)
     for note in _taken_up(found, options.resume):

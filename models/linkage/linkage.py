@@ -20,7 +20,8 @@ from .continuation.drives import by_joint
 from .derivatives.thermal import Expansion
 from .files.write_linkage import ROBOTS, write
 from .graphics.dxf import save_linkage
-from .graphics.plots import SI, Units, html_of, plot_linkage
+from .graphics.plots import html_of, plot_linkage
+from .graphics.units import SI, Units
 from .motion import Motion, limits_of
 from .page.grid import GridAxis, unfolded
 from .page.page import PageText, write_page

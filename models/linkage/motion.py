@@ -16,7 +16,7 @@ from ...framework.listing import counted
 from ...framework.renamed import RenamedAttribute
 from .graphics.drawn_motion import DrawnMotion
 from .graphics.dxf import save_motion
-from .graphics.plots import SI, Units
+from .graphics.units import SI, Units
 from .page.page import PageText, framed, framed_point, write_page
 from .page.widget import widget
 from .poses.coordinates import coordinate_of, rates_of_coordinate

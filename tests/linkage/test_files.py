@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.elements import Beam, Circle, ISection, Material, Rectangle, Section, Tube
 from linkframe.framework import FrameError
-from linkframe.models.linkage import Linkage
-from linkframe.models.linkage.files import read_linkage, write_linkage
+from linkframe.models.linkage import Linkage, read_linkage, write_linkage
 from linkframe.models.linkage.files.toml import line_of, written
 from linkframe.models.linkage.files.write import tables
 

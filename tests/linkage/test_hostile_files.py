@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from linkframe.framework import FrameError
-from linkframe.models.linkage.files import read_linkage
+from linkframe.models.linkage import read_linkage
 from linkframe.models.linkage.job.inputs import read_inputs
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

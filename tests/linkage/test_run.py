@@ -13,7 +13,7 @@ from linkframe.framework import Frame, FrameError
 from linkframe.framework.paraview.vtu import read_names
 from linkframe.models import FourBar
 from linkframe.models.command_line import main
-from linkframe.models.linkage.files import read_linkage, write_linkage
+from linkframe.models.linkage import read_linkage, write_linkage
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.result import compute
 from linkframe.models.linkage.job.table import as_csv, as_text

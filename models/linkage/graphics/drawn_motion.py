@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from .bodies import Looks
-from .pictures import movie, picture, show
-from .places import DrawnPoses
-from .plots import GHOSTS, SI, Units, animate_motion, plot_motion
+from .units import GHOSTS, SI, Units
 
+# What draws is loaded where a motion is first drawn, which few are.
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
+
+    from .places import DrawnPoses
 
 
 class DrawnMotion(ABC):
@@ -91,6 +91,8 @@ class DrawnMotion(ABC):
         >>> linkage.move(A=np.linspace(0.0, 1.0, 20)).plot(trace="B", band=half).get_title(loc="left")
         'displacements of B × 5'
         """
+        from .plots import plot_motion
+
         traced = (trace,) if isinstance(trace, str) else tuple(trace)
         return plot_motion(self._drawn(), ax, pose, traced, band, regions, level, magnify, ghosts, names, loads, units)
 
@@ -128,6 +130,8 @@ class DrawnMotion(ABC):
         FrameError
             If no pose is assembled, or there is no such point.
         """
+        from .plots import animate_motion
+
         return animate_motion(
             self._drawn(), ax, (trace,) if isinstance(trace, str) else tuple(trace), interval, names, units
         )
@@ -181,6 +185,9 @@ class DrawnMotion(ABC):
         FrameError
             If the name ends otherwise, there is no such pose, or the folder cannot be written.
         """
+        from .bodies import Looks
+        from .pictures import picture
+
         looks = Looks(regions, level, magnify, clearances, names, units)
         picture(self._drawn(), path, pose, looks, size)
 
@@ -221,6 +228,9 @@ class DrawnMotion(ABC):
         FrameError
             If the name ends otherwise, no pose is assembled, or the folder cannot be written.
         """
+        from .bodies import Looks
+        from .pictures import movie
+
         looks = Looks(regions, level, magnify, clearances, names, units)
         movie(self._drawn(), path, looks, size, rate)
 
@@ -258,4 +268,7 @@ class DrawnMotion(ABC):
         FrameError
             If no pose is assembled, or there is no such pose.
         """
+        from .bodies import Looks
+        from .pictures import show
+
         return show(self._drawn(), pose, Looks(regions, level, magnify, clearances, names, units))

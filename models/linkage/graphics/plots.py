@@ -22,15 +22,14 @@ from .places import FREE_TEXT, DrawnPoses, PosePlaces, ReferencePlaces, free_arr
 from .plane import plane
 from .regions import drawn_regions, magnified, outline_of, told
 from .scene import ghost, linkage_scene
+from .units import GHOSTS, SI, Units
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
 
-Units = tuple[str, str]
-SI: Units = ("m", "N")
-# Other poses that are drawn faintly, and sampled paths that are drawn in space.
-GHOSTS, PATHS = 8, 100
+# Sampled paths that are drawn in space.
+PATHS = 100
 # How far displacements of a band are drawn, as a share of what is drawn.
 SHARE = 0.05
 

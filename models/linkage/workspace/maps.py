@@ -13,7 +13,7 @@ from ....framework.graphics.canvas import few_ticks
 from ....framework.graphics.log_ticks import log_ticks
 from ....framework.graphics.style import INK, new_axes, set_title, styled
 from ....framework.graphics.units import moment_unit, scaled
-from ..graphics.plots import Units
+from ..graphics.units import Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array, finite
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
-from ..graphics.plots import SI, Units
+from ..graphics.units import SI, Units
 from ..motion import Motion
 from ..poses.assembled_poses import OTHER_MODE
 from ..worst_case.region import unit
