@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -171,9 +172,28 @@ def _write(figure: Figure, path: Path, formats: Sequence[str]) -> None:
 
     for form in dict.fromkeys(formats):
         # Two runs of the same inputs write the same bytes: without dates, and with the same names inside.
-        with rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem, "pdf.fonttype": 42}):
+        with (
+            rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem, "pdf.fonttype": 42}),
+            _laid_out(figure, form),
+        ):
             text: dict[str, Any] = {"pil_kwargs": {"compress_level": FAST}} if form == "png" else {}
             figure.savefig(path.with_suffix(f".{form}"), metadata=UNDATED.get(form), **text)
+
+
+@contextmanager
+def _laid_out(figure: Figure, form: str) -> Iterator[None]:
+    """Find the layout of a PNG at once: to have it found, savefig would draw everything once more, on nothing.
+
+    The other forms measure texts otherwise, and find their own.
+    """
+    layout = figure.get_layout_engine()
+    if form != "png" or layout is None:
+        yield
+        return
+    layout.execute(figure)
+    figure.set_layout_engine(None)
+    yield
+    figure.set_layout_engine(layout)
 
 
 def _pictures(folder: Path, captions: Mapping[str, str], formats: Sequence[str]) -> Iterator[tuple[str, str]]:

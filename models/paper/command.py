@@ -172,7 +172,6 @@ def _start(options: Namespace) -> None:
     from ..job.run import run
     from ..job.sharing import sharing
     from .job import FourBarJob
-    from .remarks import beforehand
 
     names = [field.name for field in fields(Inputs)]
     given: dict[str, Any] = {
@@ -181,9 +180,10 @@ def _start(options: Namespace) -> None:
     given["tolerance"] = given["tolerance"] or ()
     inputs = Inputs(**given)
     shared = sharing(options, inputs)
-    for note in beforehand(inputs):
+    job = FourBarJob(inputs, shared)
+    for note in job.beforehand():
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
-    run(FourBarJob(inputs, shared), options.out, options.figures, options.format, options.wide)
+    run(job, options.out, options.figures, options.format, options.wide)
 
 
 def finite(text: str) -> float:

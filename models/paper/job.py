@@ -16,9 +16,9 @@ from ..job.stages import Advance
 from . import reactions
 from .drawing import draw_linkage
 from .passages import passages
-from .remarks import remarks
+from .remarks import beforehand, remarks
 from .report import report
-from .result import Result, compute, work
+from .result import Result, begin, finish, work
 from .table import about_errors, as_csv, as_text
 
 if TYPE_CHECKING:
@@ -59,6 +59,11 @@ class FourBarJob(Job):
 
     def __init__(self, inputs: Inputs, shared: Sharing = ALONE) -> None:
         self.inputs, self.shared = inputs, shared
+        self.result = begin(inputs)
+
+    def beforehand(self) -> list[str]:
+        """What can be told before the samples are computed."""
+        return beforehand(self.result)
 
     @property
     def work(self) -> Mapping[str, int]:
@@ -67,7 +72,7 @@ class FourBarJob(Job):
 
     def compute(self, advance: Advance) -> None:
         """Compute the accuracy."""
-        self.result = compute(self.inputs, advance, shared=self.shared)
+        finish(self.result, advance, shared=self.shared)
 
     @property
     def solution(self) -> Solution:

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...framework.errors import MechanismWarning
-from ..four_bar.accuracy import accuracy
 from ..job.large_table import failed_samples
 from ..job.remarks import beyond_size, without_result
-from .result import four_bar
 
 if TYPE_CHECKING:
     from ..four_bar.study import Study
@@ -33,16 +31,12 @@ def remarks(result: Result) -> list[str]:
     return found + without_result(lost(study), len(where), study.n, study.nan_policy)
 
 
-def beforehand(inputs: Inputs) -> list[str]:
+def beforehand(result: Result) -> list[str]:
     """What can be told before samples and large displacements, which take the longer the softer the linkage is."""
-    linkage = four_bar(inputs)
-    theta = inputs.theta[linkage.assembles(inputs.theta)]
-    if not theta.size:
-        return []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MechanismWarning)
-        moved = accuracy(linkage, theta, load=(0.0, inputs.load, 0.0)).compliance
-    return beyond_size("P", moved, _size(inputs), [f"θ = {np.degrees(angle):g}°" for angle in theta])
+        moved = result.compliance
+    return beyond_size("P", moved, _size(result.inputs), [f"θ = {drive}" for drive in result.drives])
 
 
 def _size(inputs: Inputs) -> float:

@@ -386,6 +386,11 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
         If the linkage cannot be assembled at any pose, a sample is out of range, the samples do not fit the memory, or
         the pose of the histograms is not among the regular ones.
     """
+    return finish(begin(inputs), advance, large=large, shared=shared)
+
+
+def begin(inputs: Inputs) -> Result:
+    """The outcome of which no sample is computed yet, see `compute`."""
     poses = inputs.degrees.size + (0 if inputs.measured_drive is None else inputs.measured_drive.values.size)
     check(BYTES_ALONE + BYTES * poses, inputs.samples, "--samples")
     linkage = four_bar(inputs)
@@ -393,7 +398,13 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        result = Result(inputs, _study(inputs, linkage, inputs.theta[linkage.assembles(inputs.theta)]))
+        return Result(inputs, _study(inputs, linkage, inputs.theta[linkage.assembles(inputs.theta)]))
+
+
+def finish(result: Result, advance: Advance | None = None, *, large: bool = True, shared: Sharing = ALONE) -> Result:
+    """The same outcome, computed, see `compute`."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)
         shared.compute(result.kinds(large=large), advance or (lambda *_: None))
         _ = result.pose, result.std, result.compliance
         if large:
