@@ -168,13 +168,18 @@ class PartialFactorisation:
     ) -> None:
         (a, row), (b, other), (mask, value) = left, right, part
         first, second = self.masks.rows[a], self.masks.rows[b]
+        outer, twice = self.outer, a != b
         for i, factor in row.items():
             half: Value | None = None
+            of_first = mask | first[i]
             for j, known in other.items():
-                over = mask | first[i] | second[j]
-                if (a != b or (i >= 0 and (j >= i or j < 0))) and _is(self.outer, wanted, over):
+                if twice or (i >= 0 and (j >= i or j < 0)):
+                    over = of_first | second[j]
+                    if not wanted[over]:
+                        outer.complete = False
+                        continue
                     half = product(factor, value) if half is None else half
-                    self._put((i, j), over, product(known, half), twice=a != b)
+                    self._put(i, j, over, product(known, half), twice)
 
     def _add_springs(self, wanted: Wanted, *, given: bool) -> None:
         """Add k r r^T and -k r times the known part of every spring to the second stage."""
@@ -188,13 +193,12 @@ class PartialFactorisation:
                     now = _is(outer, wanted, over) if masks[i] | masks[j] else given
                     if now and (j >= i or j < 0):
                         term = product(second, half)
-                        self._put((i, j), over, term, twice=False)
+                        self._put(i, j, over, term, False)
                         if i == j:
                             add(outer.scale.setdefault(i, {}), over, term)
 
-    def _put(self, at: tuple[int, int], mask: int, term: Value, *, twice: bool) -> None:
+    def _put(self, i: int, j: int, mask: int, term: Value, twice: bool) -> None:
         """Add a term of the stiffness to the matrix or, where it meets a right-hand-side parameter, to the load."""
-        i, j = at
         if i >= 0 and j >= 0:
             add(self.outer.entry(i, j), mask, 2.0 * term if twice and i == j else term)
         elif i >= 0 or j >= 0:

@@ -54,10 +54,13 @@ class Stage:
 
     def entry(self, i: int, j: int) -> Parts:
         """Parts of entry (i, j), made where there are none."""
-        row = self.matrix.setdefault(i, {})
-        if j not in row:
-            row[j] = self.matrix.setdefault(j, {})[i] = {}
-        return row[j]
+        row = self.matrix.get(i)
+        if row is None:
+            row = self.matrix[i] = {}
+        found = row.get(j)
+        if found is None:
+            found = row[j] = self.matrix.setdefault(j, {})[i] = {}
+        return found
 
     def put(self, i: int, j: int, mask: int, value: Value) -> None:
         """Add a term of the stiffness, whose rounding the diagonal carries."""

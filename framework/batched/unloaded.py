@@ -300,7 +300,7 @@ class Chained:
         pattern: Pattern = {}
         for a, row in matrix.items():
             for b, parts in row.items():
-                if parts or (a == b and a not in ends):
+                if b >= a and (parts or (a == b and a not in ends)):
                     link(pattern, a, b, _union(parts))
         for entry in varying.entries if varying else ():
             link(pattern, *entry.at, entry.mask)
@@ -339,7 +339,8 @@ def _orders(
         reduced: Pattern = {k: {k: 0} for k in left}
         for a, coupled in pattern.items():
             for b, over in coupled.items():
-                _link_rows(reduced, ends[a], ends[b], over)
+                if b >= a:
+                    _link_rows(reduced, ends[a], ends[b], over)
         for spring, over in spring_parts:
             _link_rows(reduced, spring, spring, over)
         return first, order(reduced, list(reduced), grid)

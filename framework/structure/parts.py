@@ -85,6 +85,8 @@ def add(parts: Parts, mask: int, value: Value) -> None:
 
 def total(parts: Parts) -> tuple[int, Value]:
     """Mask and value of a sum of parts, smallest parts first."""
+    if len(parts) == 1:
+        return next(iter(parts.items()))
     varying, result = 0, 0.0  # type: int, Value
     for mask in sorted(parts):
         varying |= mask
