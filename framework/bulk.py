@@ -16,6 +16,7 @@ from .described.parts import JointLink, Member, Node, check_ideal
 from .dofs import FORCES, component, components
 from .editing import Editable
 from .errors import FrameError
+from .garbage import without_search
 from .joint_examination import examine_joint
 from .joint_protocol import JointElement
 from .meshes.lines import lines_by_element
@@ -102,6 +103,7 @@ class InBulk(Editable):
                 frame.alias(name, of[0])
         return frame
 
+    @without_search()
     def add_nodes(self, names: Names | int, coordinates: ArrayLike, body: str | None = None) -> list[str]:
         """Place many nodes.
 
@@ -159,6 +161,7 @@ class InBulk(Editable):
         self.size = max(self.size, float(np.abs(there).max(initial=0.0)))
         return new
 
+    @without_search()
     def add_many(
         self,
         element: LineElement | JointElement | Sequence[LineElement | JointElement],
@@ -222,6 +225,7 @@ class InBulk(Editable):
             raise FrameError(f"add_many was given elements of the kinds {text}: give members alone, or joints alone")
         return new
 
+    @without_search()
     def fix_many(self, nodes: Names, *names: str) -> None:
         """Hold components of many nodes at zero; all six where none is named.
 
@@ -236,6 +240,7 @@ class InBulk(Editable):
         for node in self._known(nodes, "support"):
             self.supports.setdefault(node, {}).update(constrained)
 
+    @without_search()
     def load_many(self, nodes: Names, **force: ArrayLike) -> None:
         """Apply a force or moment at each of many nodes, in global axes; loads add up.
 
