@@ -1,13 +1,19 @@
 """What uncertain inputs make of a result: inputs that depend on each other, samples, statistics with their errors."""
 
-from .chaos import PolynomialChaos, polynomial_chaos
-from .correlation import GaussianCopula
-from .failures import Failures
-from .histogram import Histogram
-from .result import Propagation
-from .reweighting import Reweighted
-from .run import propagate
-from .taylor import TaylorMoments, taylor_moments
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .chaos import PolynomialChaos, polynomial_chaos
+    from .correlation import GaussianCopula
+    from .failures import Failures
+    from .histogram import Histogram
+    from .result import Propagation
+    from .reweighting import Reweighted
+    from .run import propagate
+    from .taylor import TaylorMoments, taylor_moments
 
 __all__ = [
     "Failures",
@@ -21,3 +27,27 @@ __all__ = [
     "propagate",
     "taylor_moments",
 ]
+
+# Each name is loaded where it is first used: to gather samples needs neither chaos expansions nor correlations.
+_LATER = {
+    "Failures": ".failures",
+    "GaussianCopula": ".correlation",
+    "Histogram": ".histogram",
+    "PolynomialChaos": ".chaos",
+    "Propagation": ".result",
+    "Reweighted": ".reweighting",
+    "TaylorMoments": ".taylor",
+    "polynomial_chaos": ".chaos",
+    "propagate": ".run",
+    "taylor_moments": ".taylor",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_LATER[name], __name__), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_LATER]
