@@ -131,8 +131,11 @@ def alike(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray):
         return one.shape == other.shape and one.dtype == other.dtype and bool(one.tobytes() == other.tobytes())
     if isinstance(one, dict):
-        same = all(map(is_, one.values(), other.values())) or all(map(alike, one.values(), other.values()))
-        return list(one) == list(other) and same
+        if len(one) != len(other):
+            return False
+        if all(map(is_, one, other)) and all(map(is_, one.values(), other.values())):
+            return True
+        return list(one) == list(other) and all(map(alike, one.values(), other.values()))
     if isinstance(one, (list, tuple)):
         return len(one) == len(other) and (all(map(is_, one, other)) or all(map(alike, one, other)))
     if isinstance(one, (bool, int, float, str)):

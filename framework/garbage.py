@@ -11,8 +11,8 @@ from contextlib import contextmanager
 def without_search() -> Iterator[None]:
     """Let what is made inside be made without a search for circles of references; also decorates a function.
 
-    Every so many objects Python searches all those that it has made. Where many are made one after the other, and all of
-    them stay, that takes as long as to make them.
+    Every so many objects Python searches all those that it has made. Where many are made one after the other, and all
+    of them stay, that takes as long as to make them.
     """
     searching = gc.isenabled()
     gc.disable()

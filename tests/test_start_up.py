@@ -27,3 +27,21 @@ def test_one_beam_loads_no_solver_of_large_frames(more: str, loaded: str) -> Non
     script = ONE_BEAM.replace("import sys\n", f"{more}\nimport sys\n")
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True, timeout=60).stdout
     assert told.split()[:1] == loaded.split()
+
+
+def test_models_load_what_is_used_of_them() -> None:
+    """A four-bar is no linkage yet, and nothing draws it; what is asked for comes all the same."""
+    script = """
+import sys
+import linkframe.models
+print(*(name for name in sys.modules if name.startswith("linkframe.models.")))
+from linkframe.models import FourBar
+FourBar().move(0.5).frame()
+print(*(name for name in sys.modules if name.startswith("linkframe.models.linkage.")))
+print(type(FourBar().linkage(0.5)).__module__)
+"""
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True, timeout=60).stdout
+    nothing, few, module = told.split("\n")[:3]
+    assert not nothing
+    assert not {f"linkframe.models.linkage.{name}" for name in ("linkage", "motion", "graphics.plots")} & {*few.split()}
+    assert module == "linkframe.models.linkage.linkage"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 
 import numpy as np
@@ -120,3 +121,26 @@ def test_many_take_no_longer_than_some() -> None:
 
     alone, together = (min(way(4000) for _ in range(3)) for way in (one_by_one, at_once))
     assert together < 0.4 * alone
+
+
+def test_nothing_that_is_made_in_bulk_is_searched_for_garbage() -> None:
+    """The search goes on afterwards, where something is refused as well."""
+    begun: list[str] = []
+
+    def note(phase: str, _: object) -> None:
+        begun.append(phase)
+
+    x, frame = np.arange(20_000.0), Frame()
+    ends = np.stack([np.arange(len(x) - 1), np.arange(1, len(x))], axis=-1)
+    gc.collect()
+    gc.callbacks.append(note)
+    try:
+        frame.add_nodes(len(x), np.stack([x, 0.0 * x, 0.0 * x], axis=-1))
+        frame.add_many(BAR, ends)
+        with pytest.raises(FrameError, match="given 1 names"):
+            frame.add_many(BAR, ends, ["a"])
+    finally:
+        gc.callbacks.remove(note)
+    # once at most behind each of the three
+    assert begun.count("start") <= 3
+    assert gc.isenabled()

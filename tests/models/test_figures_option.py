@@ -10,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from linkframe.framework.graphics.style import figure
 from linkframe.framework.pictures import drawing_process
 from linkframe.framework.pictures.drawing import Drawing
 from linkframe.framework.pictures.drawing_process import Artist
 from linkframe.framework.pictures.rendering import RenderingError
 from linkframe.models.command_line import main
+from linkframe.models.job.run import _write
 from linkframe.models.sampling import Normal
 from scipy import stats
 
@@ -28,6 +30,7 @@ HEAVY = ("matplotlib", "pyvista", "vtkmodules", "scipy.stats")
 LOADED = f"""
 import sys
 from linkframe.models.command_line import main
+from linkframe.models.job.run import _write
 main(sys.argv[1:])
 print([name for name in {HEAVY} if name in sys.modules])
 """
@@ -102,3 +105,24 @@ def test_nobody_waits_for_a_picture_that_is_not_wanted_any_more(
         process = artist._process
         assert process is not None
     assert process.returncode == -signal.SIGKILL
+
+
+def test_a_png_is_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the same bytes as by savefig, which draws it on nothing before; other forms find their layout as before."""
+    from matplotlib.figure import Figure
+
+    def drawn() -> Figure:
+        made, (axes,) = figure(3.0, 2.0)
+        axes.plot([0.0, 1.0], [2.0, 5.0], label="a curve")
+        axes.legend()
+        return made
+
+    drawn().savefig(tmp_path / "whole.png", pil_kwargs={"compress_level": 1})
+    count: list[Figure] = []
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, renderer: (count.append(self), draw(self, renderer))[1])
+    made = drawn()
+    _write(made, tmp_path / "once.png", ["png"])
+    assert len(count) == 1
+    assert made.get_layout_engine() is not None
+    assert (tmp_path / "once.png").read_bytes() == (tmp_path / "whole.png").read_bytes()
