@@ -127,7 +127,8 @@ def rotated(axes: Array, vectors: Array) -> Array:
 
 def block_diagonal(parts: Sequence[Array]) -> Array:
     """Block-diagonal matrices (..., 3 m, 3 m) of m matrices (..., 3, 3)."""
-    shape = np.broadcast_shapes(*(part.shape[:-2] for part in parts))
+    shapes = {part.shape[:-2] for part in parts}
+    shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
     out = np.zeros((*shape, 3 * len(parts), 3 * len(parts)))
     for k, part in enumerate(parts):
         out[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = part
