@@ -30,7 +30,7 @@ from .order import Order
 from .partial_factorisation import Masks, PartialFactorisation, Springs, Wanted
 from .replay import RecordedElimination
 from .schur_complement import TrailingSchurComplement
-from .stage import Forces, Matrix, Stage
+from .stage import Forces, Matrix, Stage, mapped_forces
 
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
@@ -109,8 +109,8 @@ class BlockFactor:
         self._masks = Masks.of(block.grid, block.rows, block.springs)
         with np.errstate(all="ignore"):
             self.shared = self._shared()
-        # What later reads and other loads take up: unknowns and right-hand-side parameters of a tail, factors of
-        # chunks.
+        # What later reads and other loads take up: the trailing unknowns with the right-hand-side parameters,
+        # factors of chunks.
         self._numbers: dict[int, Value] | None = None
         self._kept: dict[int, PartialFactorisation] = {}
         self._former: dict[int, PartialFactorisation] = {}
@@ -125,8 +125,8 @@ class BlockFactor:
         clone.compiled, clone.ran = self.compiled, ""
         clone.axis, clone.step, clone._masks, clone._again = self.axis, self.step, self._masks, True
         clone._numbers, clone._kept, clone._former, clone._least = None, {}, self._former | self._kept, self._least
-        stage = Stage(forces=block.forces).mapped(_same)
-        clone.shared = self.shared.loaded(stage.forces, {}, block.rhs_parameters)
+        forces = mapped_forces(block.forces, lambda value: value)
+        clone.shared = self.shared.loaded(forces, {}, block.rhs_parameters)
         with np.errstate(all="ignore"):
             clone.shared.load(self.small)
         whole = not any(self.large) or (len(clone._former) == self.chunks and not clone._only_trailing)
@@ -187,13 +187,9 @@ class BlockFactor:
         if block.grid.sizes[-1] == 1 and not block.varying:
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
             return RecordedElimination(block.orders, *given).carried_out(self._masks, block.rhs_parameters)
-        stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
-        progress = PartialFactorisation(
-            block.orders, stage, Stage(), block.rows, block.springs, block.rhs_parameters, self._masks
-        )
-        progress.factorise(self.small, given=True)
-        progress.load(self.small)
-        return progress
+        stage = Stage(block.matrix, block.forces, block.scale)
+        linked = block.rows, block.springs, block.rhs_parameters
+        return PartialFactorisation.begun(block.orders, stage, *linked, self._masks, self.small)
 
     # -- chunks -----------------------------------------------------------------------------------------------------
 
@@ -402,10 +398,6 @@ class BlockFactor:
             return float(value)
         mine = value[part] if value.shape[self.axis] == self.block.grid.shape[self.axis] else value
         return mine.astype(np.float64, copy=False)
-
-
-def _same(value: Value) -> Value:
-    return value
 
 
 def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:

@@ -13,6 +13,7 @@ from ..clock import timed
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, combine, unknowns
 from .block import BlockFactor
+from .condensation import retained
 from .plan import Plan
 from .unloaded import Chained
 
@@ -65,7 +66,7 @@ class BroadcastSolver:
         """Value of each of `rows` over the unknowns, some of them in `places`, memory of the batch shape for each."""
         if self.plan.entry is not None:
             return self.plan.entry.values(rows)
-        rows = [self.plan.retained(row) for row in rows]
+        rows = [retained(row, self.plan.condensed, self.plan.tree.rows) for row in rows]
         split: dict[int, dict[int, Row]] = {}
         for index, row in enumerate(rows):
             for k in unknowns(row):

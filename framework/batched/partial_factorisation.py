@@ -13,7 +13,7 @@ import numpy as np
 from ..program.recording import Term
 from ..structure.parts import Grid, Row, Value, add, add_row, combine, product, unknowns
 from .order import Order
-from .stage import Forces, Stage, backward, carried, closure, subtract
+from .stage import Forces, Stage, backward, carried, closure, mapped_forces, subtract
 
 Wanted = Sequence[bool]
 Springs = list[tuple[Row, Value]]
@@ -65,6 +65,24 @@ class PartialFactorisation:
     imposed: Forces = field(default_factory=dict)
     complete: tuple[bool, bool] = (True, True)
 
+    @classmethod
+    def begun(
+        cls,
+        orders: tuple[Order, Order],
+        assembled: Stage,
+        rows: dict[int, Row],
+        springs: Springs,
+        rhs_parameters: list[Value],
+        masks: Masks,
+        wanted: Wanted,
+    ) -> PartialFactorisation:
+        """Both stages of what is `assembled`, eliminated and loaded as far as what varies so is `wanted`."""
+        stage = assembled.mapped(lambda value: value)
+        out = cls(orders, stage, Stage(), rows, springs, rhs_parameters, masks)
+        out.factorise(wanted, given=True)
+        out.load(wanted)
+        return out
+
     # -- results ----------------------------------------------------------------------------------------------------
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
@@ -114,10 +132,7 @@ class PartialFactorisation:
             rows={a: {k: change(value) for k, value in row.items()} for a, row in self.rows.items()},
             springs=[],
             rhs_parameters=[change(value) for value in self.rhs_parameters],
-            imposed={
-                i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
-                for i, by_source in self.imposed.items()
-            },
+            imposed=mapped_forces(self.imposed, change),
         )
 
     @property

@@ -18,7 +18,7 @@ from ..solvers.coupling import Coupling
 from ..solvers.graph import Graph
 from ..solvers.method import Method, choose
 from ..structure.assembly import force_entries
-from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, unknowns
+from ..structure.parts import Grid, Parts, RightHandSideParameters, Value, unknowns
 from ..structure.topology import Group, Index
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
@@ -232,10 +232,6 @@ class Plan:
     def scale(self, dof: int) -> Parts:
         """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
         return self.chained.scale(dof)
-
-    def retained(self, row: Row) -> Row:
-        """`row` without the unknowns inside chains: over those of their ends."""
-        return self.chained.retained(row)
 
     @property
     def component(self) -> dict[int, int]:

@@ -69,8 +69,8 @@ class Stage:
         """Parts of the load on i for a unit of a source, made where there are none."""
         return self.forces.setdefault(i, {}).setdefault(source, {})
 
-    def mapped(self, change: Callable[[Value], Value], *, steps: bool = True) -> Stage:
-        """A copy with `change` applied to every number; without the steps done and their loads where not `steps`."""
+    def mapped(self, change: Callable[[Value], Value]) -> Stage:
+        """A copy with `change` applied to every number, in which no pivot ratio has been noted."""
         copy = Stage()
         for i, row in self.matrix.items():
             for j, parts in row.items():
@@ -79,16 +79,20 @@ class Stage:
                     copy.matrix.setdefault(i, {})[j] = new
                     copy.matrix.setdefault(j, {})[i] = new
         copy.scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
-        if steps:
-            copy.forces = {
-                i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
-                for i, by_source in self.forces.items()
-            }
-            copy.pivots = {
-                k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
-                for k, p in self.pivots.items()
-            }
+        copy.forces, copy.pivots = mapped_forces(self.forces, change), self._mapped_pivots(change)
         return copy
+
+    def mapped_steps(self, change: Callable[[Value], Value]) -> Stage:
+        """Steps, loads and pivot ratios alone, with `change` applied to every number."""
+        pivot_ratio = {mask: change(value) for mask, value in self.pivot_ratio.items()}
+        forces, pivots = mapped_forces(self.forces, change), self._mapped_pivots(change)
+        return Stage(forces=forces, pivots=pivots, pivot_ratio=pivot_ratio, complete=self.complete)
+
+    def _mapped_pivots(self, change: Callable[[Value], Value]) -> dict[int, Pivot]:
+        return {
+            k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
+            for k, p in self.pivots.items()
+        }
 
     def eliminate(self, order: Order, wanted: Sequence[bool]) -> None:
         """Do the steps of `order` whose mask is `wanted`."""
@@ -137,6 +141,11 @@ class Stage:
                         continue
                     for j, low in step.lower.items():
                         subtract(self.force(j, source), mask | step.mask, low * value)
+
+
+def mapped_forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
+    """Loads with `change` applied to every number."""
+    return {i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by.items()} for i, by in forces.items()}
 
 
 def closure(order: Order, wanted: set[int]) -> set[int]:

@@ -25,7 +25,7 @@ from ..structure.tree import JointTree
 from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
-from .condensation import Chain, Condensation, retained
+from .condensation import Chain, Condensation
 from .one_entry import EntryLinks, EntryNumbers, forest
 from .order import Order, Pattern, link, order
 from .partial_factorisation import Springs
@@ -198,10 +198,6 @@ class Chained:
         if dof in self.condensed.excess:
             add(out, 0, self.condensed.excess[dof])
         return out
-
-    def retained(self, row: Row) -> Row:
-        """`row` without the unknowns inside chains: over those of their ends."""
-        return retained(row, self.condensed, self.unloaded.tree.rows)
 
     @cached_property
     def component(self) -> dict[int, int]:
