@@ -124,7 +124,7 @@ class TreeJoint:
 
     @cached_property
     def ideal(self) -> tuple[int, ...]:
-        """Components that are held, whatever the load."""
+        """Components that are constrained, whatever the load."""
         return tuple(k for k in self.edge.ideal if k not in self.clearance_directions)
 
     @cached_property

@@ -141,13 +141,13 @@ class SingleDrive:
         return continuation.extend(self.loops.kept[sign > 0.0][1], until)
 
     def _other_way_round(self, s: Array, ended: RayPath, other: RayPath, sign: float) -> RayPath:
-        """The track `other`, as far as it takes to come to all that lies beyond the one that `ended`."""
+        """The path `other`, as far as it takes to come to all that lies beyond the one that `ended`."""
         beyond = sign * s[sign * s > ended.end]
         around = beyond - TURN * np.ceil((beyond - ended.end) / TURN)
         return self._path(-sign, float(np.max(-around, initial=0.0)) + BEYOND)
 
 
 def _sides(path: RayPath) -> Iterator[tuple[float, RayPath]]:
-    """Change points of a track, and what leads through each of them smoothly."""
+    """Change points of a path, and what leads through each of them smoothly."""
     sides = path.sides or [path] * len(path.crossings)
     return zip(path.crossings, sides, strict=False)
