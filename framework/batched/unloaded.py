@@ -18,6 +18,7 @@ from ..solvers.graph import Graph
 from ..solvers.method import BROADCAST, LARGE
 from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
+from ..structure.disjoint_sets import DisjointSets
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, add, unknowns
 from ..structure.topology import Group, Index, Topology
@@ -223,35 +224,24 @@ class Chained:
     def _joined_one_by_one(self) -> dict[int, int]:
         """`component` of a small frame, without matrices."""
         tree = self.unloaded.tree
-        leader = {k: k for k in self.unloaded.unknowns}
-
-        def find(k: int) -> int:
-            while leader[k] != k:
-                leader[k] = leader[leader[k]]
-                k = leader[k]
-            return k
-
-        def join(one: int, other: int) -> None:
-            a, b = find(one), find(other)
-            leader[max(a, b)] = min(a, b)
-
+        joined = DisjointSets[int]()
         first: dict[int, int | None] = {}
         for node, rows in tree.rows.items():
             for k, row in enumerate(rows):
                 met = [key for key in row if key >= 0]
                 first[6 * node + k] = met[0] if met else None
                 for other in met[1:]:
-                    join(met[0], other)
+                    joined.join(met[0], other)
         for spring in tree.springs:
             met = [key for key in spring.row if key >= 0]
             for other in met[1:]:
-                join(met[0], other)
+                joined.join(met[0], other)
         pairs = [(a, b) for a, row in self.matrix.items() for b in row if b > a]
         for a, b in pairs + self.condensed.coupled.tolist():
             start, end = first.get(a, a), first.get(b, b)
             if start is not None and end is not None:
-                join(start, end)
-        return {k: find(k) for k in leader}
+                joined.join(start, end)
+        return {k: joined.find(k) for k in self.unloaded.unknowns}
 
     @cached_property
     def members(self) -> dict[int, list[int]]:
