@@ -15,10 +15,8 @@ from ..structure.parts import Row, Value, combine, unknowns
 from .block import BlockFactor
 from .condensation import retained
 from .plan import Plan
+from .stage import SUSPECT
 from .unloaded import Chained
-
-# A pivot below this share of the stiffness whose rounding it carries raises suspicion.
-SUSPECT = 1e-11
 
 
 class BroadcastSolver:

@@ -10,6 +10,9 @@ import numpy as np
 from ..structure.parts import Parts, Row, Value, add, add_row, combine, is_zero, total
 from .order import Order
 
+# A pivot below this share of the stiffness whose rounding it carries raises suspicion.
+SUSPECT = 1e-11
+
 Matrix = dict[int, dict[int, Parts]]
 Sources = dict[int, Parts]
 Forces = dict[int, Sources]
@@ -200,5 +203,5 @@ def subtract(parts: Parts, mask: int, value: Value) -> None:
 
 
 def reciprocal(value: Value) -> Value:
-    """1 / value; of an exact zero inf, which the margin reports."""
+    """1 / value; of an exact zero inf, which the pivot ratio reports."""
     return np.inf if is_zero(value) else 1.0 / value
