@@ -26,7 +26,6 @@ from .block import Block
 from .entry_program import EntryProgram, EntrySolution, Way, values_of
 from .entry_steps import OPERATIONS, Step, widen
 from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
-from .partial_factorisation import Masks
 from .replay import MOST, RecordedElimination, operations
 from .stage import Forces, Matrix
 
@@ -340,8 +339,7 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
         least: dict[int, Value] = {}
         for name, block in blocks.items():
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
-            masks = Masks.of(block.grid, block.rows, block.springs)
-            done = RecordedElimination(block.orders, *given).plainly(masks, block.rhs_parameters)
+            done = RecordedElimination(block.orders, *given).plainly(block.masks, block.rhs_parameters)
             own = [k for k, other in written.component.items() if other == name]
             known.update(zip(own, done.values([{k: 1.0} for k in own]), strict=True))
             least[name] = done.least

@@ -18,8 +18,8 @@ from ..cache import PROGRAMS
 from ..program.program import Operation
 from ..program.recording import Recording, Term
 from ..structure.parts import Parts, Row, Value, is_zero
-from .order import Order
-from .partial_factorisation import Masks, PartialFactorisation, Springs
+from .order import Masks, Order, Springs
+from .partial_factorisation import PartialFactorisation
 from .stage import Forces, Matrix, Stage, mapped_forces
 
 # What is done, and the places of the two numbers that it is done with.

@@ -151,6 +151,11 @@ def mapped_forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
     return {i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by.items()} for i, by in forces.items()}
 
 
+def mapped_row(row: Row, change: Callable[[Value], Value]) -> Row:
+    """A combination with `change` applied to every factor."""
+    return {k: change(value) for k, value in row.items()}
+
+
 def closure(order: Order, wanted: set[int]) -> set[int]:
     """`wanted` unknowns and all those from which they follow in back substitution."""
     needed = set(wanted)

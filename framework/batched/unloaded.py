@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import operator
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -12,7 +9,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..cache import ORDERS
 from ..description import Description
 from ..solvers.graph import Graph
 from ..solvers.method import BROADCAST, LARGE
@@ -20,7 +16,7 @@ from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
 from ..structure.disjoint_sets import DisjointSets
 from ..structure.edge import GROUND
-from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, add, unknowns
+from ..structure.parts import Grid, Parts, RightHandSideParameters, add, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
@@ -28,8 +24,7 @@ from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation
 from .one_entry import EntryLinks, EntryNumbers, forest
-from .order import Order, Pattern, link, order
-from .partial_factorisation import Springs
+from .order import Masks, link, pattern_of, two_stages
 from .stage import Matrix
 
 # Unknowns up to which connected components are found without matrices.
@@ -283,16 +278,14 @@ class Chained:
             if any(self.component[k] == component for k in unknowns(s.row)[:1])
         ]
         varying = self.unloaded.varying.within(own, coupled)
-        pattern: Pattern = {}
-        for a, row in matrix.items():
-            for b, parts in row.items():
-                if parts or (a == b and a not in ends):
-                    link(pattern, a, b, _union(parts))
+        pattern = pattern_of(matrix, ends)
         for entry in varying.entries if varying else ():
             link(pattern, *entry.at, entry.mask)
-        orders = _orders(self.unloaded.grid, pattern, inner, ends, springs, unknown)
+        grid = self.unloaded.grid
+        masks = Masks.of(grid, ends, springs)
+        orders = two_stages(grid, pattern, inner, sorted(unknown.difference(inner)), masks)
         scale = {a: self.scale(a) if a in own else {} for a in matrix}
-        return Block(self.unloaded.grid, orders, matrix, scale, {}, ends, springs, [], varying), own
+        return Block(grid, orders, masks, matrix, scale, {}, ends, springs, [], varying), own
 
 
 def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topology:
@@ -301,51 +294,6 @@ def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topolo
         return Topology.of(frame, cut=cut)
     known = former.unloaded.topology
     return known.moved(frame) if former.moved else known.loaded(frame)
-
-
-def _orders(
-    grid: Grid, pattern: Pattern, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
-) -> tuple[Order, Order]:
-    """Orders of both stages of an elimination; frames of one topology have them in common."""
-    mask = grid.mask
-    left = sorted(unknown.difference(inner))
-    ends = {a: _masks(row, mask) for a, row in rows.items()}
-    spring_parts = [(_masks(row, mask), mask(stiffness)) for row, stiffness in springs]
-    key = (
-        grid.shape,
-        tuple((a, tuple(row.items())) for a, row in pattern.items()),
-        tuple(inner),
-        tuple(left),
-        tuple((a, tuple(row.items())) for a, row in ends.items()),
-        tuple((tuple(row.items()), over) for row, over in spring_parts),
-    )
-
-    def ordered() -> tuple[Order, Order]:
-        first = order(pattern, inner, grid)
-        reduced: Pattern = {k: {k: 0} for k in left}
-        for a, coupled in pattern.items():
-            for b, over in coupled.items():
-                _link_rows(reduced, ends[a], ends[b], over)
-        for spring, over in spring_parts:
-            _link_rows(reduced, spring, spring, over)
-        return first, order(reduced, list(reduced), grid)
-
-    found: tuple[Order, Order] = ORDERS.found(key, ordered, sum(map(len, pattern.values())))
-    return found
-
-
-def _masks(row: Row, mask: Callable[[Value], int]) -> dict[int, int]:
-    return {k: mask(row[k]) for k in unknowns(row)}
-
-
-def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
-    for i, first in left.items():
-        for j, second in right.items():
-            link(pattern, i, j, over | first | second)
-
-
-def _union(parts: Parts) -> int:
-    return functools.reduce(operator.or_, parts, 0)
 
 
 def _geometry(frame: Description) -> int:
