@@ -12,7 +12,7 @@ from ...framework.errors import MechanismWarning
 from ..four_bar.accuracy import accuracy
 from ..job.large_table import failed_samples
 from ..job.remarks import beyond_size, without_result
-from .result import four_bar
+from .study import four_bar
 
 if TYPE_CHECKING:
     from ..four_bar.study import Study
