@@ -1,4 +1,4 @@
-"""Joints, rigid links, ties and supports between nodes, as numbers by entry, in the order in which nodes hang."""
+"""Joints, rigid links, ties and supports between nodes, as numbers by entry, in the order of the joint tree."""
 
 from __future__ import annotations
 

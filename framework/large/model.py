@@ -49,7 +49,7 @@ class Model:
     plain
         Nodes that have displacements and spins of their own (nodes,).
     joints
-        Edges by which nodes hang, parents first.
+        Edges of the joint tree, parents first.
     loops
         Edges that close loops, from first to second node.
     multipliers

@@ -33,10 +33,10 @@ class Mechanism(WrittenMechanism):
     Attributes
     ----------
     begun
-        Nominal dimensions, loops and closed drawing, once they have been found. The assembly finds them and puts them
-        here, so that they live as long as the mechanism.
+        Nominal dimensions, loops and closed reference configuration, once they have been found. The assembly finds them
+        and puts them here, so that they live as long as the mechanism.
     starts
-        Closed drawings of all members of the batch, likewise.
+        Closed reference configurations of all members of the batch, likewise.
     usual_speeds
         How fast points and links move in general, likewise, by tolerance, point and link.
     framed

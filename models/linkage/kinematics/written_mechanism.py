@@ -42,7 +42,7 @@ class WrittenMechanism:
     tree
         Its spanning tree.
     size
-        Power of two near the greatest distance in the drawing.
+        Power of two near the greatest distance of points in the reference configuration.
     columns
         Joint and component of each velocity coordinate: angular velocity, in the joint's axes on its first link, for
         a ball; rate of the coordinate otherwise.
@@ -101,14 +101,14 @@ class WrittenMechanism:
         )
 
     def place(self, link: str, point: str) -> Array:
-        """Where a link has a point, in drawn coordinates, (..., 3), with the link's true length."""
+        """Where a link has a point, in the reference configuration, (..., 3), with the link's true length."""
         own = self.tree.twins.get(link, link), point
         if own not in self._points:
             self._points[own] = place_of(self.linkage, *own)
         return self._points[own]
 
     def arm(self, link: str, place: Array) -> list[Value]:
-        """Components of the vector from a link's reference point to a drawn place, in units of `size`."""
+        """Components, by `size`, of the vector from a link's reference point to a place before it moves."""
         key = link, place.tobytes() if place.ndim == 1 else b""
         if key in self._arms:
             return self._arms[key]
@@ -127,7 +127,7 @@ class WrittenMechanism:
         return np.array_equal(self.bodies[GROUND].reference_axes, np.eye(3))
 
     def constant(self, value: Array) -> list[Scalar]:
-        """Numbers (..., 3) of the drawing, written down: those that are always 0, 1 or -1 as such."""
+        """Numbers (..., 3) of the description, written down: those that are always 0, 1 or -1 as such."""
         out: list[Scalar] = []
         for k in range(3):
             part = value[..., k]
@@ -158,7 +158,7 @@ class WrittenMechanism:
         return 4.0 * EPS * max(1.0, largest / self.size)
 
     def point_on(self, body: MovingLink, place: Array) -> Vector:
-        """A point fixed on a body that was drawn at `place`."""
+        """A point fixed on a body that is at `place` in the reference configuration."""
         arm = _along(body.reference_axes, place - body.place) / self.size
         return plus(body.origin, combine(body.axes, self.constant(arm)))
 
@@ -240,7 +240,7 @@ def _along(axes: Array, vectors: Array) -> Array:
 
 
 def _size(linkage: LinkageDescription) -> float:
-    """Power of two just above the extent of the drawing; 1 where it has none."""
+    """Power of two just above the extent of the linkage; 1 where it has none."""
     corners = [point.reshape(-1, 3) for point in linkage.points.values()]
     places = np.concatenate(corners) if corners else np.zeros((1, 3))
     extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
