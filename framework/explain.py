@@ -42,7 +42,7 @@ def _described(plan: Plan) -> list[str]:
     again = ["Nothing but loads has changed since the last solution: its plan is used again."] if plan.again else []
     stacks: dict[str, int] = {}
     for group in plan.topology.groups:
-        later = ", chunk by chunk" if plan.varies(group) else ""
+        later = ", chunk by chunk" if plan.unloaded.varies(group) else ""
         text = f"stiffness at batch shape {group.stiffness_shape}{later}"
         stacks[text] = stacks.get(text, 0) + len(group.pieces)
     interior = len(plan.topology.number) - len(frame.nodes)

@@ -23,14 +23,14 @@ from ..batch import Array, Shape
 from ..program.calculation import Calculation, empty, worth_compiling
 from ..program.direct import Arithmetic, Direct
 from ..program.recording import Recording, Term
-from ..structure.parts import Grid, Parts, Row, Value
+from ..structure.parts import Grid, Matrix, Parts, Row, Value
 from ..structure.varying import Varying
 from .chunks import large_masks, steps, storage
 from .order import Masks, Order, Springs
 from .partial_factorisation import PartialFactorisation, Wanted
 from .replay import RecordedElimination
 from .schur_complement import TrailingSchurComplement
-from .stage import Forces, Matrix, Stage, mapped_forces, mapped_row
+from .stage import Forces, Stage, mapped_forces, mapped_row
 
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.

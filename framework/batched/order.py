@@ -14,7 +14,7 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 
 from ..cache import ORDERS
-from ..structure.parts import Grid, Parts, Row, Value
+from ..structure.parts import Grid, Matrix, Row, Value, mask_of
 
 Pattern = dict[int, dict[int, int]]
 Springs = list[tuple[Row, Value]]
@@ -58,11 +58,11 @@ class Masks:
     springs: list[tuple[dict[int, int], int]]
 
     @classmethod
-    def of(cls, grid: Grid, rows: dict[int, Row], springs: Springs) -> Masks:
+    def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
         """Those of these numbers."""
         return cls(
-            {a: {i: grid.mask(v) for i, v in row.items()} for a, row in rows.items()},
-            [({i: grid.mask(v) for i, v in row.items()}, grid.mask(k)) for row, k in springs],
+            {a: {i: mask_of(v) for i, v in row.items()} for a, row in rows.items()},
+            [({i: mask_of(v) for i, v in row.items()}, mask_of(k)) for row, k in springs],
         )
 
 
@@ -72,7 +72,7 @@ def link(pattern: Pattern, i: int, j: int, mask: int) -> None:
     row[j] = pattern.setdefault(j, {})[i] = row.get(j, 0) | mask
 
 
-def pattern_of(matrix: dict[int, dict[int, Parts]], substituted: Container[int]) -> Pattern:
+def pattern_of(matrix: Matrix, substituted: Container[int]) -> Pattern:
     """Which entries of a matrix are there, and over what they vary: all diagonals but those of what is substituted."""
     pattern: Pattern = {}
     for i, row in matrix.items():

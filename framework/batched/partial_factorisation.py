@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..program.recording import Term
-from ..structure.parts import Row, Value, add, add_row, combine, product, unknowns
+from ..structure.parts import Row, Value, add, add_row, combine, enter, product, unknowns
 from .order import Masks, Order, Springs
 from .stage import Forces, Stage, backward, carried, closure, mapped_forces, mapped_row, subtract
 
@@ -202,7 +202,7 @@ class PartialFactorisation:
         """Add a term of the stiffness to the matrix or, where it meets a right-hand-side parameter, to the load."""
         i, j = at
         if i >= 0 and j >= 0:
-            add(self.outer.entry(i, j), mask, 2.0 * term if twice and i == j else term)
+            enter(self.outer.matrix, i, j, mask, 2.0 * term if twice and i == j else term)
         elif i >= 0 or j >= 0:
             subtract(self.imposed.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {}), mask, term)
 

@@ -17,10 +17,10 @@ import numpy as np
 from ..cache import PROGRAMS
 from ..program.program import Operation
 from ..program.recording import Recording, Term
-from ..structure.parts import Parts, Row, Value, is_zero
+from ..structure.parts import Matrix, Parts, Row, Value, is_zero
 from .order import Masks, Order, Springs
 from .partial_factorisation import PartialFactorisation
-from .stage import Forces, Matrix, Stage, mapped_forces
+from .stage import Forces, Stage, mapped_forces
 
 # What is done, and the places of the two numbers that it is done with.
 Operations = tuple[Callable[[Any, Any], Any], int, int]

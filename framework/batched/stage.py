@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..structure.parts import Parts, Row, Value, add, add_row, combine, is_zero, total
+from ..structure.parts import Matrix, Parts, Row, Value, add, add_row, combine, enter, is_zero, total
 from .order import Order
 
 # A pivot below this share of the stiffness whose rounding it carries raises suspicion.
 SUSPECT = 1e-11
 
-Matrix = dict[int, dict[int, Parts]]
 Sources = dict[int, Parts]
 Forces = dict[int, Sources]
 
@@ -34,7 +33,7 @@ class Stage:
     Attributes
     ----------
     matrix
-        Parts of entry (i, j); (j, i) is the same object.
+        Parts of its entries.
     forces
         By unknown and source: parts of the load for a unit of that source. That of an eliminated unknown waits there
         for the back substitution.
@@ -55,16 +54,9 @@ class Stage:
     pivot_ratio: Parts = field(default_factory=dict)
     complete: bool = True
 
-    def entry(self, i: int, j: int) -> Parts:
-        """Parts of entry (i, j), made where there are none."""
-        row = self.matrix.setdefault(i, {})
-        if j not in row:
-            row[j] = self.matrix.setdefault(j, {})[i] = {}
-        return row[j]
-
     def put(self, i: int, j: int, mask: int, value: Value) -> None:
         """Add a term of the stiffness, whose rounding the diagonal carries."""
-        add(self.entry(i, j), mask, value)
+        enter(self.matrix, i, j, mask, value)
         if i == j:
             add(self.scale.setdefault(i, {}), mask, value)
 

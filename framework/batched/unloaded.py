@@ -16,7 +16,7 @@ from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
 from ..structure.disjoint_sets import DisjointSets
 from ..structure.edge import GROUND
-from ..structure.parts import Grid, Parts, RightHandSideParameters, add, unknowns
+from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, add, mask_of_shape, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
@@ -25,7 +25,6 @@ from .chunks import large_masks
 from .condensation import Chain, Condensation
 from .one_entry import EntryLinks, EntryNumbers, forest
 from .order import Masks, link, pattern_of, two_stages
-from .stage import Matrix
 
 # Unknowns up to which connected components are found without matrices.
 _FEW = 200
@@ -139,8 +138,7 @@ class Unloaded:
 
     def varies(self, group: Group) -> bool:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
-        shape = group.stiffness_shape
-        return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
+        return large_masks(self.grid)[mask_of_shape(group.stiffness_shape)]
 
 
 class Former(NamedTuple):
@@ -282,7 +280,7 @@ class Chained:
         for entry in varying.entries if varying else ():
             link(pattern, *entry.at, entry.mask)
         grid = self.unloaded.grid
-        masks = Masks.of(grid, ends, springs)
+        masks = Masks.of(ends, springs)
         orders = two_stages(grid, pattern, inner, sorted(unknown.difference(inner)), masks)
         scale = {a: self.scale(a) if a in own else {} for a in matrix}
         return Block(grid, orders, masks, matrix, scale, {}, ends, springs, [], varying), own
@@ -304,5 +302,4 @@ def _geometry(frame: Description) -> int:
     shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
     shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]
     joint = np.broadcast_shapes(*shapes)
-    sizes = (1,) * (len(frame.shape) - len(joint)) + joint
-    return sum(1 << axis for axis, n in enumerate(sizes) if n > 1)
+    return mask_of_shape((1,) * (len(frame.shape) - len(joint)) + joint)

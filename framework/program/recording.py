@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..batch import Same
-from ..structure.parts import Value
+from ..structure.parts import Value, mask_of
 from .program import NONE, Operation, Products, Program, Rounds
 from .selection import Made, selected
 
@@ -376,10 +376,3 @@ class Recording:
     def program(self, outputs: Sequence[Term]) -> tuple[Program, list[int]]:
         """What makes `outputs`, and the places in `given` of the values that it takes."""
         return selected([output.number for output in outputs], self._made, self.masks, self._products, self._rounds)
-
-
-def mask_of(value: object) -> int:
-    """The batch axes over which a number varies, as bits."""
-    if not isinstance(value, np.ndarray):
-        return 0
-    return sum(1 << axis for axis, n in enumerate(value.shape) if n > 1)
