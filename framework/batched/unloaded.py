@@ -14,7 +14,7 @@ from ..solvers.graph import Graph
 from ..solvers.method import BROADCAST, LARGE
 from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
-from ..structure.disjoint_sets import DisjointSets
+from ..structure.disjoint_sets import least_of_sets
 from ..structure.edge import GROUND
 from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, add, mask_of_shape, unknowns
 from ..structure.topology import Group, Index, Topology
@@ -217,24 +217,22 @@ class Chained:
     def _joined_one_by_one(self) -> dict[int, int]:
         """`component` of a small frame, without matrices."""
         tree = self.unloaded.tree
-        joined = DisjointSets[int]()
+        joined: list[tuple[int, int]] = []
         first: dict[int, int | None] = {}
         for node, rows in tree.rows.items():
             for k, row in enumerate(rows):
                 met = [key for key in row if key >= 0]
                 first[6 * node + k] = met[0] if met else None
-                for other in met[1:]:
-                    joined.join(met[0], other)
+                joined += [(met[0], other) for other in met[1:]]
         for spring in tree.springs:
             met = [key for key in spring.row if key >= 0]
-            for other in met[1:]:
-                joined.join(met[0], other)
+            joined += [(met[0], other) for other in met[1:]]
         pairs = [(a, b) for a, row in self.matrix.items() for b in row if b > a]
         for a, b in pairs + self.condensed.coupled.tolist():
             start, end = first.get(a, a), first.get(b, b)
             if start is not None and end is not None:
-                joined.join(start, end)
-        return {k: joined.find(k) for k in self.unloaded.unknowns}
+                joined.append((start, end))
+        return least_of_sets(self.unloaded.unknowns, joined)
 
     @cached_property
     def members(self) -> dict[int, list[int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Generic, TypeVar
 
 Thing = TypeVar("Thing", int, str)
@@ -28,3 +29,11 @@ class DisjointSets(Generic[Thing]):
             return False
         self._above[max(a, b)] = min(a, b)
         return True
+
+
+def least_of_sets(members: Iterable[Thing], pairs: Iterable[tuple[Thing, Thing]]) -> dict[Thing, Thing]:
+    """By member the least of those with which pairs join it."""
+    sets = DisjointSets[Thing]()
+    for one, other in pairs:
+        sets.join(one, other)
+    return {member: sets.find(member) for member in members}
